@@ -1,0 +1,33 @@
+# `make demo` and `make test` each make their own environment in .venv; nothing else is needed by hand.
+PYTHON ?= python3
+BIN := .venv/bin
+STAMP := .venv/.fric-installed
+
+.PHONY: demo test lint bench docs clean
+
+$(STAMP): pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(BIN)/python -m pip install --quiet --editable . --group dev
+	touch $@
+
+demo: $(STAMP)
+	PATH="$(CURDIR)/$(BIN):$$PATH" sh docs/demo.sh
+
+test: lint
+	$(BIN)/python -m pytest -n auto --dist worksteal
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(STAMP)
+	$(BIN)/python -m benchmarks
+
+docs: $(STAMP)
+	$(BIN)/python -m fric.cli.reference docs/commands.md
+
+clean:
+	rm -rf .venv build dist demo

@@ -1,0 +1,11 @@
+from .errors import FricError as FricError
+from .io.hdf5 import read_logs as read_logs
+from .io.hdf5 import read_records as read_records
+from .io.hdf5 import write_logs as write_logs
+from .io.yaml import dump as dump
+from .io.yaml import read_document as read_document
+from .io.yaml import write_document as write_document
+from .log import FrequencyResponse as FrequencyResponse
+from .log import Log as Log
+
+__version__: str

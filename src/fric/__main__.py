@@ -1,0 +1,5 @@
+"""`python -m fric`."""
+
+from fric.cli.main import main
+
+main()

@@ -1,0 +1,47 @@
+"""The command `fric`: its groups, and how errors reach the user."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+import fric
+from fric.errors import FricError
+
+app = typer.Typer(
+    name="fric",
+    help="Identify a drive's friction from its logs; see which compensation leaves how large a glitch.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"fric {fric.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: bool = typer.Option(
+        False, "--version", callback=_version, is_eager=True, help="Print the version."
+    ),
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Run the command line; a `FricError` is told on standard error and ends with exit status 1."""
+    try:
+        app()
+    except FricError as error:
+        typer.secho("error: ", fg=typer.colors.RED, bold=True, nl=False, err=True)
+        typer.echo(str(error), err=True)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Compensation schemes, one a file: friction feedforward and disturbance observer."""

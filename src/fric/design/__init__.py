@@ -1,0 +1,1 @@
+"""Control design by margins, and the limit of the Q-filter."""

@@ -1,0 +1,1 @@
+"""Plant, sensing and the cascade controller of one axis."""

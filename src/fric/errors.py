@@ -1,0 +1,27 @@
+"""The one exception that fric raises on purpose."""
+
+
+class FricError(Exception):
+    """An input, or the data in it, does not allow what was asked.
+
+    The message is one or two lines: what is wrong, where (file, line, column or record), and what to do.
+    The command line prints it and leaves with exit status 1.
+
+    Parameters
+    ----------
+    what
+        What is wrong, in the user's words.
+    where
+        File, line, column or record it was found in; empty where there is none.
+    mend
+        What the user can do about it.
+    """
+
+    def __init__(self, what: str, *, where: str = "", mend: str = "") -> None:
+        self.what, self.where, self.mend = what, where, mend
+        head = f"{where}: {what}" if where else what
+        super().__init__(f"{head}\n{mend}" if mend else head)
+
+    def at(self, where: str) -> "FricError":
+        """Return the same error, told with the place where it was found (outermost place first)."""
+        return FricError(self.what, where=f"{where}: {self.where}" if self.where else where, mend=self.mend)

@@ -1,0 +1,1 @@
+"""Figures, one function each; all share the look of `fric.figures.style`."""

@@ -1,0 +1,89 @@
+"""What a friction model is: parameters with units and bounds, a steady state, and one compiled step."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from fric.kernels.replay import replay
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.kernels.signatures import Step
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a friction model: what files, fits and error messages need to know of it.
+
+    Parameters
+    ----------
+    name
+        The paper's symbol, also the field of the model and the key in files.
+    dimension
+        Its dimension, see `fric.units`.
+    lower, upper
+        Physical bounds in SI.
+    doc
+        One line on what it is.
+    per_block
+        True where there is one value per slip block.
+    """
+
+    name: str
+    dimension: str
+    lower: float = 0.0
+    upper: float = float("inf")
+    doc: str = ""
+    per_block: bool = False
+
+
+class FrictionModel(ABC):
+    """A friction model. Each is a frozen dataclass whose fields are its parameters, in one file.
+
+    A subclass states its `name` (also its key in friction files), its `parameters`, and its compiled `step`
+    (see `fric.kernels.signatures`), and says how its parameters are packed for the step.
+    """
+
+    name: ClassVar[str]
+    parameters: ClassVar[tuple[Parameter, ...]]
+    step: ClassVar[Step]
+
+    @abstractmethod
+    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64] | float:
+        """Return the friction force [N] after a long time at constant velocity v [m/s]."""
+
+    @abstractmethod
+    def packed(self) -> NDArray[np.float64]:
+        """Return the parameters as the compiled step reads them."""
+
+    @abstractmethod
+    def initial_state(self) -> NDArray[np.float64]:
+        """Return the state of a relaxed contact, at rest and without force."""
+
+    def replay(
+        self,
+        time: NDArray[np.float64],
+        position: NDArray[np.float64],
+        velocity: NDArray[np.float64] | None = None,
+        state: NDArray[np.float64] | None = None,
+    ) -> NDArray[np.float64]:
+        """Return the friction force [N], shape (n,), along a motion, by the compiled step.
+
+        Parameters
+        ----------
+        time, position
+            The motion [s], [m], each of shape (n,).
+        velocity
+            Velocity at each sample [m/s], shape (n,); central differences of the position where not given.
+        state
+            State at the first sample, changed in place to that at the last; relaxed where it is not given.
+        """
+        time, position = np.ascontiguousarray(time, float), np.ascontiguousarray(position, float)
+        v = np.gradient(position, time) if velocity is None else np.ascontiguousarray(velocity, float)
+        state = self.initial_state() if state is None else state
+        return replay(type(self).step, position, v, time, state, self.packed())

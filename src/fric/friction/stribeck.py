@@ -1,0 +1,89 @@
+"""The static friction map, eq. (2) of the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import copysign, exp
+from typing import TYPE_CHECKING, ClassVar
+
+import numba
+import numpy as np
+from numba import types
+
+from fric.friction.base import FrictionModel, Parameter
+from fric.kernels.signatures import Step, compiled_step
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@numba.njit(
+    types.float64(types.float64, types.float64, types.float64, types.float64, types.float64), cache=True
+)
+def stribeck_level(v: float, F_c: float, F_s: float, v_s: float, delta: float) -> float:
+    """Return |s(v)| [N], the Stribeck curve without its sign and without the viscous part."""
+    level: float = F_c + (F_s - F_c) * exp(-(abs(v / v_s) ** delta))
+    return level
+
+
+@compiled_step
+def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+    F_c, F_s, v_s, delta, sigma = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
+    if v == 0.0:
+        return 0.0
+    return copysign(stribeck_level(v, F_c, F_s, v_s, delta), v) + sigma * v
+
+
+@dataclass(frozen=True)
+class StaticMap(FrictionModel):
+    """Coulomb, Stribeck and viscous friction in steady sliding, eq. (2).
+
+    ``F(v) = {F_c + (F_s - F_c)·exp(-|v/v_s|^delta) + sigma·|v|}·sign(v)``
+
+    At v = 0 the map has no value; here it is 0, half way between the two directions.
+
+    Parameters
+    ----------
+    F_c, F_s
+        Coulomb and static friction [N].
+    v_s
+        Stribeck velocity [m/s].
+    delta
+        Stribeck shape factor [1].
+    sigma
+        Viscous friction [N·s/m].
+    """
+
+    F_c: float
+    F_s: float
+    v_s: float
+    delta: float = 1.0
+    sigma: float = 0.0
+
+    name: ClassVar[str] = "static"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("F_c", "force", doc="Coulomb friction"),
+        Parameter("F_s", "force", doc="static friction"),
+        Parameter("v_s", "velocity", doc="Stribeck velocity"),
+        Parameter("delta", "ratio", lower=0.1, upper=4.0, doc="Stribeck shape factor"),
+        Parameter("sigma", "viscous", doc="viscous friction"),
+    )
+    step: ClassVar[Step] = _step
+
+    def level(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return |s(v)| [N], the Stribeck curve without sign and without the viscous part."""
+        return np.asarray(
+            self.F_c + (self.F_s - self.F_c) * np.exp(-(np.abs(np.asarray(v) / self.v_s) ** self.delta))
+        )
+
+    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return the force of eq. (2) [N] at velocity v [m/s]."""
+        return np.sign(v) * self.level(v) + self.sigma * np.asarray(v)
+
+    def packed(self) -> NDArray[np.float64]:
+        """Return ``[F_c, F_s, v_s, delta, sigma]``."""
+        return np.array([self.F_c, self.F_s, self.v_s, self.delta, self.sigma])
+
+    def initial_state(self) -> NDArray[np.float64]:
+        """Return an empty state: the map has no memory."""
+        return np.zeros(0)

@@ -1,0 +1,1 @@
+"""Identification: from records to parameters with intervals."""

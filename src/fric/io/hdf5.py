@@ -1,0 +1,223 @@
+"""Log files: HDF5 with ``fric = "log/1"``, one group a record, one chunked dataset a channel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import h5py
+import numpy as np
+
+from fric.errors import FricError
+from fric.io.output import staged
+from fric.log import CHANNELS, KINDS, FrequencyResponse, Kind, Log, channel_dimension
+from fric.units import SI_UNITS, Motion, factor, si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FORMAT = "log/1"
+CHUNK = 65_536
+"""Samples a chunk: half a MiB of doubles."""
+
+RESPONSE_DIMENSIONS = {
+    "frequency": "frequency",
+    "magnitude": "position per input",
+    "phase": "angle",
+    "coherence": "ratio",
+}
+
+
+class LogWriter:
+    """An open log file that records are appended to, sample block by sample block.
+
+    Parameters
+    ----------
+    file
+        The open HDF5 file.
+    axis, motion
+        Name of the axis, and whether it is linear or rotary.
+    """
+
+    def __init__(self, file: h5py.File, axis: str, motion: Motion) -> None:
+        self._file = file
+        if "fric" in file.attrs:
+            if (file.attrs["axis"], file.attrs["motion"]) != (axis, motion):
+                raise FricError(
+                    f"the file holds the {file.attrs['motion']} axis {file.attrs['axis']}, "
+                    f"and the new record is of the {motion} axis {axis}",
+                    mend="Keep each axis in a file of its own, or say --axis.",
+                )
+        else:
+            file.attrs.update({"fric": FORMAT, "axis": axis, "motion": motion})
+        self._motion = motion
+        self._records = file.require_group("records")
+
+    def digests(self) -> dict[str, str]:
+        """Return the names of the records in the file by their sha256."""
+        return {
+            str(group.attrs["sha256"]): name for name, group in self._records.items() if group.attrs["sha256"]
+        }
+
+    def create(self, name: str, **attributes: str | int | None) -> RecordWriter:
+        """Start a record; a name that is taken gets a number."""
+        unique, n = name, 1
+        while unique in self._records:
+            n += 1
+            unique = f"{name}-{n}"
+        group = self._records.create_group(unique)
+        group.attrs.update({key: value for key, value in attributes.items() if value is not None})
+        return RecordWriter(group, self._motion)
+
+    def write(self, log: Log | FrequencyResponse) -> None:
+        """Append one whole record."""
+        if isinstance(log, Log):
+            record = self.create(
+                log.name, kind=log.kind, source=log.source, sha256=log.sha256, dropped=log.dropped or None
+            )
+            record.extend(log.channels())
+            return
+        record = self.create(log.name, kind="frequency-response", source=log.source, sha256=log.sha256)
+        values = {name: getattr(log, name) for name in RESPONSE_DIMENSIONS}
+        record.extend({name: column for name, column in values.items() if column is not None})
+
+
+class RecordWriter:
+    """One record that is being written."""
+
+    def __init__(self, group: h5py.Group, motion: Motion) -> None:
+        self._group, self._motion = group, motion
+
+    def extend(self, block: Mapping[str, NDArray[np.float64]]) -> None:
+        """Append the same number of samples to each channel (or column of a response), in SI."""
+        for channel, values in block.items():
+            if channel not in self._group:
+                dimension = RESPONSE_DIMENSIONS.get(channel, channel_dimension(channel))
+                dataset = self._group.create_dataset(
+                    channel, shape=(0,), maxshape=(None,), dtype="f8", chunks=(CHUNK,), compression="gzip",
+                    compression_opts=1, shuffle=True,
+                )  # fmt: skip
+                dataset.attrs["unit"] = si_unit(dimension, self._motion)
+            dataset = self._group[channel]
+            start = dataset.shape[0]
+            dataset.resize((start + len(values),))
+            dataset[start:] = values
+
+
+@contextmanager
+def log_writer(
+    path: Path, *, axis: str, motion: Motion, append: bool = False, force: bool = False
+) -> Iterator[LogWriter]:
+    """Open a log file for writing; it appears under its name only when the block ends well.
+
+    Parameters
+    ----------
+    path
+        The log file.
+    axis, motion
+        Name and motion of the axis; with ``append`` they must be those of the file.
+    append
+        Keep what is in the file and add to it.
+    force
+        Replace a file that exists.
+    """
+    path = Path(path)
+    adding = append and path.exists()
+    with staged(path, force=force or adding) as draft:
+        if adding:
+            with open_file(path) as existing:
+                _check_format(existing, path)
+            draft.write_bytes(path.read_bytes())
+        with h5py.File(draft, "a" if adding else "w") as file:
+            yield LogWriter(file, axis, motion)
+
+
+def write_logs(path: Path, logs: Sequence[Log | FrequencyResponse], *, force: bool = False) -> None:
+    """Write records of one axis to a new log file."""
+    with log_writer(path, axis=logs[0].axis, motion=logs[0].motion, force=force) as writer:
+        for log in logs:
+            writer.write(log)
+
+
+@contextmanager
+def open_file(path: Path) -> Iterator[h5py.File]:
+    """Open an HDF5 file for reading, with errors a user can act on."""
+    try:
+        file = h5py.File(path, "r")
+    except FileNotFoundError:
+        raise FricError("there is no such file", where=str(path)) from None
+    except OSError as error:
+        what = "may not be read" if isinstance(error, PermissionError) else "is no whole HDF5 file (cut short?)"
+        raise FricError(what, where=str(path), mend="Make it again with `fric ingest`.") from None
+    with file:
+        yield file
+
+
+def _check_format(file: h5py.File, path: Path) -> None:
+    found = file.attrs.get("fric", "nothing of fric's")
+    if found != FORMAT:
+        raise FricError(
+            f"holds {found}, not {FORMAT}", where=str(path), mend="Give a log file that `fric ingest` wrote."
+        )
+
+
+def read_records(path: Path) -> list[Log | FrequencyResponse]:
+    """Read every record of a log file, in the order of their names as written.
+
+    Raises
+    ------
+    FricError
+        When the file is not a log file, is cut short, or a record is not whole.
+    """
+    path = Path(path)
+    with open_file(path) as file:
+        _check_format(file, path)
+        motion = cast(Motion, str(file.attrs["motion"]))
+        common = {"axis": str(file.attrs["axis"]), "motion": motion}
+        if motion not in {"linear", "rotary"} or "records" not in file or not len(file["records"]):
+            raise FricError("holds no record", where=str(path), mend="Add one with `fric ingest --append`.")
+        try:
+            return [_read(name, group, common, path) for name, group in file["records"].items()]
+        except (OSError, KeyError) as error:
+            raise FricError(
+                f"is damaged ({error})", where=str(path), mend="Make it again with `fric ingest`."
+            ) from None
+
+
+def read_logs(paths: Iterable[Path] | Path) -> list[Log]:
+    """Read the records in time of one or more log files of one axis."""
+    paths = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
+    logs = [record for path in paths for record in read_records(path) if isinstance(record, Log)]
+    if not logs:
+        raise FricError("holds no record in time", where=", ".join(map(str, paths)))
+    axes = {(log.axis, log.motion) for log in logs}
+    if len(axes) > 1:
+        told = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
+        raise FricError(f"the logs are of different axes: {told}", mend="Identify one axis at a time.")
+    return logs
+
+
+def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -> Log | FrequencyResponse:
+    motion: Motion = common["motion"]
+    attributes = {"name": name, "source": str(path), "sha256": str(group.attrs.get("sha256", "")), **common}
+
+    def column(key: str, dimension: str) -> NDArray[np.float64] | None:
+        if key not in group:
+            return None
+        unit = str(group[key].attrs.get("unit", si_unit(dimension, motion)))
+        values: NDArray[np.float64] = group[key][:]
+        return values if unit in SI_UNITS[dimension] else values * factor(unit, dimension, motion)
+
+    if "frequency" in group:
+        table = {key: column(key, dimension) for key, dimension in RESPONSE_DIMENSIONS.items()}
+        return FrequencyResponse(**cast(Any, table), **attributes)
+    kind = group.attrs.get("kind")
+    if kind is not None and kind not in KINDS:
+        raise FricError(f"record '{name}' is of unknown kind '{kind}'", where=str(path))
+    channels = {channel: column(channel, channel_dimension(channel)) for channel in CHANNELS}
+    if channels["time"] is None:
+        raise FricError(f"record '{name}' has no time", where=str(path))
+    dropped = int(group.attrs.get("dropped", 0))
+    return Log(**cast(Any, channels), kind=cast("Kind | None", kind), dropped=dropped, **attributes)

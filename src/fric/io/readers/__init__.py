@@ -1,0 +1,1 @@
+"""Readers of foreign log files, one format a file."""

@@ -1,0 +1,135 @@
+"""YAML documents (``fric: TYPE/1``): read with line numbers for errors, validated, written for people."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.error import YAMLError
+
+from fric.errors import FricError
+from fric.io.documents import Document
+from fric.io.output import staged
+
+D = TypeVar("D", bound=Document)
+
+
+@cache
+def _yaml() -> YAML:
+    yaml = YAML(typ="rt")
+    yaml.width = 140
+    yaml.default_flow_style = False
+    return yaml
+
+
+def read_document(path: Path, model: type[D]) -> D:
+    """Read a YAML document and validate it against its schema.
+
+    Raises
+    ------
+    FricError
+        When the file cannot be read, is no YAML, is of another type, or a value does not fit: with its line.
+    """
+    path = Path(path)
+    tree = read_tree(path)
+    if not isinstance(tree, CommentedMap):
+        raise FricError(
+            "is no YAML document", where=str(path), mend=f"Start it with 'fric: {model.type_name()}'."
+        )
+    found = tree.get("fric", "nothing of fric's")
+    if found != model.type_name():
+        raise FricError(f"holds {found}, not {model.type_name()}", where=str(path))
+    try:
+        return model.model_validate(plain(tree))
+    except ValidationError as error:
+        raise _told(error, tree, path) from None
+    except FricError as error:
+        raise error.at(str(path)) from None
+
+
+def read_tree(path: Path) -> Any:
+    """Read a YAML file as it stands, with line numbers kept."""
+    try:
+        return _yaml().load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise FricError("there is no such file", where=str(path)) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise FricError(f"cannot be read: {error}", where=str(path)) from None
+    except YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else str(path)
+        raise FricError(f"is no YAML: {getattr(error, 'problem', error)}", where=where) from None
+
+
+def dump(tree: Mapping[str, Any]) -> str:
+    """Return a document as YAML text: a quantity on one line, everything else in blocks."""
+    buffer = io.StringIO()
+    _yaml().dump(_styled(tree), buffer)
+    return buffer.getvalue()
+
+
+def write_document(path: Path, tree: Mapping[str, Any], *, force: bool = False) -> None:
+    """Write a document whole or not at all."""
+    text = dump(tree)
+    with staged(Path(path), force=force) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
+def plain(tree: Any) -> Any:
+    """Return a loaded tree as plain dicts, lists and scalars."""
+    if isinstance(tree, Mapping):
+        return {str(key): plain(value) for key, value in tree.items()}
+    if isinstance(tree, list | tuple):
+        return [plain(value) for value in tree]
+    for scalar in (bool, int, float, str):
+        if isinstance(tree, scalar):
+            return scalar(tree)
+    return tree
+
+
+def _styled(tree: Any, depth: int = 0) -> Any:
+    if isinstance(tree, Mapping):
+        styled = CommentedMap({key: _styled(value, depth + 1) for key, value in tree.items()})
+        if "value" in tree or (depth >= 3 and not any(isinstance(v, Mapping) for v in tree.values())):
+            styled.fa.set_flow_style()
+        return styled
+    if isinstance(tree, str):
+        return tree
+    if isinstance(tree, Sequence):
+        sequence = CommentedSeq([_styled(value, depth + 1) for value in tree])
+        if all(
+            isinstance(value, int | float) or (isinstance(value, Sequence) and not isinstance(value, str))
+            for value in tree
+        ):
+            sequence.fa.set_flow_style()
+        return sequence
+    return float(f"{tree:.6g}") if isinstance(tree, float) else tree
+
+
+def _told(error: ValidationError, tree: CommentedMap, path: Path) -> FricError:
+    """Turn the first complaint of the schema into a line with its place in the file."""
+    complaint = error.errors()[0]
+    place = [
+        str(step)
+        for step in complaint["loc"]
+        if not (isinstance(step, str) and step.startswith(("function-", "tagged")))
+    ]
+    node: Any = tree
+    line: int | None = None
+    for step in place:
+        try:
+            key: Any = int(step) if isinstance(node, CommentedSeq) else step
+            line = node.lc.key(key)[0] + 1 if isinstance(node, CommentedMap) else node.lc.item(key)[0] + 1
+            node = node[key]
+        except (KeyError, IndexError, ValueError, AttributeError, TypeError):
+            break
+    where = f"{path}, line {line}" if line else str(path)
+    message = complaint["msg"].removeprefix("Value error, ")
+    what, _, mend = message.partition("\n")
+    return FricError(f"{'.'.join(place)}: {what}" if place else what, where=where, mend=mend)

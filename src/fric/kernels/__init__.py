@@ -1,0 +1,1 @@
+"""Compiled loops. This package sees numpy and numba alone."""

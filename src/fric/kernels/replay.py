@@ -1,0 +1,53 @@
+"""Replay of a friction model along a given motion."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from fric.kernels.signatures import STEP_FUNCTION, Step
+
+_ARRAY = types.float64[::1]
+
+
+@numba.njit(types.void(STEP_FUNCTION, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY), cache=True)
+def _replay(
+    step: Step,
+    position: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    time: NDArray[np.float64],
+    state: NDArray[np.float64],
+    parameters: NDArray[np.float64],
+    force: NDArray[np.float64],
+) -> None:
+    force[0] = step(0.0, velocity[0], 0.0, state, parameters)
+    for n in range(1, position.size):
+        force[n] = step(position[n] - position[n - 1], velocity[n], time[n] - time[n - 1], state, parameters)
+
+
+def replay(
+    step: Step,
+    position: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    time: NDArray[np.float64],
+    state: NDArray[np.float64],
+    parameters: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the friction force [N], shape (n,), of a model moved along a motion.
+
+    Parameters
+    ----------
+    step
+        The model's compiled step.
+    position, velocity, time
+        The motion [m], [m/s], [s], each of shape (n,).
+    state
+        The model's state at the first sample; changed in place to that at the last.
+    parameters
+        The model's parameters as it packs them.
+    """
+    force = np.empty_like(position)
+    _replay(step, position, velocity, time, state, parameters, force)
+    return force

@@ -1,0 +1,158 @@
+"""One record of a drive's log, in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+from fric.errors import FricError
+from fric.units import Motion, si_unit
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Kind = Literal["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response", "motion"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+CHANNELS = ("time", "position", "velocity", "force", "input", "reference")
+"""What a record in time can hold; each is also a dimension of `fric.units`, but for reference, a position."""
+
+
+def channel_dimension(channel: str) -> str:
+    """Return the dimension (see `fric.units`) that a channel of a record is in."""
+    return "position" if channel == "reference" else channel
+
+
+@dataclass(frozen=True)
+class Log:
+    """One record of one axis: what was logged over time.
+
+    A record holds the position, the velocity, or both; force, input and reference as they were logged.
+
+    Parameters
+    ----------
+    time
+        Sample instants [s], strictly increasing, shape (n,).
+    position
+        Measured position [m or rad], shape (n,).
+    velocity
+        Measured velocity [m/s or rad/s], shape (n,).
+    force
+        Motor force or torque [N or N·m], positive in the direction of positive position, shape (n,).
+    input
+        Control voltage [V], shape (n,).
+    reference
+        Reference position [m or rad], shape (n,).
+    name
+        Name of the record in its file.
+    kind
+        The experiment it is; None where the log does not say.
+    axis, motion
+        Name of the axis, and whether it is linear or rotary.
+    source, sha256
+        File the record was read from, and the digest of what was read.
+    dropped
+        Samples left out when the record was ingested, because a cell was no number.
+
+    Raises
+    ------
+    FricError
+        When the channels differ in length, or there is neither position nor velocity.
+    """
+
+    time: NDArray[np.float64]
+    position: NDArray[np.float64] | None = None
+    velocity: NDArray[np.float64] | None = None
+    force: NDArray[np.float64] | None = None
+    input: NDArray[np.float64] | None = None
+    reference: NDArray[np.float64] | None = None
+    name: str = "record"
+    kind: Kind | None = None
+    axis: str = "x"
+    motion: Motion = "linear"
+    source: str = ""
+    sha256: str = ""
+    dropped: int = 0
+
+    def __post_init__(self) -> None:
+        lengths = {channel: len(values) for channel, values in self.channels().items()}
+        if len(set(lengths.values())) > 1:
+            told = ", ".join(f"{channel} {n}" for channel, n in lengths.items())
+            raise FricError(f"channels differ in length ({told})", where=self.where)
+        if self.position is None and self.velocity is None:
+            raise FricError(
+                "there is neither position nor velocity",
+                where=self.where,
+                mend="Map one of them to a column.",
+            )
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def where(self) -> str:
+        """File and record, for messages."""
+        return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
+
+    def channels(self) -> dict[str, NDArray[np.float64]]:
+        """Return the channels that were logged, by name, time first."""
+        found = {channel: getattr(self, channel) for channel in CHANNELS}
+        return {channel: values for channel, values in found.items() if values is not None}
+
+    def unit(self, channel: str) -> str:
+        """Return the SI unit of a channel on this axis."""
+        return si_unit(channel_dimension(channel), self.motion)
+
+    def require(self, channel: str, purpose: str) -> NDArray[np.float64]:
+        """Return a channel, or raise a `FricError` that says what it is needed for."""
+        values: NDArray[np.float64] | None = getattr(self, channel)
+        if values is None:
+            raise FricError(
+                f"no {channel} was logged, and {purpose} needs it",
+                where=self.where,
+                mend=f"Log the {channel}, or map its column when ingesting.",
+            )
+        return values
+
+    def slice(self, start: int, stop: int) -> Log:
+        """Return the samples from ``start`` up to ``stop`` as a record of its own."""
+        cut: dict[str, Any] = {channel: values[start:stop] for channel, values in self.channels().items()}
+        return replace(self, **cut)
+
+
+@dataclass(frozen=True)
+class FrequencyResponse:
+    """A measured frequency response from control voltage to position, as a table.
+
+    Parameters
+    ----------
+    frequency
+        Frequencies [Hz], increasing, shape (n,).
+    magnitude
+        |Z/U| [m/V or rad/V], shape (n,).
+    phase
+        Phase [rad], unwrapped, shape (n,).
+    coherence
+        Coherence at each frequency (0 to 1), shape (n,), where it was measured.
+    name, axis, motion, source, sha256
+        As in `Log`.
+    """
+
+    frequency: NDArray[np.float64]
+    magnitude: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    coherence: NDArray[np.float64] | None = None
+    name: str = "response"
+    axis: str = "x"
+    motion: Motion = "linear"
+    source: str = ""
+    sha256: str = ""
+
+    @property
+    def where(self) -> str:
+        """File and record, for messages."""
+        return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
+
+
+LOG_ATTRIBUTES = tuple(f.name for f in fields(Log) if f.name not in CHANNELS)

@@ -1,0 +1,1 @@
+"""Virtual experiments and the circular test."""

@@ -1,0 +1,151 @@
+"""Units, parsed at the edge: every number inside fric is a float in SI (rad and N·m for a rotary axis).
+
+A *dimension* is what a number measures (``force``, ``velocity``, …). Its SI unit depends on the motion of the
+axis: a force is in N on a linear axis and a torque in N·m on a rotary one.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any, Literal
+
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    import pint
+
+Motion = Literal["linear", "rotary"]
+
+SI_UNITS: dict[str, tuple[str, str]] = {
+    # dimension: (linear, rotary)
+    "time": ("s", "s"),
+    "frequency": ("Hz", "Hz"),
+    "position": ("m", "rad"),
+    "velocity": ("m/s", "rad/s"),
+    "acceleration": ("m/s^2", "rad/s^2"),
+    "force": ("N", "N*m"),
+    "input": ("V", "V"),
+    "angle": ("rad", "rad"),
+    "ratio": ("1", "1"),
+    "mass": ("kg", "kg*m^2"),
+    "viscous": ("N*s/m", "N*m*s/rad"),
+    "stiffness": ("N/m", "N*m/rad"),
+    "force rate": ("N/s", "N*m/s"),
+    "force per input": ("N/V", "N*m/V"),
+    "rate": ("1/s", "1/s"),
+    "acceleration per input": ("m/(s^2*V)", "rad/(s^2*V)"),
+    "position per input": ("m/V", "rad/V"),
+    "velocity gain": ("V*s/m", "V*s/rad"),
+    "position gain": ("V/m", "V/rad"),
+}
+
+
+def si_unit(dimension: str, motion: Motion = "linear") -> str:
+    """Return the SI unit of a dimension on a linear or rotary axis, as it is written in files."""
+    return SI_UNITS[dimension][motion == "rotary"]
+
+
+@cache
+def _registry() -> pint.UnitRegistry[Any]:
+    import pint  # 290 ms: only when a unit is met that is not SI already
+
+    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=":auto:")
+    return registry
+
+
+@cache
+def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
+    """Return the factor that takes a number in ``unit`` to the SI unit of ``dimension``.
+
+    Raises
+    ------
+    FricError
+        When the unit is not known, or measures something else.
+    """
+    si = si_unit(dimension, motion)
+    if unit.strip() == si:
+        return 1.0
+    registry = _registry()
+    import pint
+
+    spelled = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u")
+    try:
+        quantity = registry.Quantity(1.0, spelled)
+        return float(quantity.to(si).magnitude)
+    except pint.DimensionalityError:
+        other: Motion = "linear" if motion == "rotary" else "rotary"
+        hint = f" (the axis is {motion}; is it {other}?)" if _fits(spelled, dimension, other) else ""
+        raise FricError(
+            f"{dimension} cannot be in '{unit}': that unit measures {_measured(spelled)}",
+            mend=f"Give a unit that converts to {si}{hint}.",
+        ) from None
+    except (pint.errors.PintError, AttributeError, ValueError, TypeError, AssertionError):
+        raise FricError(
+            f"'{unit}' is not a unit that is known", mend=f"Give a unit that converts to {si}."
+        ) from None
+
+
+def _fits(unit: str, dimension: str, motion: Motion) -> bool:
+    return bool(
+        _registry().Quantity(1.0, unit).check(_registry().Unit(si_unit(dimension, motion)).dimensionality)
+    )
+
+
+def _measured(unit: str) -> str:
+    """Name what a unit measures, for an error message: '[length]', '[mass] / [time] ** 2'."""
+    dimensionality = _registry().Quantity(1.0, unit).dimensionality
+    for dimension, units in SI_UNITS.items():
+        for si in units:
+            if si not in {"1", "rad"} and _registry().Unit(si).dimensionality == dimensionality:
+                return "a torque" if si == "N*m" else f"a {dimension}"
+    return str(dimensionality)
+
+
+def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float:
+    """Parse a quantity such as ``"30 mm"`` to SI. A bare number is an error: units are explicit.
+
+    Raises
+    ------
+    FricError
+        When there is no number, no unit, or the unit is of the wrong dimension.
+    """
+    number, _, unit = str(text).strip().partition(" ")
+    if not unit:
+        head = str(text).strip()
+        cut = len(head)
+        while cut and not (head[cut - 1].isdigit() or head[cut - 1] == "."):
+            cut -= 1
+        number, unit = head[:cut], head[cut:]
+    si = si_unit(dimension, motion)
+    try:
+        value = float(number)
+    except ValueError:
+        raise FricError(
+            f"'{text}' is not a quantity", mend=f"Write a number and a unit, as in '1.5 {si}'."
+        ) from None
+    if not unit and si != "1":
+        raise FricError(f"'{text}' has no unit", mend=f"Write the unit too, as in '{number} {si}'.")
+    return value * (factor(unit, dimension, motion) if unit else 1.0)
+
+
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+
+
+def readable(value: float, unit: str, digits: int = 3) -> str:
+    """Return a value for people: ``readable(2.2e-5, "m") == "22 µm"``. Only plain units take a prefix."""
+    if unit in {"1", ""}:
+        return f"{value:.{digits}g}"
+    if (
+        unit not in {"m", "N", "V", "s", "Hz", "m/s", "rad", "rad/s", "N*m", "N/m", "N/s"}
+        or value == 0
+        or value != value
+    ):
+        return f"{value:.{digits}g} {unit.replace('*', '·')}"
+    size = abs(value)
+    scale, prefix = next(((s, p) for s, p in _PREFIXES if size >= s * 0.9995), _PREFIXES[-1])
+    if unit in {"N", "V", "rad", "rad/s", "Hz", "N/m"} and scale < 1e-3:
+        scale, prefix = 1e-3, "m"
+    text = f"{value / scale:.{digits}g}"
+    if "e" in text:
+        text = f"{value / scale:.0f}"
+    return f"{text} {prefix}{unit.replace('*', '·')}"
