@@ -1,7 +1,11 @@
 from .errors import FricError as FricError
+from .figures.style import save_figure as save_figure
+from .io.documents import document_schema as document_schema
+from .io.documents import document_types as document_types
 from .io.hdf5 import read_logs as read_logs
 from .io.hdf5 import read_records as read_records
 from .io.hdf5 import write_logs as write_logs
+from .io.provenance import provenance as provenance
 from .io.yaml import dump as dump
 from .io.yaml import read_document as read_document
 from .io.yaml import write_document as write_document

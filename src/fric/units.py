@@ -80,15 +80,11 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
             mend=f"Give a unit that converts to {si}{hint}.",
         ) from None
     except (pint.errors.PintError, AttributeError, ValueError, TypeError, AssertionError):
-        raise FricError(
-            f"'{unit}' is not a unit that is known", mend=f"Give a unit that converts to {si}."
-        ) from None
+        raise FricError(f"'{unit}' is not a unit that is known", mend=f"Give a unit that converts to {si}.") from None
 
 
 def _fits(unit: str, dimension: str, motion: Motion) -> bool:
-    return bool(
-        _registry().Quantity(1.0, unit).check(_registry().Unit(si_unit(dimension, motion)).dimensionality)
-    )
+    return bool(_registry().Quantity(1.0, unit).check(_registry().Unit(si_unit(dimension, motion)).dimensionality))
 
 
 def _measured(unit: str) -> str:
@@ -120,9 +116,7 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
     try:
         value = float(number)
     except ValueError:
-        raise FricError(
-            f"'{text}' is not a quantity", mend=f"Write a number and a unit, as in '1.5 {si}'."
-        ) from None
+        raise FricError(f"'{text}' is not a quantity", mend=f"Write a number and a unit, as in '1.5 {si}'.") from None
     if not unit and si != "1":
         raise FricError(f"'{text}' has no unit", mend=f"Write the unit too, as in '{number} {si}'.")
     return value * (factor(unit, dimension, motion) if unit else 1.0)

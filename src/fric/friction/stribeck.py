@@ -17,9 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-@numba.njit(
-    types.float64(types.float64, types.float64, types.float64, types.float64, types.float64), cache=True
-)
+@numba.njit(types.float64(types.float64, types.float64, types.float64, types.float64, types.float64), cache=True)
 def stribeck_level(v: float, F_c: float, F_s: float, v_s: float, delta: float) -> float:
     """Return |s(v)| [N], the Stribeck curve without its sign and without the viscous part."""
     level: float = F_c + (F_s - F_c) * exp(-(abs(v / v_s) ** delta))
@@ -72,9 +70,7 @@ class StaticMap(FrictionModel):
 
     def level(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Return |s(v)| [N], the Stribeck curve without sign and without the viscous part."""
-        return np.asarray(
-            self.F_c + (self.F_s - self.F_c) * np.exp(-(np.abs(np.asarray(v) / self.v_s) ** self.delta))
-        )
+        return np.asarray(self.F_c + (self.F_s - self.F_c) * np.exp(-(np.abs(np.asarray(v) / self.v_s) ** self.delta)))
 
     def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Return the force of eq. (2) [N] at velocity v [m/s]."""

@@ -57,9 +57,7 @@ class LogWriter:
 
     def digests(self) -> dict[str, str]:
         """Return the names of the records in the file by their sha256."""
-        return {
-            str(group.attrs["sha256"]): name for name, group in self._records.items() if group.attrs["sha256"]
-        }
+        return {str(group.attrs["sha256"]): name for name, group in self._records.items() if group.attrs["sha256"]}
 
     def create(self, name: str, **attributes: str | int | None) -> RecordWriter:
         """Start a record; a name that is taken gets a number."""

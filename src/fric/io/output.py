@@ -15,9 +15,7 @@ def refuse_existing(*paths: Path | None, force: bool = False) -> None:
     """Raise when one of the outputs exists and may not be replaced, before any work is done."""
     for path in paths:
         if path is not None and path.exists() and not force:
-            raise FricError(
-                "the output exists", where=str(path), mend="Name another file, or replace it with --force."
-            )
+            raise FricError("the output exists", where=str(path), mend="Name another file, or replace it with --force.")
 
 
 @contextmanager

@@ -39,9 +39,7 @@ def read_document(path: Path, model: type[D]) -> D:
     path = Path(path)
     tree = read_tree(path)
     if not isinstance(tree, CommentedMap):
-        raise FricError(
-            "is no YAML document", where=str(path), mend=f"Start it with 'fric: {model.type_name()}'."
-        )
+        raise FricError("is no YAML document", where=str(path), mend=f"Start it with 'fric: {model.type_name()}'.")
     found = tree.get("fric", "nothing of fric's")
     if found != model.type_name():
         raise FricError(f"holds {found}, not {model.type_name()}", where=str(path))

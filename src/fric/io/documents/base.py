@@ -1,14 +1,13 @@
-"""The YAML documents and their schemas; `fric schema TYPE` prints each as JSON Schema."""
+"""What every YAML document shares: quantities with units, provenance, and the line that says its type."""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.friction import models
 from fric.units import Motion, factor, si_unit
 
 
@@ -36,9 +35,7 @@ class Quantity(Part):
             try:
                 return {"value": float(number), "unit": unit.strip() or "1"}
             except ValueError:
-                raise ValueError(
-                    f"'{given}' is not a quantity\nWrite a number and a unit, as in '105 N'."
-                ) from None
+                raise ValueError(f"'{given}' is not a quantity\nWrite a number and a unit, as in '105 N'.") from None
         if isinstance(given, int | float) and not isinstance(given, bool):
             return {"value": float(given), "unit": "1"}
         return given
@@ -83,9 +80,7 @@ class Document(Part):
         return f"{cls.type}/{cls.version}"
 
 
-def quantities(
-    given: dict[str, Any], dimensions: dict[str, str], motion: Motion, where: str
-) -> dict[str, Estimate]:
+def quantities(given: dict[str, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
     """Parse named quantities of known dimensions to SI; raise ValueError with the mend on a misfit."""
     found: dict[str, Estimate] = {}
     for name, value in given.items():
@@ -96,50 +91,3 @@ def quantities(
         except FricError as error:
             raise ValueError(f"{where}.{name}: {error.what}\n{error.mend}") from None
     return found
-
-
-def _document_types() -> dict[str, type[Document]]:
-    pending, found = [Document], {}
-    while pending:
-        document = pending.pop()
-        pending += document.__subclasses__()
-        if "type" in vars(document):
-            found[document.type] = document
-    return dict(sorted(found.items()))
-
-
-class FrictionDocument(Document):
-    """A friction file: the static map, and any other model under its own name."""
-
-    model_config = ConfigDict(extra="allow", frozen=True)
-    type: ClassVar[str] = "friction"
-
-    axis: str
-    motion: Motion = "linear"
-    static: dict[str, Quantity] | None = Field(
-        None, description="F_c, F_s, v_s, delta, sigma, offset of eq. (2)"
-    )
-    static_negative: dict[str, Quantity] | None = Field(None, description="the negative direction's own values")
-    fit: dict[str, Any] = Field(default_factory=dict, description="how well the static map fits")
-
-    @model_validator(mode="after")
-    def _models_are_known(self) -> Self:
-        for name in self.model_extra or {}:
-            if name not in models() and name.removesuffix("_fit") not in models():
-                raise ValueError(f"'{name}' is not a friction model\nKnown are {', '.join(models())}.")
-        self.estimates("static") if self.static else None
-        return self
-
-    def estimates(self, section: str) -> dict[str, Estimate]:
-        """Return the parameters of one section (``static``, ``gms``, …) in SI."""
-        name = section.removesuffix("_negative")
-        given = getattr(self, section, None) or (self.model_extra or {}).get(section)
-        if not given:
-            raise FricError(f"there is no '{section}' in the friction of axis {self.axis}")
-        dimensions = {p.name: p.dimension for p in models()[name].parameters}
-        if name == "static":
-            dimensions["offset"] = "force"
-        raw = {
-            key: value.model_dump() if isinstance(value, Quantity) else value for key, value in given.items()
-        }
-        return quantities(raw, dimensions, self.motion, section)

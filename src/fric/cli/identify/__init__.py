@@ -1,0 +1,7 @@
+"""The group `fric identify`: one subcommand a file."""
+
+from __future__ import annotations
+
+import typer
+
+app = typer.Typer(name="identify", help="Identify friction and plant from logs.", no_args_is_help=True)

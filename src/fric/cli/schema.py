@@ -1,0 +1,17 @@
+"""`fric schema`: the JSON Schema of a document type, for editors."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+import fric
+from fric.cli.console import print_json
+
+
+def schema(
+    type_name: Annotated[str, typer.Argument(metavar="TYPE", help="friction, mapping, plant, machine, …")],
+) -> None:
+    """Print the JSON Schema of a document type."""
+    print_json(fric.document_schema(type_name))

@@ -1,0 +1,67 @@
+"""The look of every figure: colour-blind safe, readable in print, axes with units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from cycler import cycler
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from fric.errors import FricError
+from fric.io.output import staged
+
+# Okabe and Ito's palette, distinguishable with every common colour vision and in grey.
+BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#000000", "#7F7F7F"
+CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+
+STYLE: Any = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.labelsize": 9,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.2,
+    "axes.prop_cycle": cycler(color=CYCLE),
+    "savefig.dpi": 160,
+    "svg.hashsalt": "fric",
+}
+
+
+@contextmanager
+def new_figure(width: float = 6.3, height: float = 4.0) -> Iterator[Figure]:
+    """Give an empty figure [inch] in the style, without pyplot's global state."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(figure)
+        yield figure
+
+
+def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
+    """Write a figure whole or not at all; the name's ending says the format.
+
+    Raises
+    ------
+    FricError
+        When the ending is none that Matplotlib writes.
+    """
+    path = Path(path)
+    ending = path.suffix.lstrip(".").lower()
+    if ending not in {"png", "svg", "pdf"}:
+        raise FricError(
+            f"'{path.suffix}' is no figure format", where=str(path), mend="End the name in .png, .svg or .pdf."
+        )
+    with mpl.rc_context(STYLE), staged(path, force=force) as draft:
+        metadata = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
+        figure.savefig(draft, format=ending, metadata=metadata)

@@ -1,0 +1,42 @@
+"""The YAML documents, one type a file; `fric schema TYPE` prints each as JSON Schema."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any
+
+from fric.errors import FricError
+from fric.io.documents.base import Document, Part, Quantity
+
+__all__ = ["Document", "Part", "Quantity", "document_types"]
+
+
+@cache
+def document_types() -> dict[str, type[Document]]:
+    """Return every document type by what stands behind ``fric:`` in its file, without the version."""
+    for module in iter_modules(__path__):
+        import_module(f"{__name__}.{module.name}")
+    pending: list[type[Document]] = [Document]
+    found: dict[str, type[Document]] = {}
+    while pending:
+        document = pending.pop()
+        pending += document.__subclasses__()
+        if "type" in vars(document):
+            found[document.type] = document
+    return dict(sorted(found.items()))
+
+
+def document_schema(type_name: str) -> dict[str, Any]:
+    """Return the JSON Schema of a document type.
+
+    Raises
+    ------
+    FricError
+        When there is no such type.
+    """
+    types = document_types()
+    if type_name not in types:
+        raise FricError(f"there is no document type '{type_name}'", mend=f"The types are {', '.join(types)}.")
+    return types[type_name].model_json_schema()

@@ -1,0 +1,30 @@
+"""Where a document comes from: version, time, command, and the logs with their digests."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import fric
+from fric.log import FrequencyResponse, Log
+
+
+def provenance(logs: Iterable[Log | FrequencyResponse] = ()) -> dict[str, Any]:
+    """Return the ``provenance`` of a document made by this process from these records.
+
+    The time is ``SOURCE_DATE_EPOCH`` where that is set, so that an output can be made again to the last byte.
+    """
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    made = datetime.fromtimestamp(int(epoch), UTC) if epoch else datetime.now(UTC)
+    program = Path(sys.argv[0]).name.replace("__main__.py", "fric")
+    return {
+        "fric": fric.__version__,
+        "created": made.isoformat(timespec="seconds"),
+        "command": shlex.join([program, *sys.argv[1:]]),
+        "logs": [{"file": log.source, "record": log.name, "sha256": log.sha256} for log in logs],
+    }
