@@ -31,6 +31,8 @@ def _yaml() -> YAML:
 def read_document(path: Path, model: type[D]) -> D:
     """Read a YAML document and validate it against its schema.
 
+    A document may name other files, beside it or by a whole path: they are read too.
+
     Raises
     ------
     FricError
@@ -44,7 +46,7 @@ def read_document(path: Path, model: type[D]) -> D:
     if found != model.type_name():
         raise FricError(f"holds {found}, not {model.type_name()}", where=str(path))
     try:
-        return model.model_validate(plain(tree))
+        return model.model_validate(plain(tree), context={"folder": path.parent})
     except ValidationError as error:
         raise _told(error, tree, path) from None
     except FricError as error:
@@ -118,6 +120,10 @@ def _told(error: ValidationError, tree: CommentedMap, path: Path) -> FricError:
         for step in complaint["loc"]
         if not (isinstance(step, str) and step.startswith(("function-", "tagged")))
     ]
+    message = complaint["msg"].removeprefix("Value error, ")
+    named, colon, rest = message.partition(": ")
+    if colon and " " not in named:  # a check of the whole document names the place in its message
+        place, message = [*place, *named.split(".")], rest
     node: Any = tree
     line: int | None = None
     for step in place:
@@ -128,6 +134,5 @@ def _told(error: ValidationError, tree: CommentedMap, path: Path) -> FricError:
         except (KeyError, IndexError, ValueError, AttributeError, TypeError):
             break
     where = f"{path}, line {line}" if line else str(path)
-    message = complaint["msg"].removeprefix("Value error, ")
     what, _, mend = message.partition("\n")
     return FricError(f"{'.'.join(place)}: {what}" if place else what, where=where, mend=mend)

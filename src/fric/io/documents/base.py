@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -80,14 +80,49 @@ class Document(Part):
         return f"{cls.type}/{cls.version}"
 
 
+class Physical(Part):
+    """A part whose fields are quantities of known dimensions."""
+
+    dimensions: ClassVar[dict[str, str]]
+
+    def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
+        """Return the quantities that are given, in SI; raise ValueError with the mend on a misfit."""
+        given = {name: getattr(self, name) for name in self.dimensions}
+        raw = {name: value.model_dump() for name, value in given.items() if value is not None}
+        found = quantities(raw, self.dimensions, motion, where)
+        for name, estimate in found.items():
+            if isinstance(estimate.value, tuple):
+                raise ValueError(
+                    f"{name}: {len(estimate.value)} values stand where there is one\nGive one number with its unit."
+                )
+        return found
+
+    def values(self, motion: Motion) -> dict[str, float]:
+        """Return the quantities that are given, as numbers in SI."""
+        return {name: float(estimate) for name, estimate in self.estimates(motion).items()}
+
+
+class AxisDocument(Document, Physical):
+    """A document of quantities that is of one axis."""
+
+    axis: str
+    motion: Motion = "linear"
+
+    @model_validator(mode="after")
+    def _units_fit(self) -> Self:
+        self.estimates(self.motion)
+        return self
+
+
 def quantities(given: dict[str, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
     """Parse named quantities of known dimensions to SI; raise ValueError with the mend on a misfit."""
     found: dict[str, Estimate] = {}
     for name, value in given.items():
         if name not in dimensions:
-            raise ValueError(f"{where}: '{name}' is not a parameter\nKnown are {', '.join(dimensions)}.")
+            raise ValueError(f"{where or 'here'}: '{name}' is not a parameter\nKnown are {', '.join(dimensions)}.")
         try:
             found[name] = Quantity.model_validate(value).si(dimensions[name], motion)
         except FricError as error:
-            raise ValueError(f"{where}.{name}: {error.what}\n{error.mend}") from None
+            place = f"{where}.{name}" if where else name
+            raise ValueError(f"{place}: {error.what}\n{error.mend}") from None
     return found

@@ -1,0 +1,97 @@
+"""The plant of one axis, eq. (1) of the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, expm1
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A mass with linear damping, driven by a voltage through a delay, eq. (1).
+
+    ``Z(s)/U(s) = B·e^(-s·T_d) / (s·(s + A))``, and with friction and a constant load
+    ``z̈ = B·u(t - T_d) - A·ż - (F + load)/M``.
+
+    Parameters
+    ----------
+    A
+        Linear damping of the drive itself (back-EMF, eddy currents) [1/s].
+    B
+        Acceleration per volt [m/(s²·V)].
+    T_d
+        Delay that is seen in the measured response [s]; half a sample of it is the hold of the controller's output.
+    K_f
+        Force constant [N/V].
+
+    Raises
+    ------
+    FricError
+        When a value is not positive (A and T_d may be zero).
+    """
+
+    A: float
+    B: float
+    T_d: float
+    K_f: float
+
+    def __post_init__(self) -> None:
+        for name in ("A", "B", "T_d", "K_f"):
+            value = getattr(self, name)
+            if not (value > 0 or (name in {"A", "T_d"} and value == 0)):
+                raise FricError(f"{name} of the plant is {value:g}", mend=f"{name} is a positive number.")
+
+    @property
+    def M(self) -> float:
+        """Moving mass ``K_f/B`` [kg]."""
+        return self.K_f / self.B
+
+    @property
+    def damping(self) -> float:
+        """Linear damping ``M·A`` [N·s/m]: what a force logged at constant velocity holds besides friction."""
+        return self.M * self.A
+
+    def transport_delay(self, sampling: float) -> float:
+        """Return the delay of eq. (1) without the hold of a controller that samples at ``sampling`` [Hz], in s.
+
+        Raises
+        ------
+        FricError
+            When T_d is shorter than half a sample.
+        """
+        delay = self.T_d - 0.5 / sampling
+        if delay < -1e-12:
+            raise FricError(
+                f"the delay T_d of {self.T_d:g} s is shorter than half a sample ({0.5 / sampling:g} s)",
+                mend="T_d is what a measured response shows, the hold of the controller's output included.",
+            )
+        return max(delay, 0.0)
+
+    def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Return Z/U [m/V] at the frequencies [Hz], shape (n,)."""
+        s = 2j * np.pi * np.asarray(frequency, float)
+        return np.asarray(self.B * np.exp(-s * self.T_d) / (s * (s + self.A)))
+
+    def held(self, T: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return Phi (2, 2) and Gamma (2,) of the plant without delay, exact for an input held over T [s].
+
+        ``[z, ż](t + T) = Phi·[z, ż](t) + Gamma·u``
+        """
+        x = self.A * T
+        if x < 1e-3:  # the closed forms cancel; the next term of the series is below 1e-13
+            once, twice = (
+                T * (1 - x / 2 * (1 - x / 3 * (1 - x / 4))),
+                T * T / 2 * (1 - x / 3 * (1 - x / 4 * (1 - x / 5))),
+            )
+        else:
+            once = -expm1(-x) / self.A
+            twice = (T - once) / self.A
+        return np.array([[1.0, once], [0.0, exp(-x)]]), self.B * np.array([twice, once])

@@ -1,0 +1,50 @@
+"""What the controller sees of the motion: a quantised position, a filtered first difference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Encoder:
+    """A linear or rotary encoder that rounds the position to whole steps.
+
+    Parameters
+    ----------
+    resolution
+        One step [m or rad]; 0 for a position that is not quantised.
+
+    Raises
+    ------
+    FricError
+        When the resolution is negative.
+    """
+
+    resolution: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.resolution >= 0:
+            raise FricError(f"the encoder's resolution is {self.resolution:g}", mend="Give a positive length, or 0.")
+
+    def read(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the position as the encoder tells it [m], of the same shape."""
+        if self.resolution == 0.0:
+            return position
+        return np.asarray(np.rint(position / self.resolution) * self.resolution)
+
+
+def low_pass_pole(corner: float, sampling: float) -> float:
+    """Return the pole of the velocity filter ``v[n] = p·v[n-1] + (1 - p)·(z[n] - z[n-1])/T_s``.
+
+    ``p = exp(-2π·corner/sampling)`` keeps the corner frequency [Hz] of the first-order low-pass.
+    """
+    return exp(-2 * pi * corner / sampling)

@@ -1,0 +1,42 @@
+"""The observer file: ``fric: observer/1``."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from fric.compensation.disturbance_observer import DisturbanceObserver, QFilter
+from fric.io.documents.base import AxisDocument, Physical, Quantity
+from fric.units import Motion
+
+
+class ObserverPart(Physical):
+    """A disturbance observer ``d̂ = Q·(G_n⁻¹·z - u_t)``, ``G_n = B/(s·(s + A))``."""
+
+    dimensions: ClassVar[dict[str, str]] = {"cutoff": "frequency", "A": "rate", "B": "acceleration per input"}
+
+    filter: str = Field("binomial2", description="the filter Q: binomial2, binomial3, binomial4, butterworth2, …")
+    cutoff: Quantity = Field(description="corner frequency of Q [Hz]")
+    A: Quantity | None = Field(None, description="damping of the nominal plant [1/s]; the plant's where left out")
+    B: Quantity | None = Field(None, description="gain of the nominal plant; the plant's where left out")
+
+    def observer(self, motion: Motion, A: float, B: float) -> DisturbanceObserver:
+        """Return the observer in SI; A and B are those of the plant, taken where the file gives none.
+
+        Raises
+        ------
+        FricError
+            When there is no such filter, or its cutoff is not positive.
+        """
+        values = self.values(motion)
+        q = QFilter(self.filter, values.pop("cutoff"))
+        return DisturbanceObserver(q, **{"A": A, "B": B, **values})
+
+
+class ObserverDocument(AxisDocument, ObserverPart):
+    """An observer file: the filter Q of one axis, and the limit and margins it was designed for."""
+
+    type: ClassVar[str] = "observer"
+
+    margins: dict[str, Any] = Field(default_factory=dict, description="limit of Q, and margins of the whole loop")
