@@ -1,36 +1,78 @@
 import numpy as np
 import pytest
+from scipy import signal
 
-from fric.compensation.disturbance_observer import Q_FILTERS, DisturbanceObserver, QFilter
+from fric.compensation.disturbance_observer import DifferenceEquation, DisturbanceObserver
+from fric.compensation.q_filter import Q_FILTERS, QFilter
 from fric.errors import FricError
 
-
-@pytest.mark.parametrize("name", Q_FILTERS)
-def test_q_has_unit_gain_at_rest_and_falls_at_least_as_the_inverse_plant_rises(name: str) -> None:
-    q = QFilter(name, 60.0)
-    assert q.response(np.array([1e-6]))[0] == pytest.approx(1.0)
-    high = np.abs(q.response(np.array([1e5, 2e5])))
-    assert high[0] / high[1] >= 4.0 * (1 - 1e-3)
+A, B, T_S = 28.57, 4.526, 1 / 4000
+FILTERS = pytest.mark.parametrize("name", Q_FILTERS)
 
 
-@pytest.mark.parametrize("name", [name for name in Q_FILTERS if name.startswith("butterworth")])
-def test_butterworth_is_down_3_db_at_its_cutoff(name: str) -> None:
-    assert abs(QFilter(name, 60.0).response(np.array([60.0]))[0]) == pytest.approx(0.5**0.5)
+def run(equation: DifferenceEquation, x: np.ndarray) -> np.ndarray:
+    return np.asarray(signal.lfilter(equation.b, equation.a, x))
 
 
-def test_binomial_is_a_chain_of_equal_low_passes() -> None:
-    f = np.array([3.0, 60.0, 700.0])
-    for n in (2, 3, 4):
-        np.testing.assert_allclose(QFilter(f"binomial{n}", 60.0).response(f), (1 / (1 + 1j * f / 60.0)) ** n)
+@FILTERS
+@pytest.mark.parametrize("cutoff", [1.0, 60.0, 400.0])
+def test_discrete_filters_are_causal_proper_stable_and_of_right_gain_at_rest(name: str, cutoff: float) -> None:
+    both = DisturbanceObserver(QFilter(name, cutoff), A, B).discrete(4000.0)
+    for equation in (both.inverse, both.low_pass):
+        assert len(equation.b) == len(equation.a) == len(QFilter(name).poles) + 1
+        assert equation.a[0] == 1.0
+        assert np.all(np.abs(np.roots(equation.a)) < 1)
+    assert both.low_pass.b[0] == 0.0
+    assert both.low_pass.b.sum() / both.low_pass.a.sum() == pytest.approx(1.0, abs=1e-12)
+    assert abs(both.inverse.b.sum()) < 1e-12 * np.abs(both.inverse.b).sum()
 
 
-def test_inverse_plant_times_plant_is_one() -> None:
-    observer = DisturbanceObserver(QFilter(), A=28.57, B=4.526)
-    s = 2j * np.pi * np.array([0.5, 40.0])
-    np.testing.assert_allclose(np.polyval(observer.inverse_numerator(), s) * 4.526 / (s * (s + 28.57)), 1.0)
+@FILTERS
+def test_held_filter_is_the_continuous_one_at_the_samples(name: str) -> None:
+    observer = DisturbanceObserver(QFilter(name), A, B)
+    u = np.repeat(np.random.default_rng(1).normal(size=20), 10)
+    q = observer.q
+    gain = np.real(np.prod(-q.poles) / np.prod(-q.zeros))
+    continuous = signal.ZerosPolesGain(q.zeros, q.poles, gain)
+    fine = 16  # the same steps, sampled sixteen times as often
+    time = np.arange(u.size * fine) * T_S / fine
+    _, y, _ = signal.lsim(continuous, np.repeat(u, fine), time, interp=False)
+    assert run(observer.discrete(4000.0).low_pass, u) == pytest.approx(y[::fine], abs=1e-9)
 
 
-@pytest.mark.parametrize(("name", "cutoff"), [("chebyshev", 60.0), ("binomial2", 0.0)])
-def test_a_filter_that_cannot_be_is_refused(name: str, cutoff: float) -> None:
-    with pytest.raises(FricError):
-        QFilter(name, cutoff)
+@FILTERS
+def test_discrete_filters_follow_the_continuous_ones_far_below_nyquist(name: str) -> None:
+    observer = DisturbanceObserver(QFilter(name), A, B)
+    f = np.array([0.1, 1.0, 10.0, 100.0])
+    s = 2j * np.pi * f
+    Q = observer.q.response(f)
+    both = observer.discrete(4000.0)
+    assert both.inverse.response(f, 4000.0) == pytest.approx(Q * s * (s + A) / B, rel=3e-2)
+    hold = np.sinc(f * T_S) * np.exp(-0.5 * s * T_S)
+    assert both.low_pass.response(f, 4000.0) == pytest.approx(Q * hold, rel=3e-2)
+
+
+@FILTERS
+def test_a_constant_disturbance_is_found_and_a_uniform_motion_is_none(name: str) -> None:
+    """d̂ at rest under a held voltage u_t is −u_t; at constant velocity v with u_t = A·v/B it is 0."""
+    both = DisturbanceObserver(QFilter(name), A, B).discrete(4000.0)
+    n = np.arange(4000)
+    v = 0.1
+    ramp, voltage = v * n * T_S, np.full(n.size, A * v / B)
+    d_hat = run(both.inverse, ramp) - run(both.low_pass, voltage)
+    assert d_hat[-1] == pytest.approx(0.0, abs=1e-7)
+    at_rest = run(both.inverse, np.zeros(n.size)) - run(both.low_pass, voltage)
+    assert at_rest[-1] == pytest.approx(-A * v / B)
+
+
+def test_what_makes_no_observer_is_refused() -> None:
+    for name, cutoff, a, b in (
+        ("chebyshev", 60, A, B),
+        ("binomial2", 0, A, B),
+        ("binomial2", 60, -1, B),
+        ("binomial2", 60, A, 0),
+    ):
+        with pytest.raises(FricError):
+            DisturbanceObserver(QFilter(name, cutoff), a, b)
+    with pytest.raises(FricError, match="sampling"):
+        DisturbanceObserver(QFilter("binomial2", 2000.0), A, B).discrete(4000.0)

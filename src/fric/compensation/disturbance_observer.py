@@ -1,86 +1,162 @@
-"""The disturbance observer: what acts on the plant besides the control voltage, seen through a Q-filter."""
+"""The inverse-model disturbance observer of Section 4.2, and the two difference equations that the loop runs.
+
+                      u_ff (friction feedforward)
+                      ↓
+    u_c ──→(+)──→ ───(+)──→ limit ──→ drive ──→ z
+           ↑−      u_t (= limited voltage − u_ff)  │
+           │        ↓                              │
+           └─ d̂ ←─(+)←── −Q(z) ← u_t              │
+                    ↑                              │
+                    └──── Q·G_n⁻¹(z) ←─────────────┘
+
+The observer does not see the friction feedforward: one that does takes the compensated friction for a disturbance
+that it has to undo, and compensates it twice. It sees the voltage as limited: while the drive saturates, d̂ follows
+what the drive was given and not what was asked of it, so it does not wind up.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import comb, pi, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.linalg import expm
 
+from fric.compensation.q_filter import QFilter
 from fric.errors import FricError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from collections.abc import Sequence
 
-Q_FILTERS: dict[str, tuple[float, ...]] = {
-    # denominators in x = s/(2π·cutoff), highest power first; the numerator is 1
-    "binomial2": tuple(map(float, (comb(2, i) for i in range(3)))),
-    "binomial3": tuple(map(float, (comb(3, i) for i in range(4)))),
-    "binomial4": tuple(map(float, (comb(4, i) for i in range(5)))),
-    "butterworth2": (1.0, sqrt(2.0), 1.0),
-    "butterworth3": (1.0, 2.0, 2.0, 1.0),
-}
-"""Low-pass filters Q of relative degree two or higher, as G_n⁻¹ asks for."""
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
-class QFilter:
-    """The low-pass filter Q of a disturbance observer, with unit gain at zero frequency.
+class DifferenceEquation:
+    """A causal filter y[n] = Σ b_i x[n−i] − Σ_{i≥1} a_i y[n−i], with a_0 = 1.
 
     Parameters
     ----------
-    name
-        One of `Q_FILTERS`: ``binomialN`` is ``1/(τs + 1)^N`` with ``τ = 1/(2π·cutoff)``.
-    cutoff
-        Corner frequency [Hz].
-
-    Raises
-    ------
-    FricError
-        When the filter is not known or its cutoff is not positive.
+    b, a
+        Coefficients of falling age, of one length.
     """
 
-    name: str = "binomial2"
-    cutoff: float = 60.0
+    b: NDArray[np.float64]
+    a: NDArray[np.float64]
 
-    def __post_init__(self) -> None:
-        if self.name not in Q_FILTERS:
-            raise FricError(f"'{self.name}' is no Q-filter", mend=f"Known are {', '.join(Q_FILTERS)}.")
-        if not self.cutoff > 0:
-            raise FricError(f"the cutoff of Q is {self.cutoff:g} Hz", mend="Give a positive frequency.")
+    def response(self, frequency: NDArray[np.float64], sampling: float) -> NDArray[np.complex128]:
+        """Return the frequency response, shape (n,), at frequencies [Hz], shape (n,), for a sampling rate [Hz]."""
+        z = np.exp(2j * np.pi * np.asarray(frequency, float) / sampling)
+        return np.polyval(self.b, z) / np.polyval(self.a, z)
 
-    def denominator(self) -> NDArray[np.float64]:
-        """Return the denominator of Q in s, highest power first; the numerator is 1."""
-        powers = np.arange(len(Q_FILTERS[self.name]))[::-1]
-        return np.asarray(Q_FILTERS[self.name]) / (2 * pi * self.cutoff) ** powers
 
-    def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Return Q at the frequencies [Hz], shape (n,)."""
-        return np.asarray(1.0 / np.polyval(self.denominator(), 2j * pi * np.asarray(frequency, float)))
+@dataclass(frozen=True)
+class DiscreteObserver:
+    """The observer as the loop runs it: d̂[n] = inverse(z)[n] − low_pass(u_t)[n].
+
+    Both start at zero. ``inverse`` has no gain at rest (its b sums to 0), so it is fed the position less the
+    position at the start. ``low_pass`` has b_0 = 0: d̂[n] needs u_t up to sample n−1 alone, there is no algebraic loop.
+
+    Parameters
+    ----------
+    inverse
+        Q·G_n⁻¹, from position [m] to voltage [V].
+    low_pass
+        Q, from voltage [V] to voltage [V].
+    """
+
+    inverse: DifferenceEquation
+    low_pass: DifferenceEquation
 
 
 @dataclass(frozen=True)
 class DisturbanceObserver:
-    """An observer of the disturbance at the plant's input, taken off the control voltage.
-
-    ``d̂ = Q·(G_n⁻¹·z - u_t)`` with ``G_n = B/(s·(s + A))``.
-
-    u_t is the control voltage without the friction feedforward: an observer that saw the feedforward would
-    compensate the same friction a second time.
+    """An inverse-model disturbance observer, d̂ = Q·(G_n⁻¹ z − u_t), with G_n = B/(s(s + A)) (Section 4.2).
 
     Parameters
     ----------
     q
         The filter Q.
     A, B
-        The nominal plant [1/s], [m/(s²·V)].
+        The nominal plant G_n, eq. (1) without its delay [1/s], [m/(s²·V)].
+
+    Raises
+    ------
+    FricError
+        When A is negative or B is not positive: G_n has no stable inverse.
     """
 
     q: QFilter
     A: float
     B: float
 
-    def inverse_numerator(self) -> NDArray[np.float64]:
-        """Return the numerator of Q·G_n⁻¹ in s, ``(s² + A·s)/B``, over the denominator of Q."""
-        return np.array([1.0, self.A, 0.0]) / self.B
+    def __post_init__(self) -> None:
+        if not (self.A >= 0 and self.B > 0):
+            raise FricError(
+                f"the nominal plant with A = {self.A:g} 1/s and B = {self.B:g} m/(s²·V) has no stable inverse",
+                mend="Give an A of 0 or more and a positive B.",
+            )
+
+    def discrete(self, sampling: float) -> DiscreteObserver:
+        """Return the difference equations of both filters for a sampling rate [Hz].
+
+        Q on u_t is discretised exactly: the voltage is held from sample to sample, and the zero-order-hold
+        equivalent of Q is what the continuous filter makes of it. Q·G_n⁻¹ on the position, which is a sampled
+        continuous signal, is discretised by Tustin's rule s = (2/T_s)(z − 1)/(z + 1), root by root. Both are causal
+        and proper.
+
+        Raises
+        ------
+        FricError
+            When the cutoff of Q is not below half the sampling rate.
+        """
+        if not self.q.cutoff < sampling / 2:
+            raise FricError(
+                f"a cutoff of {self.q.cutoff:g} Hz does not fit a sampling rate of {sampling:g} Hz",
+                mend="Choose a cutoff below half the sampling rate.",
+            )
+        poles, zeros = self.q.poles, self.q.zeros
+        unit_gain = float(np.real(np.prod(-poles) / np.prod(-zeros)))
+        return DiscreteObserver(
+            inverse=_tustin([*zeros, 0.0, -self.A], poles, unit_gain / self.B, sampling),
+            low_pass=_held(zeros, poles, unit_gain, sampling),
+        )
+
+
+def _tustin(
+    zeros: Sequence[complex], poles: NDArray[np.complex128], gain: float, sampling: float
+) -> DifferenceEquation:
+    """Discretise gain·Π(s − zero)/Π(s − pole) by Tustin's rule, root by root."""
+    c = 2 * sampling
+    b, a = np.array([gain + 0j]), np.array([1.0 + 0j])
+    for zero in zeros:
+        b = np.polymul(b, [c - zero, -(c + zero)])
+    for pole in poles:
+        a = np.polymul(a, [1.0, -(c + pole) / (c - pole)])
+        b = b / (c - pole)
+    for _ in range(len(poles) - len(zeros)):
+        b = np.polymul(b, [1.0, 1.0])
+    return DifferenceEquation(np.real(b), np.real(a))
+
+
+def _held(
+    zeros: NDArray[np.complex128], poles: NDArray[np.complex128], gain: float, sampling: float
+) -> DifferenceEquation:
+    """Discretise gain·Π(s − zero)/Π(s − pole), of gain 1 at rest, exactly for an input held from sample to sample."""
+    order, scale = len(poles), abs(poles[0])  # time in units of 1/scale: a companion matrix without huge entries
+    denominator = np.real(np.poly(poles / scale))
+    numerator = np.zeros(order)
+    numerator[order - 1 - len(zeros) :] = np.real(np.poly(zeros / scale))
+    numerator *= gain * scale ** (len(zeros) - order)
+    held = np.zeros((order + 1, order + 1))
+    held[0, :order] = -denominator[1:]
+    held[1:order, : order - 1] = np.eye(order - 1)
+    held[0, order] = 1.0
+    step = expm(held * scale / sampling)
+    a = np.real(np.poly(np.exp(poles / sampling)))
+    state, pulse = step[:order, order], [0.0]
+    for _ in range(order):
+        pulse.append(float(numerator @ state))
+        state = step[:order, :order] @ state
+    b = np.convolve(a, pulse)[: order + 1]
+    return DifferenceEquation(b * (a.sum() / b.sum()), a)
