@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from fric.compensation.disturbance_observer import DisturbanceObserver, QFilter
+from fric.compensation.disturbance_observer import DisturbanceObserver
+from fric.compensation.q_filter import QFilter
 from fric.io.documents.base import AxisDocument, Physical, Quantity
 from fric.units import Motion
 
@@ -16,7 +17,7 @@ class ObserverPart(Physical):
 
     dimensions: ClassVar[dict[str, str]] = {"cutoff": "frequency", "A": "rate", "B": "acceleration per input"}
 
-    filter: str = Field("binomial2", description="the filter Q: binomial2, binomial3, binomial4, butterworth2, …")
+    filter: str = Field("binomial2", description="the filter Q: binomial2 to 4, butterworth2 and 3, umeno-hori")
     cutoff: Quantity = Field(description="corner frequency of Q [Hz]")
     A: Quantity | None = Field(None, description="damping of the nominal plant [1/s]; the plant's where left out")
     B: Quantity | None = Field(None, description="gain of the nominal plant; the plant's where left out")
