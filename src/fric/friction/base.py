@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import MISSING, dataclass, fields
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from fric.errors import FricError
 from fric.kernels.replay import replay
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Self
+
     from numpy.typing import NDArray
 
+    from fric.estimate import Estimate
     from fric.kernels.signatures import Step
 
 
@@ -53,6 +58,30 @@ class FrictionModel(ABC):
     parameters: ClassVar[tuple[Parameter, ...]]
     step: ClassVar[Step]
 
+    @classmethod
+    def from_sections(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> Self:
+        """Return the model that the sections of a friction file (``static``, ``gms``, …) give, all in SI.
+
+        Raises
+        ------
+        FricError
+            When the model's section, or one of its parameters that has no default, is not there.
+        """
+        return cls(**cls.fields_from(sections))
+
+    @classmethod
+    def fields_from(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
+        """Return the fields of this model that the section of its own name gives."""
+        section = sections.get(cls.name, {})
+        optional = {field.name for field in fields(cls) if field.default is not MISSING}  # type: ignore[arg-type]
+        wanted = {parameter.name for parameter in cls.parameters}
+        missing = [p.name for p in cls.parameters if p.name not in section and p.name not in optional]
+        if missing:
+            raise FricError(
+                f"the friction has no {', '.join(missing)} in '{cls.name}'", mend=f"fric identify {cls.name} finds it."
+            )
+        return {key: estimate.value for key, estimate in section.items() if key in wanted}
+
     @abstractmethod
     def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64] | float:
         """Return the friction force [N] after a long time at constant velocity v [m/s]."""
@@ -84,6 +113,6 @@ class FrictionModel(ABC):
             State at the first sample, changed in place to that at the last; relaxed where it is not given.
         """
         time, position = np.ascontiguousarray(time, float), np.ascontiguousarray(position, float)
-        v = np.gradient(position, time) if velocity is None else np.ascontiguousarray(velocity, float)
+        v = np.gradient(position, time, edge_order=2) if velocity is None else np.ascontiguousarray(velocity, float)
         state = self.initial_state() if state is None else state
         return replay(type(self).step, position, v, time, state, self.packed())

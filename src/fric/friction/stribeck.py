@@ -6,18 +6,22 @@ from dataclasses import dataclass
 from math import copysign, exp
 from typing import TYPE_CHECKING, ClassVar
 
-import numba
 import numpy as np
 from numba import types
 
 from fric.friction.base import FrictionModel, Parameter
-from fric.kernels.signatures import Step, compiled_step
+from fric.kernels.signatures import Step, compiled, compiled_step
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
     from numpy.typing import NDArray
 
+    from fric.estimate import Estimate
 
-@numba.njit(types.float64(types.float64, types.float64, types.float64, types.float64, types.float64), cache=True)
+
+@compiled(types.float64(types.float64, types.float64, types.float64, types.float64, types.float64))
 def stribeck_level(v: float, F_c: float, F_s: float, v_s: float, delta: float) -> float:
     """Return |s(v)| [N], the Stribeck curve without its sign and without the viscous part."""
     level: float = F_c + (F_s - F_c) * exp(-(abs(v / v_s) ** delta))
@@ -83,3 +87,25 @@ class StaticMap(FrictionModel):
     def initial_state(self) -> NDArray[np.float64]:
         """Return an empty state: the map has no memory."""
         return np.zeros(0)
+
+
+@dataclass(frozen=True)
+class OnStaticMap(FrictionModel):
+    """A dynamic model whose steady state is a static map; its file has a ``static`` section beside its own.
+
+    Parameters
+    ----------
+    static
+        The static map that the model settles on at constant velocity.
+    """
+
+    static: StaticMap
+
+    @classmethod
+    def fields_from(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
+        """Return the fields that a friction file gives, the static map among them."""
+        return {"static": StaticMap.from_sections(sections), **super().fields_from(sections)}
+
+    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return the force of the static map [N] at velocity v [m/s]."""
+        return self.static.steady_state(v)

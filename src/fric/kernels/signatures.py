@@ -7,6 +7,7 @@ compiled once for all models, starts warm from the cache in a new process, and s
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
 import numba
 import numpy as np
@@ -25,7 +26,18 @@ STEP_FUNCTION = types.FunctionType(STEP)
 Step = Callable[[float, float, float, NDArray[np.float64], NDArray[np.float64]], float]
 
 
+Function = TypeVar("Function", bound=Callable[..., object])
+
+
+def compiled(signature: object) -> Callable[[Function], Function]:
+    """Return a decorator that compiles a function with an explicit signature, cached on disk.
+
+    Division by zero gives inf or nan, as in NumPy. There is no fast-math: same input, same output.
+    """
+    decorate: Callable[[Function], Function] = numba.njit(signature, cache=True, error_model="numpy")  # type: ignore[assignment]
+    return decorate
+
+
 def compiled_step(function: Step) -> Step:
     """Compile a friction step with the signature `STEP`, cached on disk."""
-    compiled: Step = numba.njit(STEP, cache=True)(function)
-    return compiled
+    return compiled(STEP)(function)

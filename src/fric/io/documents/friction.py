@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.friction import models
+from fric.friction import FrictionModel, models
 from fric.io.documents.base import Document, Quantity, quantities
 from fric.units import Motion
 
@@ -44,3 +44,9 @@ class FrictionDocument(Document):
             dimensions["offset"] = "force"
         raw = {key: value.model_dump() if isinstance(value, Quantity) else value for key, value in given.items()}
         return quantities(raw, dimensions, self.motion, section)
+
+    def friction(self, name: str) -> FrictionModel:
+        """Return one friction model of this file (``static``, ``gms``, …) with the parameters given here."""
+        given = {"static"} | set(self.model_extra or {})
+        sections = {key: self.estimates(key) for key in given & set(models()) if key != "static" or self.static}
+        return models()[name].from_sections(sections)

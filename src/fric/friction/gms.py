@@ -1,0 +1,192 @@
+"""The generalized Maxwell-slip (GMS) model, eqs. (3) to (5) of the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import copysign, expm1
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numba import types
+
+from fric.errors import FricError
+from fric.friction.base import Parameter
+from fric.friction.stribeck import OnStaticMap, stribeck_level
+from fric.kernels.signatures import Step, compiled, compiled_step
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Self
+
+    from numpy.typing import NDArray
+
+    from fric.estimate import Estimate
+
+_FLOAT, _ARRAY = types.float64, types.float64[::1]
+
+
+@compiled(_FLOAT(_FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT))
+def _slip(u: float, alpha: float, s_0: float, s_1: float, C: float, dt: float) -> float:
+    """Return the load of a block that slips for a time dt while the level goes linearly from s_0 to s_1.
+
+    ``du/dt = C·(alpha - u/s)``, with 1/s taken at the middle: second order in dt, exact for a constant level. What it
+    returns is a weighted mean of u, alpha·s_0 and alpha·s_1, so it stays among them for any dt and any C.
+    """
+    x = 2.0 * C * dt / (s_0 + s_1)
+    if not x > 0.0:
+        return u
+    gone = -expm1(-x)
+    mean = gone / x
+    left = 1.0 - gone
+    return left * u + alpha * ((mean - left) * s_0 + (1.0 - mean) * s_1)
+
+
+@compiled(types.void(_FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT, _ARRAY, _ARRAY))
+def _advance(
+    dz: float,
+    direction: float,
+    dt: float,
+    s_0: float,
+    s_1: float,
+    state: NDArray[np.float64],
+    parameters: NDArray[np.float64],
+) -> None:
+    """Advance all blocks by a motion without reversal, while the level goes linearly from s_0 to s_1."""
+    C, blocks = parameters[5], (parameters.size - 6) // 2
+    for i in range(blocks):
+        alpha, k = parameters[6 + i], parameters[6 + blocks + i]
+        u = direction * state[2 + i]
+        if state[2 + blocks + i] == direction:
+            u = _slip(u, alpha, s_0, s_1, C, dt)
+        elif dz != 0.0:
+            stretched = u + k * abs(dz)
+            before, after = alpha * s_0 - u, alpha * s_1 - stretched
+            if after > 0.0 and before > 0.0:
+                u = stretched
+                state[2 + blocks + i] = 0.0
+            else:
+                if before > 0.0:  # it breaks away inside the step, where its load meets alpha·s
+                    x = before / (before - after)
+                    s_x = s_0 + x * (s_1 - s_0)
+                    u = _slip(alpha * s_x, alpha, s_x, s_1, C, (1.0 - x) * dt)
+                else:
+                    u = _slip(u, alpha, s_0, s_1, C, dt)
+                state[2 + blocks + i] = direction
+        state[2 + i] = direction * u
+
+
+@compiled_step
+def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+    F_c, F_s, v_s, delta, sigma = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
+    blocks = (parameters.size - 6) // 2
+    v_0, s_0 = state[0], state[1]
+    s_1 = stribeck_level(v, F_c, F_s, v_s, delta)
+    if v_0 * v < 0.0:  # the motion turns inside the step: where v, taken as linear, is zero
+        before = v_0 / (v_0 - v)
+        overshoot = 0.5 * v_0 * before * dt
+        _advance(overshoot, copysign(1.0, v_0), before * dt, s_0, F_s, state, parameters)
+        dz, dt, s_0 = dz - overshoot, (1.0 - before) * dt, F_s
+    if dz != 0.0:
+        _advance(dz, copysign(1.0, dz), dt, s_0, s_1, state, parameters)
+    elif v != 0.0:
+        _advance(0.0, copysign(1.0, v), dt, s_0, s_1, state, parameters)
+    state[0], state[1] = v, s_1
+    force = sigma * v
+    for i in range(blocks):
+        force += state[2 + i]
+        if v == 0.0:
+            state[2 + blocks + i] = 0.0
+    return force
+
+
+@dataclass(frozen=True)
+class GMS(OnStaticMap):
+    """The generalized Maxwell-slip model: N blocks on springs, dragged side by side, eqs. (3) to (5).
+
+    ===== ============================================== =========================================
+    stick ``dF_i/dt = k_i·v``                            until ``F_i`` reaches ``alpha_i·s(v)``
+    slip  ``dF_i/dt = C·(alpha_i·sign(v) - F_i/|s(v)|)`` until the motion turns or stops
+    ===== ============================================== =========================================
+
+    and ``F = Σ F_i + sigma·v``, where s(v) is the Stribeck curve of eq. (2) with the sign of v.
+
+    The springs are driven by position increments, and the sign of an increment is the direction of motion; the
+    velocity enters s(v), the viscous part, and where inside a step the motion turns. So an encoder that flickers by
+    one count makes a small elastic excursion, and the force does not drift. A step in which the motion turns or a
+    block breaks away is split there; slip is integrated to second order in the step (see `_slip`).
+
+    Parameters
+    ----------
+    static
+        The static map: F_c, F_s, v_s, delta, sigma.
+    alpha
+        Each block's share of s(v), shape (N,), Σ alpha = 1 [1].
+    k
+        Each block's stiffness, shape (N,) [N/m].
+    C
+        Attraction parameter: how fast a slipping block follows s(v) [N/s].
+
+    Raises
+    ------
+    FricError
+        When alpha is negative or does not sum to 1, when k or C is not positive, or the lengths differ.
+    """
+
+    alpha: tuple[float, ...]
+    k: tuple[float, ...]
+    C: float = 1e4
+
+    name: ClassVar[str] = "gms"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("alpha", "ratio", upper=1.0, doc="share of the Stribeck level", per_block=True),
+        Parameter("k", "stiffness", doc="stiffness of the block", per_block=True),
+        Parameter("C", "force rate", doc="attraction parameter"),
+    )
+    step: ClassVar[Step] = _step
+
+    def __post_init__(self) -> None:
+        if not self.alpha or len(self.alpha) != len(self.k):
+            raise FricError(
+                f"gms has {len(self.alpha)} alpha and {len(self.k)} k", mend="Give one of each for every block."
+            )
+        if min(self.alpha) < 0 or abs(sum(self.alpha) - 1) > 1e-6:
+            raise FricError(
+                f"alpha of gms is {', '.join(f'{a:g}' for a in self.alpha)}, which sums to {sum(self.alpha):g}",
+                mend="The shares of the blocks are 0 or more and sum to 1.",
+            )
+        if min(self.k) <= 0 or self.C <= 0:
+            raise FricError("k and C of gms must be positive")
+
+    @classmethod
+    def from_sections(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> Self:
+        """Return the model that a friction file gives, with alpha normalised where it is rounded.
+
+        A sum of alpha within 1 % of 1 is rounding (Table 1 of the paper sums to 1.002); more is refused.
+        """
+        fields = cls.fields_from(sections)
+        total = sum(fields["alpha"])
+        if abs(total - 1) <= 0.01:
+            fields["alpha"] = tuple(a / total for a in fields["alpha"])
+        return cls(**fields)
+
+    @property
+    def slip_displacements(self) -> NDArray[np.float64]:
+        """Displacement from rest at which each block slips, ``alpha_i·F_s/k_i`` [m], shape (N,)."""
+        return np.asarray(self.alpha) * self.static.F_s / np.asarray(self.k)
+
+    def virgin_curve(self, z: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return the force [N] of a relaxed contact that is slowly moved by z [m], ``Σ min(k_i·z, alpha_i·F_s)``."""
+        z = np.asarray(z, float)[..., np.newaxis]
+        limit = np.asarray(self.alpha) * self.static.F_s
+        return np.asarray(np.clip(np.asarray(self.k) * z, -limit, limit).sum(axis=-1))
+
+    def packed(self) -> NDArray[np.float64]:
+        """Return ``[F_c, F_s, v_s, delta, sigma, C, alpha_1 … alpha_N, k_1 … k_N]``."""
+        return np.array([*self.static.packed(), self.C, *self.alpha, *self.k])
+
+    def initial_state(self) -> NDArray[np.float64]:
+        """Return ``[v, |s(v)|, F_1 … F_N, phase_1 … phase_N]`` at rest.
+
+        v and s are those at the last sample; a phase is 0 where the block sticks, and else the direction of its slip.
+        """
+        return np.array([0.0, self.static.F_s, *np.zeros(2 * len(self.alpha))])
