@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import exp, expm1
 from typing import TYPE_CHECKING
 
@@ -15,11 +15,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Plant:
-    """A mass with linear damping, driven by a voltage through a delay, eq. (1).
-
-    ``Z(s)/U(s) = B·e^(-s·T_d) / (s·(s + A))``, and with friction and a constant load
-    ``z̈ = B·u(t - T_d) - A·ż - (F + load)/M``.
+class LinearPlant:
+    """A mass with linear damping, driven by a voltage through a delay, eq. (1): ``B·e^(-s·T_d) / (s·(s + A))``.
 
     Parameters
     ----------
@@ -29,8 +26,6 @@ class Plant:
         Acceleration per volt [m/(s²·V)].
     T_d
         Delay that is seen in the measured response [s]; half a sample of it is the hold of the controller's output.
-    K_f
-        Force constant [N/V].
 
     Raises
     ------
@@ -41,23 +36,12 @@ class Plant:
     A: float
     B: float
     T_d: float
-    K_f: float
 
     def __post_init__(self) -> None:
-        for name in ("A", "B", "T_d", "K_f"):
-            value = getattr(self, name)
-            if not (value > 0 or (name in {"A", "T_d"} and value == 0)):
-                raise FricError(f"{name} of the plant is {value:g}", mend=f"{name} is a positive number.")
-
-    @property
-    def M(self) -> float:
-        """Moving mass ``K_f/B`` [kg]."""
-        return self.K_f / self.B
-
-    @property
-    def damping(self) -> float:
-        """Linear damping ``M·A`` [N·s/m]: what a force logged at constant velocity holds besides friction."""
-        return self.M * self.A
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (value > 0 or (field.name in {"A", "T_d"} and value == 0)):
+                raise FricError(f"{field.name} of the plant is {value:g}", mend=f"{field.name} is a positive number.")
 
     def transport_delay(self, sampling: float) -> float:
         """Return the delay of eq. (1) without the hold of a controller that samples at ``sampling`` [Hz], in s.
@@ -95,3 +79,28 @@ class Plant:
             once = -expm1(-x) / self.A
             twice = (T - once) / self.A
         return np.array([[1.0, once], [0.0, exp(-x)]]), self.B * np.array([twice, once])
+
+
+@dataclass(frozen=True)
+class Plant(LinearPlant):
+    """The plant with its force scale: ``z̈ = B·u(t - T_d) - A·ż - (F + load)/M`` with friction and a constant load.
+
+    Parameters
+    ----------
+    A, B, T_d
+        As in `LinearPlant`.
+    K_f
+        Force constant [N/V].
+    """
+
+    K_f: float
+
+    @property
+    def M(self) -> float:
+        """Moving mass ``K_f/B`` [kg]."""
+        return self.K_f / self.B
+
+    @property
+    def damping(self) -> float:
+        """Linear damping ``M·A`` [N·s/m]: what a force logged at constant velocity holds besides friction."""
+        return self.M * self.A

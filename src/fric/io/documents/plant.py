@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from fric.drive.plant import Plant
+from fric.drive.plant import LinearPlant, Plant
 from fric.errors import FricError
 from fric.io.documents.base import AxisDocument, Physical, Quantity
 from fric.units import Motion
@@ -26,6 +26,12 @@ class PlantPart(Physical):
     B: Quantity = Field(description="acceleration per volt [m/(s^2*V)]")
     T_d: Quantity = Field(description="delay of the measured response, half a sample of hold included [s]")
     K_f: Quantity | None = Field(None, description="force constant [N/V]; left out where no force was logged")
+
+    def linear(self, motion: Motion) -> LinearPlant:
+        """Return eq. (1) in SI, without a force scale; a value that is not physical raises a `FricError`."""
+        values = self.values(motion)
+        values.pop("K_f", None)
+        return LinearPlant(**values)
 
     def plant(self, motion: Motion) -> Plant:
         """Return the plant in SI.
