@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from fric.kernels.signatures import STEP_FUNCTION, Step
+from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
 _ARRAY = types.float64[::1]
 
 
-@numba.njit(types.void(STEP_FUNCTION, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY), cache=True)
+@compiled(types.void(STEP_FUNCTION, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY))
 def _replay(
     step: Step,
     position: NDArray[np.float64],

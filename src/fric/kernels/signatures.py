@@ -6,12 +6,15 @@ compiled once for all models, starts warm from the cache in a new process, and s
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
-from typing import TypeVar
+from types import FunctionType
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
 from numba import types
+from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
 STEP = types.float64(types.float64, types.float64, types.float64, types.float64[::1], types.float64[::1])
@@ -29,12 +32,34 @@ Step = Callable[[float, float, float, NDArray[np.float64], NDArray[np.float64]],
 Function = TypeVar("Function", bound=Callable[..., object])
 
 
+def _sources(function: FunctionType) -> set[str]:
+    """Return the files that a compiled function is made of: its own, this one, and those of what it calls."""
+    called = (function.__globals__.get(name) for name in function.__code__.co_names)
+    callees = [callee.py_func for callee in called if isinstance(callee, Dispatcher)]
+    return {__file__, function.__code__.co_filename}.union(*map(_sources, callees))
+
+
 def compiled(signature: object) -> Callable[[Function], Function]:
     """Return a decorator that compiles a function with an explicit signature, cached on disk.
 
     Division by zero gives inf or nan, as in NumPy. There is no fast-math: same input, same output.
+
+    Numba alone looks at the file of the function to tell whether its cache is stale. But the machine code also
+    holds the functions that it calls, so that an edit of ``stribeck.py`` would not be seen by ``gms.py``. Here the
+    stamp is that of all the files.
     """
-    decorate: Callable[[Function], Function] = numba.njit(signature, cache=True, error_model="numpy")  # type: ignore[assignment]
+
+    def decorate(function: Function) -> Function:
+        dispatcher: Any = numba.njit(error_model="numpy")(function)
+        if dispatcher is function:  # the compiler is switched off by NUMBA_DISABLE_JIT
+            return function
+        dispatcher.enable_caching()
+        stats = [(path, os.stat(path)) for path in sorted(_sources(dispatcher.py_func)) if os.path.exists(path)]
+        dispatcher._cache._cache_file._source_stamp = [(path, s.st_mtime_ns, s.st_size) for path, s in stats]
+        dispatcher.compile(signature)
+        dispatcher.disable_compile()
+        return dispatcher
+
     return decorate
 
 
