@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import MISSING, dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -37,6 +37,8 @@ class Parameter:
         One line on what it is.
     per_block
         True where there is one value per slip block.
+    typical
+        Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use.
     """
 
     name: str
@@ -45,17 +47,37 @@ class Parameter:
     upper: float = float("inf")
     doc: str = ""
     per_block: bool = False
+    typical: float | tuple[float, ...] = float("nan")
+
+
+Property = Literal["bounded", "pre-sliding", "non-local memory", "no creep", "frictional lag"]
+"""What a model may claim, and is then held to by the tests that all models share (tests/friction/test_properties.py).
+
+bounded
+    Without its viscous part, the force is never above F_s, at any motion and any time step.
+pre-sliding
+    From rest it gives way like a spring, and breaks away at F_s.
+non-local memory
+    Minor loops close, and leave no trace; a branch after a reversal is the virgin curve stretched by two (Masing).
+no creep
+    A load that vibrates below break-away does not make it creep.
+frictional lag
+    In sliding, the force is higher while the speed rises than while it falls.
+
+All models, without claiming it, are odd, dissipate over closed cycles, settle on their steady state, and hold at rest.
+"""
 
 
 class FrictionModel(ABC):
     """A friction model. Each is a frozen dataclass whose fields are its parameters, in one file.
 
-    A subclass states its `name` (also its key in friction files), its `parameters`, and its compiled `step`
-    (see `fric.kernels.signatures`), and says how its parameters are packed for the step.
+    A subclass states its `name` (also its key in friction files), its `parameters`, the `properties` it claims and
+    its compiled `step` (see `fric.kernels.signatures`), and says how its parameters are packed for the step.
     """
 
     name: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]]
+    properties: ClassVar[frozenset[Property]]
     step: ClassVar[Step]
 
     @classmethod
@@ -80,7 +102,23 @@ class FrictionModel(ABC):
             raise FricError(
                 f"the friction has no {', '.join(missing)} in '{cls.name}'", mend=f"fric identify {cls.name} finds it."
             )
-        return {key: estimate.value for key, estimate in section.items() if key in wanted}
+        given = {key: estimate.value for key, estimate in section.items() if key in wanted}
+        for p in cls.parameters:
+            if p.name in given and not np.all((p.lower <= (value := np.array(given[p.name]))) & (value <= p.upper)):
+                raise FricError(
+                    f"{p.name} of '{cls.name}' is {given[p.name]}, but {p.doc} lies between {p.lower:g} and {p.upper:g}"
+                )
+        return given
+
+    @classmethod
+    def typical(cls) -> Self:
+        """Return the model with its parameters' typical values."""
+        return cls(**cls.typical_fields())
+
+    @classmethod
+    def typical_fields(cls) -> dict[str, Any]:
+        """Return the fields of `typical`."""
+        return {parameter.name: parameter.typical for parameter in cls.parameters}
 
     @abstractmethod
     def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64] | float:

@@ -10,7 +10,7 @@ import numpy as np
 from numba import types
 
 from fric.errors import FricError
-from fric.friction.base import Parameter
+from fric.friction.base import Parameter, Property
 from fric.friction.stribeck import OnStaticMap, stribeck_level
 from fric.kernels.signatures import Step, compiled, compiled_step
 
@@ -138,9 +138,14 @@ class GMS(OnStaticMap):
 
     name: ClassVar[str] = "gms"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("alpha", "ratio", upper=1.0, doc="share of the Stribeck level", per_block=True),
-        Parameter("k", "stiffness", doc="stiffness of the block", per_block=True),
-        Parameter("C", "force rate", doc="attraction parameter"),
+        Parameter(
+            "alpha", "ratio", upper=1.0, doc="share of the Stribeck level", per_block=True, typical=(0.6, 0.3, 0.1)
+        ),
+        Parameter("k", "stiffness", doc="stiffness of the block", per_block=True, typical=(1e8, 2e6, 2e5)),
+        Parameter("C", "force rate", doc="attraction parameter", typical=1e4),
+    )
+    properties: ClassVar[frozenset[Property]] = frozenset(
+        {"bounded", "pre-sliding", "non-local memory", "no creep", "frictional lag"}
     )
     step: ClassVar[Step] = _step
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numba import types
 
-from fric.friction.base import FrictionModel, Parameter
+from fric.friction.base import FrictionModel, Parameter, Property
 from fric.kernels.signatures import Step, compiled, compiled_step
 
 if TYPE_CHECKING:
@@ -64,12 +64,13 @@ class StaticMap(FrictionModel):
 
     name: ClassVar[str] = "static"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("F_c", "force", doc="Coulomb friction"),
-        Parameter("F_s", "force", doc="static friction"),
-        Parameter("v_s", "velocity", doc="Stribeck velocity"),
-        Parameter("delta", "ratio", lower=0.1, upper=4.0, doc="Stribeck shape factor"),
-        Parameter("sigma", "viscous", doc="viscous friction"),
+        Parameter("F_c", "force", doc="Coulomb friction", typical=100.0),
+        Parameter("F_s", "force", doc="static friction", typical=150.0),
+        Parameter("v_s", "velocity", doc="Stribeck velocity", typical=1e-3),
+        Parameter("delta", "ratio", lower=0.1, upper=4.0, doc="Stribeck shape factor", typical=1.0),
+        Parameter("sigma", "viscous", doc="viscous friction", typical=40.0),
     )
+    properties: ClassVar[frozenset[Property]] = frozenset({"bounded"})
     step: ClassVar[Step] = _step
 
     def level(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
@@ -105,6 +106,11 @@ class OnStaticMap(FrictionModel):
     def fields_from(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
         """Return the fields that a friction file gives, the static map among them."""
         return {"static": StaticMap.from_sections(sections), **super().fields_from(sections)}
+
+    @classmethod
+    def typical_fields(cls) -> dict[str, Any]:
+        """Return the fields of `typical`, the static map among them."""
+        return {"static": StaticMap.typical(), **super().typical_fields()}
 
     def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Return the force of the static map [N] at velocity v [m/s]."""
