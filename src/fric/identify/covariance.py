@@ -1,0 +1,65 @@
+"""Covariance of a linear least-squares fit whose residuals hang together in time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+
+def hac_covariance(
+    regressors: NDArray[np.float64], residual: NDArray[np.float64], lengths: Sequence[int] | None = None
+) -> NDArray[np.float64]:
+    """Return the covariance (p, p) of least-squares estimates, right where neighbouring residuals are alike.
+
+    Newey and West's estimator (Econometrica 55, 1987): ``(XᵀX)⁻¹·S·(XᵀX)⁻¹`` with S the long-run covariance of the
+    scores ``x_i·e_i`` under Bartlett's weights; the scores are prewhitened by first-order autoregressions and
+    the bandwidth is Andrews' (Econometrica 59, 1991).
+
+    Parameters
+    ----------
+    regressors
+        The observation matrix X, shape (n, p).
+    residual
+        What the fit leaves, shape (n,).
+    lengths
+        Rows of each record, in order, where several are stacked: nothing is shared between records.
+    """
+    n, p = regressors.shape
+    # Orthonormal regressors: the scores are then of one size, and the inverse is that of R alone.
+    q, r = np.linalg.qr(regressors)
+    scores = q * residual[:, None]
+    ends = np.cumsum(lengths if lengths is not None else [n])
+    parts = np.split(scores, ends[:-1])
+    rho = np.clip([_autoregression([part[:, j] for part in parts]) for j in range(p)], -0.97, 0.97)
+    whitened = [part[1:] - rho * part[:-1] for part in parts]
+    rest = np.array([_autoregression([part[:, j] for part in whitened]) for j in range(p)])
+    bandwidth = _andrews(rest, n)
+    middle = np.zeros((p, p))
+    for part in whitened:
+        middle += part.T @ part
+        for lag in range(1, min(int(bandwidth), len(part) - 1) + 1):
+            cross = (1 - lag / (bandwidth + 1)) * part[lag:].T @ part[:-lag]
+            middle += cross + cross.T
+    middle /= np.outer(1 - rho, 1 - rho)
+    back = np.linalg.inv(r)
+    covariance: NDArray[np.float64] = back @ middle @ back.T * n / (n - p)
+    return covariance
+
+
+def _autoregression(parts: Sequence[NDArray[np.float64]]) -> float:
+    """Return the first-order autocorrelation of a series in parts."""
+    power = sum(float(part[:-1] @ part[:-1]) for part in parts)
+    return sum(float(part[1:] @ part[:-1]) for part in parts) / power if power > 0 else 0.0
+
+
+def _andrews(rho: NDArray[np.float64], n: int) -> float:
+    """Return Andrews' bandwidth for Bartlett's weights, with the regressors weighed alike."""
+    rho = np.clip(rho, -0.97, 0.97)
+    alpha = np.sum(4 * rho**2 / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(1 / (1 - rho) ** 4)
+    return float(1.1447 * (alpha * n) ** (1 / 3))

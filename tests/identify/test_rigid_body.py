@@ -1,0 +1,166 @@
+"""The rigid axis fitted to a motion: the published benchmark, known axes, intervals that cover."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+from scipy.signal import lfilter
+
+from fric.errors import FricError
+from fric.identify.conditioning import Conditioning
+from fric.identify.rigid_body import identify_motion
+from fric.log import Log
+
+EMPS = Path(__file__).parents[3] / "shared" / "data" / "emps" / "DATA_EMPS.mat"
+
+M, F_V, F_C, OFFSET = 61.0, 1200.0, 53.0, 4.0
+
+
+def motion(seconds: float = 12.0, rate: float = 4000.0, noise: float = 0.0, rho: float = 0.0, seed: int = 0) -> Log:
+    """Return two slow sines and what they take of an axis; the noise is a first-order autoregression of 100 Hz."""
+    t = np.arange(int(seconds * rate)) / rate
+    w1, w2 = 2 * np.pi * 0.5, 2 * np.pi * 1.7
+    position = 0.05 * np.sin(w1 * t) + 0.01 * np.sin(w2 * t)
+    velocity = 0.05 * w1 * np.cos(w1 * t) + 0.01 * w2 * np.cos(w2 * t)
+    acceleration = -0.05 * w1**2 * np.sin(w1 * t) - 0.01 * w2**2 * np.sin(w2 * t)
+    force = M * acceleration + F_V * velocity + F_C * np.sign(velocity) + OFFSET
+    if noise:
+        slow = np.random.default_rng(seed).normal(0, noise * np.sqrt(1 - rho**2), len(t) // 40 + 1)
+        force = force + np.repeat(lfilter([1], [1, -rho], slow), 40)[: len(t)]
+    return Log(t, position=np.round(position / 0.25e-6) * 0.25e-6, force=force)
+
+
+@pytest.fixture(scope="module")
+def emps() -> Log:
+    if not EMPS.parent.exists():
+        pytest.skip("the real logs are not in ../shared/data")
+    data = {key: np.ravel(value) for key, value in loadmat(EMPS).items() if not key.startswith("_")}
+    return Log(data["t"], position=data["qm"], force=data["gtau"][0] * data["vir"], input=data["vir"])
+
+
+@pytest.mark.real
+def test_published_figures_of_the_benchmark(emps: Log) -> None:
+    """Janot, Gautier, Brunot 2019, to the digits printed, from the sampling rate alone."""
+    fit = identify_motion([emps])
+    assert {name: round(float(e), 4) for name, e in fit.estimates.items()} == {
+        "M": 95.1089, "F_v": 203.5034, "F_c": 20.3935, "offset": -3.1648,
+    }  # fmt: skip
+    assert {name: round(sd, 4) for name, sd in fit.deviation.items()} == {
+        "M": 0.1085, "F_v": 1.1460, "F_c": 0.1012, "offset": 0.0444,
+    }  # fmt: skip
+    assert round(100 * fit.relative_error, 4) == 4.0834
+    assert int(100 * fit.condition_number) / 100 == 25.98  # 25.9883: printed cut off, not rounded
+    assert float(fit.plant["K_f"]) == pytest.approx(35.15065, rel=1e-6)
+
+
+@pytest.mark.real
+def test_published_figures_per_direction(emps: Log) -> None:
+    fit = identify_motion([emps], direction="each")
+    assert {name: round(float(e), 4) for name, e in fit.estimates.items()} == {
+        "M": 95.1540, "F_v_positive": 166.7061, "F_c_positive": 20.1440,
+        "F_v_negative": 240.4236, "F_c_negative": 20.6277,
+    }  # fmt: skip
+    assert round(100 * fit.relative_error, 4) == 3.1117
+
+
+@pytest.mark.real
+def test_an_input_with_its_force_constant_is_the_force(emps: Log) -> None:
+    voltage = Log(emps.time, position=emps.position, input=emps.input)
+    scaled = identify_motion([voltage], force_constant=35.15065188248547)
+    bare = identify_motion([voltage])
+    assert float(scaled.estimates["M"]) == pytest.approx(95.1089, abs=5e-5)
+    assert "K_f" not in bare.plant
+    for name in ("A", "B"):
+        assert float(bare.plant[name]) == pytest.approx(float(scaled.plant[name]), rel=1e-9)
+
+
+@pytest.mark.real
+def test_correlated_residuals_widen_the_published_deviations(emps: Log) -> None:
+    fit = identify_motion([emps])
+    assert fit.autocorrelation > 0.5
+    for name, estimate in fit.estimates.items():
+        low, high = estimate.ci95
+        assert high - low > 1.5 * 2 * 1.96 * fit.deviation[name]
+    assert any("residuals" in warning for warning in fit.warnings)
+
+
+def test_a_known_axis_is_found_again() -> None:
+    fit = identify_motion([motion()])
+    for name, true in zip(("M", "F_v", "F_c", "offset"), (M, F_V, F_C, OFFSET), strict=True):
+        assert float(fit.estimates[name]) == pytest.approx(true, rel=0.01), name
+    assert float(fit.plant["A"]) == pytest.approx(F_V / M, rel=0.01)
+
+
+@pytest.mark.parametrize("rate", [200.0, 1000.0, 10_000.0])
+def test_the_filters_follow_the_sampling_rate(rate: float) -> None:
+    fit = identify_motion([motion(rate=rate)])
+    assert float(fit.estimates["M"]) == pytest.approx(M, rel=0.03)
+    assert fit.sampling / fit.conditioning.decimation <= 200
+
+
+def test_the_mirrored_motion_mirrors_the_directions() -> None:
+    log = motion()
+    mirrored = Log(log.time, position=-log.position, force=-log.force)
+    fit, other = identify_motion([log], direction="each"), identify_motion([mirrored], direction="each")
+    for term in ("F_v", "F_c"):
+        assert float(fit.estimates[f"{term}_positive"]) == pytest.approx(float(other.estimates[f"{term}_negative"]))
+    assert float(fit.estimates["F_c_positive"]) - float(fit.estimates["F_c_negative"]) == pytest.approx(
+        2 * OFFSET, rel=0.05
+    )
+
+
+def test_records_are_fitted_together() -> None:
+    log = motion()
+    fit = identify_motion([log.slice(0, 20_000), log.slice(20_000, 48_000)])
+    assert float(fit.estimates["M"]) == pytest.approx(M, rel=0.02)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("rho", [0.0, 0.9])
+def test_intervals_cover_with_correlated_noise(rho: float) -> None:
+    """100 seeds; ordinary intervals of correlated noise cover far less, which the second figure shows."""
+    true = dict(zip(("M", "F_v", "F_c", "offset"), (M, F_V, F_C, OFFSET), strict=True))
+    inside, plain, total = 0, 0, 0
+    clean = identify_motion([motion(rate=1000.0, seconds=24)]).estimates  # what filters and differences leave of it
+    for seed in range(100):
+        fit = identify_motion([motion(rate=1000.0, seconds=24, noise=3.0, rho=rho, seed=seed)])
+        for name in true:
+            value, (low, high) = float(fit.estimates[name]), fit.estimates[name].ci95
+            inside += low <= float(clean[name]) <= high
+            plain += abs(value - float(clean[name])) <= 1.96 * fit.deviation[name]
+            total += 1
+    assert inside / total == pytest.approx(0.95, abs=0.035)
+    assert plain < inside
+
+
+def test_what_the_data_cannot_tell_is_refused_or_told() -> None:
+    log = motion()
+    forth = Log(log.time, position=0.02 * log.time + 0.001 * np.sin(20 * log.time), force=log.force)
+    with pytest.raises(FricError, match="apart"):
+        identify_motion([forth])
+    with pytest.raises(FricError, match="no force"):
+        identify_motion([Log(log.time, position=log.position)])
+    gap = Log(np.delete(log.time, slice(500, 600)), position=np.delete(log.position, slice(500, 600)),
+              force=np.delete(log.force, slice(500, 600)))  # fmt: skip
+    with pytest.raises(FricError, match="uneven"):
+        identify_motion([gap])
+    fit = identify_motion([motion()])
+    told = " ".join(fit.warnings)
+    assert "--delay" in told
+    assert "--force-constant" in told
+    assert fit.plant["T_d"].assumed
+
+
+def test_a_reversed_force_is_told() -> None:
+    log = motion()
+    fit = identify_motion([Log(log.time, position=log.position, force=-log.force)])
+    assert any("sign" in warning for warning in fit.warnings)
+
+
+def test_conditioning_of_the_benchmark_rate() -> None:
+    assert Conditioning.of(1000.0) == Conditioning(cutoff=100.0, decimation=10, border=49)
+    with pytest.raises(FricError, match="cut-off"):
+        Conditioning.of(1000.0, cutoff=600.0)
