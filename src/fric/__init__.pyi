@@ -2,9 +2,13 @@ from .errors import FricError as FricError
 from .figures.style import save_figure as save_figure
 from .io.documents import document_schema as document_schema
 from .io.documents import document_types as document_types
+from .io.documents.mapping import MappingDocument as MappingDocument
 from .io.hdf5 import read_logs as read_logs
 from .io.hdf5 import read_records as read_records
 from .io.hdf5 import write_logs as write_logs
+from .io.ingest import Ingested as Ingested
+from .io.ingest import ingest as ingest
+from .io.ingest import sizes as sizes
 from .io.provenance import provenance as provenance
 from .io.yaml import dump as dump
 from .io.yaml import read_document as read_document

@@ -19,9 +19,18 @@ CHANNELS = ("time", "position", "velocity", "force", "input", "reference")
 """What a record in time can hold; each is also a dimension of `fric.units`, but for reference, a position."""
 
 
+RESPONSE_DIMENSIONS = {
+    "frequency": "frequency",
+    "magnitude": "position per input",
+    "phase": "angle",
+    "coherence": "ratio",
+}
+"""The columns of a measured frequency response, and the dimension of each."""
+
+
 def channel_dimension(channel: str) -> str:
-    """Return the dimension (see `fric.units`) that a channel of a record is in."""
-    return "position" if channel == "reference" else channel
+    """Return the dimension (see `fric.units`) of a channel of a record, or of a column of a frequency response."""
+    return "position" if channel == "reference" else RESPONSE_DIMENSIONS.get(channel, channel)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ axis: a force is in N on a linear axis and a torque in N·m on a rotary one.
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -68,7 +69,9 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     registry = _registry()
     import pint
 
-    spelled = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u")
+    spelled = _spelled(unit)
+    if si in {"rad", "rad/s"}:
+        spelled = _of_an_angle(unit, spelled, dimension)
     try:
         quantity = registry.Quantity(1.0, spelled)
         return float(quantity.to(si).magnitude)
@@ -81,6 +84,37 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
         ) from None
     except (pint.errors.PintError, AttributeError, ValueError, TypeError, AssertionError):
         raise FricError(f"'{unit}' is not a unit that is known", mend=f"Give a unit that converts to {si}.") from None
+
+
+def is_unit(text: str) -> bool:
+    """Say whether a text is a unit that is known (of whatever kind)."""
+    registry = _registry()
+    try:
+        registry.Unit(_spelled(text))
+    except Exception:  # Pint's parser raises whatever its tokenizer does on a text that is no unit
+        return False
+    return bool(text.strip())
+
+
+_NEWTON_METRE = re.compile(r"\b([kmuc]?N)([mcu]?m)\b")
+
+
+def _spelled(unit: str) -> str:
+    """Spell a unit as Pint does: ``Nm`` is ``N*m``, ``U/min`` is ``rpm``."""
+    plain = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u").replace("⁻¹", "**-1")
+    return {"U/min": "rpm", "Upm": "rpm", "RPM": "rpm"}.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
+
+
+def _of_an_angle(unit: str, spelled: str, dimension: str) -> str:
+    """Refuse the units that would pass for radians only because an angle has no dimension."""
+    if spelled in {"1/min", "min**-1"}:
+        return "rpm"
+    if _registry().Quantity(1.0, spelled).units in {_registry().Unit(u) for u in ("count", "percent", "", "Hz", "1/s")}:
+        raise FricError(
+            f"{dimension} cannot be in '{unit}': that does not say what angle it is",
+            mend='Write rad/s or rev/s, or give the angle of one logged unit as a scale, as in scale: "0.0879 mrad".',
+        )
+    return spelled
 
 
 def _fits(unit: str, dimension: str, motion: Motion) -> bool:

@@ -7,7 +7,7 @@ import sys
 import typer
 
 import fric
-from fric.cli import identify, schema
+from fric.cli import identify, ingest, schema
 from fric.errors import FricError
 
 app = typer.Typer(
@@ -26,6 +26,7 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
+app.command()(ingest.ingest)
 app.command()(schema.schema)
 app.add_typer(identify.app)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.io.output import staged
-from fric.log import CHANNELS, KINDS, FrequencyResponse, Kind, Log, channel_dimension
+from fric.log import CHANNELS, KINDS, RESPONSE_DIMENSIONS, FrequencyResponse, Kind, Log, channel_dimension
 from fric.units import SI_UNITS, Motion, factor, si_unit
 
 if TYPE_CHECKING:
@@ -21,13 +22,6 @@ if TYPE_CHECKING:
 FORMAT = "log/1"
 CHUNK = 65_536
 """Samples a chunk: half a MiB of doubles."""
-
-RESPONSE_DIMENSIONS = {
-    "frequency": "frequency",
-    "magnitude": "position per input",
-    "phase": "angle",
-    "coherence": "ratio",
-}
 
 
 class LogWriter:
@@ -53,11 +47,12 @@ class LogWriter:
         else:
             file.attrs.update({"fric": FORMAT, "axis": axis, "motion": motion})
         self._motion = motion
-        self._records = file.require_group("records")
+        self._records = file["records"] if "records" in file else file.create_group("records", track_order=True)
 
     def digests(self) -> dict[str, str]:
         """Return the names of the records in the file by their sha256."""
-        return {str(group.attrs["sha256"]): name for name, group in self._records.items() if group.attrs["sha256"]}
+        found = {str(group.attrs.get("sha256", "")): name for name, group in self._records.items()}
+        return {digest: name for digest, name in found.items() if digest}
 
     def create(self, name: str, **attributes: str | int | None) -> RecordWriter:
         """Start a record; a name that is taken gets a number."""
@@ -87,21 +82,32 @@ class RecordWriter:
 
     def __init__(self, group: h5py.Group, motion: Motion) -> None:
         self._group, self._motion = group, motion
+        self.name = str(group.name).rpartition("/")[2]
 
     def extend(self, block: Mapping[str, NDArray[np.float64]]) -> None:
         """Append the same number of samples to each channel (or column of a response), in SI."""
         for channel, values in block.items():
             if channel not in self._group:
-                dimension = RESPONSE_DIMENSIONS.get(channel, channel_dimension(channel))
                 dataset = self._group.create_dataset(
-                    channel, shape=(0,), maxshape=(None,), dtype="f8", chunks=(CHUNK,), compression="gzip",
-                    compression_opts=1, shuffle=True,
+                    channel, shape=(0,), maxshape=(None,), dtype="f8", chunks=(min(max(len(values), 64), CHUNK),),
+                    compression="gzip", compression_opts=1, shuffle=True,
                 )  # fmt: skip
-                dataset.attrs["unit"] = si_unit(dimension, self._motion)
+                dataset.attrs["unit"] = si_unit(channel_dimension(channel), self._motion)
             dataset = self._group[channel]
             start = dataset.shape[0]
             dataset.resize((start + len(values),))
             dataset[start:] = values
+
+    def close(self, **attributes: str | int | None) -> None:
+        """End the record, with attributes that are known only now."""
+        self._group.attrs.update({key: value for key, value in attributes.items() if value is not None})
+
+
+def header_of(path: Path) -> tuple[str, Motion]:
+    """Return name and motion of the axis of a log file."""
+    with open_file(path) as file:
+        check_format(file, path)
+        return str(file.attrs["axis"]), cast(Motion, str(file.attrs["motion"]))
 
 
 @contextmanager
@@ -126,8 +132,8 @@ def log_writer(
     with staged(path, force=force or adding) as draft:
         if adding:
             with open_file(path) as existing:
-                _check_format(existing, path)
-            draft.write_bytes(path.read_bytes())
+                check_format(existing, path)
+            shutil.copyfile(path, draft)
         with h5py.File(draft, "a" if adding else "w") as file:
             yield LogWriter(file, axis, motion)
 
@@ -153,7 +159,8 @@ def open_file(path: Path) -> Iterator[h5py.File]:
         yield file
 
 
-def _check_format(file: h5py.File, path: Path) -> None:
+def check_format(file: h5py.File, path: Path) -> None:
+    """Raise when an open HDF5 file is not a log file."""
     found = file.attrs.get("fric", "nothing of fric's")
     if found != FORMAT:
         raise FricError(
@@ -171,7 +178,7 @@ def read_records(path: Path) -> list[Log | FrequencyResponse]:
     """
     path = Path(path)
     with open_file(path) as file:
-        _check_format(file, path)
+        check_format(file, path)
         motion = cast(Motion, str(file.attrs["motion"]))
         common = {"axis": str(file.attrs["axis"]), "motion": motion}
         if motion not in {"linear", "rotary"} or "records" not in file or not len(file["records"]):

@@ -1,0 +1,182 @@
+"""From the columns of a foreign table to channels in SI: which column, which factor, which sign."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.io.documents.mapping import Channel, MappingDocument, filled
+from fric.io.readers.base import Table, plain_name
+from fric.log import CHANNELS, RESPONSE_DIMENSIONS, Kind, channel_dimension
+from fric.units import Motion, factor, parse, si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Values = NDArray[np.float64]
+
+SPOKEN = {"torque": "force", "voltage": "input", "t": "time"}
+"""What headers call a channel, beside its own name."""
+_NEPER_A_DECIBEL = math.log(10.0) / 20.0
+_DECIBEL = re.compile(r"dB\s*\((.*)\)")
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a channel comes from: a column with its factor to SI, or one value; ``decibel`` undoes a logarithm."""
+
+    column: int | None
+    factor: float
+    decibel: bool = False
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a table becomes a record."""
+
+    motion: Motion
+    origins: dict[str, Origin]
+    wanted: tuple[int, ...]
+    """Columns that are read."""
+    names: tuple[str, ...]
+    """Names of all the columns of the table."""
+    response: bool
+    """Whether the record is a frequency response."""
+    stated: frozenset[str]
+    """Channels whose sign the mapping states."""
+
+    def convert(self, columns: list[Values], rows: NDArray[np.int64]) -> dict[str, Values]:
+        """Return the channels in SI from the wanted columns; a time that was not logged counts the rows."""
+        by_index = dict(zip(self.wanted, columns, strict=True))
+        found: dict[str, Values] = {}
+        for channel, origin in self.origins.items():
+            if origin.column is None and channel == "time":
+                found[channel] = rows.astype(np.float64) * origin.factor
+            elif origin.column is None:
+                found[channel] = np.full(len(rows), origin.factor)
+            elif origin.decibel:
+                found[channel] = np.exp(by_index[origin.column] * _NEPER_A_DECIBEL) * origin.factor
+            else:
+                found[channel] = by_index[origin.column] * origin.factor
+        if "phase" in found:
+            found["phase"] = np.unwrap(found["phase"])
+        return found
+
+    def told(self) -> dict[str, str]:
+        """Return each channel with the column that it is read from."""
+        return {
+            channel: "" if origin.column is None else self.names[origin.column]
+            for channel, origin in self.origins.items()
+        }
+
+
+def plan(
+    table: Table, mapping: MappingDocument | None, kind: Kind | None, motion: Motion | None, fields: Mapping[str, str]
+) -> Plan:
+    """Find every channel of a table.
+
+    Parameters
+    ----------
+    table
+        The table.
+    mapping
+        What its columns mean; None where the header says so itself.
+    kind
+        Kind of the record, as said by the caller.
+    motion
+        Motion of the axis; None to let the units tell.
+    fields
+        The ``{fields}`` of the file.
+
+    Raises
+    ------
+    FricError
+        When a column is not there, has no unit or one of the wrong kind, or there is no time, or nothing that moves.
+    """
+    where = str(table.path)
+    channels = mapping.columns if mapping else _by_header(table, kind)
+    motions: tuple[Motion, ...] = (motion,) if motion else ("linear", "rotary")
+    refusals: list[FricError] = []
+    for chosen in motions:
+        try:
+            origins = {name: _origin(table, name, channel, chosen, fields) for name, channel in channels.items()}
+        except FricError as error:
+            refusals.append(error)
+            continue
+        break
+    else:
+        raise refusals[0]
+    response = "magnitude" in origins
+    needed = ("frequency", "magnitude", "phase") if response else ("time",)
+    for name in needed:
+        if name not in origins:
+            raise FricError(f"no column is {name}", where=where, mend=_hint(table, name))
+    if not response and not {"position", "velocity"} & origins.keys():
+        raise FricError("no column is position or velocity", where=where, mend=_hint(table, "position"))
+    wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
+    if not wanted:
+        raise FricError("no channel is read from a column", where=where, mend="Name the column of one at least.")
+    names = tuple(column.name for column in table.columns)
+    stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
+    return Plan(chosen, origins, wanted, names, response, stated)
+
+
+def _by_header(table: Table, kind: Kind | None) -> dict[str, Channel]:
+    """Return the channels that the header names itself."""
+    names = [plain_name(column.name) for column in table.columns]
+    spoken = [SPOKEN.get(name, name) for name in names]
+    known = tuple(RESPONSE_DIMENSIONS) if kind == "frequency-response" or "magnitude" in spoken else CHANNELS
+    found: dict[str, Channel] = {}
+    for channel in known:
+        columns = [n for n, name in enumerate(names) if name == channel]
+        columns = columns or [n for n, name in enumerate(spoken) if name == channel]
+        if columns:
+            found[channel] = Channel(column=table.find(table.columns[columns[0]].name, channel))
+    return found
+
+
+def _hint(table: Table, channel: str) -> str:
+    return f"The columns are {table.listed(12)}. Say in a mapping (--map) which is {channel}, or name it so."
+
+
+def _origin(table: Table, name: str, channel: Channel, motion: Motion, fields: Mapping[str, str]) -> Origin:
+    where, dimension = str(table.path), channel_dimension(name)
+    sign = channel.sign or 1
+
+    def parsed(template: str, measured: str) -> float:
+        try:
+            return parse(filled(template, fields, where), measured, motion)
+        except FricError as error:
+            raise error.at(where) if not error.where else error from None
+
+    if channel.value is not None:
+        return Origin(None, sign * parsed(channel.value, dimension))
+    if channel.rate is not None or channel.period is not None:
+        period = parsed(channel.period, "time") if channel.period else 1 / parsed(channel.rate or "", "frequency")
+        if not (np.isfinite(period) and period > 0):
+            raise FricError("the sampling period is not above zero", where=where, mend="Mend `rate` or `period`.")
+        return Origin(None, period)
+    column = _column(table, channel.column, name, fields)
+    if channel.scale is not None:
+        return Origin(column, sign * parsed(channel.scale, dimension))
+    unit = filled(channel.unit, fields, where) if channel.unit is not None else table.columns[column].unit
+    if unit is None:
+        raise FricError(
+            f"column '{table.columns[column].name}' ({name}) has no unit", where=where,
+            mend=f"Write it into the header, as '{name} [{si_unit(dimension, motion)}]', or say `unit:` in a mapping.",
+        )  # fmt: skip
+    decibel = _DECIBEL.fullmatch(unit.strip())
+    try:
+        return Origin(column, sign * factor(decibel[1] if decibel else unit, dimension, motion), decibel is not None)
+    except FricError as error:
+        raise error.at(f"{where}, column '{table.columns[column].name}'") from None
+
+
+def _column(table: Table, wanted: Any, name: str, fields: Mapping[str, str]) -> int:
+    return table.find(filled(wanted, fields, str(table.path)) if isinstance(wanted, str) else wanted, name)

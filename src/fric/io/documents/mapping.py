@@ -1,0 +1,154 @@
+"""The mapping file, ``fric: mapping/1``: what the columns of a foreign log mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import ClassVar, Literal, Self
+
+from pydantic import Field, ValidationError, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from fric.errors import FricError
+from fric.io.documents.base import Document, Part
+from fric.io.readers.base import Layout
+from fric.log import CHANNELS, RESPONSE_DIMENSIONS, Kind, channel_dimension
+from fric.units import Motion, factor, parse
+
+FIELD = re.compile(r"\{([^{}]+)\}")
+
+
+def filled(template: str, fields: Mapping[str, str], where: str) -> str:
+    """Put the fields of one file into a template such as ``"{stem}"`` or ``"{speed} mm/s"``.
+
+    Raises
+    ------
+    FricError
+        When there is no such field, with those there are.
+    """
+
+    def value(match: re.Match[str]) -> str:
+        if match[1] not in fields:
+            raise FricError(f"there is no field '{{{match[1]}}}'", where=where, mend=f"Fields are {', '.join(fields)}.")
+        return fields[match[1]]
+
+    return FIELD.sub(value, template)
+
+
+class Format(Part):
+    """How a text log is written; what is left out is found from the file."""
+
+    delimiter: str | None = Field(default=None, description='between cells: ",", ";", "\\t", "|" or "whitespace"')
+    decimal: Literal[".", ","] | None = None
+    encoding: str | None = Field(default=None, description="such as utf-8, latin-1, utf-16")
+    skip: int = Field(default=0, ge=0, description="lines at the top that are passed over")
+    header: int | Literal[False] | None = Field(
+        default=None, description="line of the names, counted from 1; false: none"
+    )
+    units: int | Literal[False] | None = Field(
+        default=None, description="line of the units, counted from 1; false: none"
+    )
+    data_after: str | None = Field(default=None, description="the data follow the line that starts with this text")
+    comment: str | None = Field(default=None, min_length=1, max_length=1, description="begins what is no data")
+
+    def layout(self) -> Layout:
+        """Return the same for the reader."""
+        return Layout(**self.model_dump())
+
+
+class Channel(Part):
+    """Where a channel comes from: a column, or one value for the whole record."""
+
+    column: str | int | None = Field(default=None, description="name, or index counted from 0")
+    value: str | None = Field(default=None, description='one value for the whole record, such as "{speed} mm/s"')
+    rate: str | None = Field(default=None, description='a time that was not logged, such as "4 kHz"')
+    period: str | None = Field(default=None, description='a time that was not logged, such as "0.25 ms"')
+    unit: str | None = Field(default=None, description="unit of the column; left out, that of the header")
+    scale: str | None = Field(default=None, description='what one logged unit is, such as "0.0984 mN*m"')
+    sign: Literal[1, -1] | None = Field(default=None, description="-1 where the log counts the other way")
+
+    @model_validator(mode="after")
+    def _one_origin(self) -> Self:
+        origins = [key for key in ("column", "value", "rate", "period") if getattr(self, key) is not None]
+        if len(origins) != 1:
+            said = " and ".join(origins) or "neither column nor value"
+            raise ValueError(f"is given by {said}\nName its column, or give one value for the whole record.")
+        if self.unit is not None and self.scale is not None:
+            raise ValueError("has both unit and scale\nKeep one: scale is the unit with a factor before it.")
+        if origins != ["column"] and (self.unit or self.scale):
+            raise ValueError(f"unit and scale are of a column\nWrite the unit behind the number of '{origins[0]}'.")
+        return self
+
+
+class MappingDocument(Document):
+    """A mapping: format of a foreign log, and where each channel comes from."""
+
+    type: ClassVar[str] = "mapping"
+
+    axis: str | None = None
+    motion: Motion | None = None
+    kind: Kind | None = None
+    record: str = Field(default="{stem}", description="name of the record")
+    file: str | None = Field(default=None, description='what the file name says, as "{axis}_{speed}mmps"')
+    format: Format = Format()
+    columns: dict[str, Channel]
+
+    @model_validator(mode="after")
+    def _columns_fit(self) -> Self:
+        known = tuple(RESPONSE_DIMENSIONS) if self.kind == "frequency-response" else CHANNELS
+        errors: list[InitErrorDetails] = []
+        for name, channel in self.columns.items():
+            try:
+                self._check(name, channel, known)
+            except FricError as error:
+                told = PydanticCustomError("mapping", "{told}", {"told": f"{error.what}\n{error.mend}"})
+                errors.append({"type": told, "loc": ("columns", name), "input": None})
+        if errors:
+            raise ValidationError.from_exception_data("mapping", errors)
+        return self
+
+    def _check(self, name: str, channel: Channel, known: tuple[str, ...]) -> None:
+        if name not in known:
+            raise FricError(f"'{name}' is not a channel", mend=f"Channels are {', '.join(known)}.")
+        if name != "time" and (channel.rate or channel.period):
+            raise FricError("rate and period are of the time", mend="Name a column, or give a value.")
+        if name == "time" and (channel.value or channel.sign):
+            raise FricError("has no sign and no single value", mend="Name its column, or give rate or period.")
+        motions: tuple[Motion, ...] = (self.motion,) if self.motion else ("linear", "rotary")
+        dimension = channel_dimension(name)
+        checks = (
+            (channel.unit, factor, dimension), (channel.scale, parse, dimension), (channel.value, parse, dimension),
+            (channel.rate, parse, "frequency"), (channel.period, parse, "time"),
+        )  # fmt: skip
+        for text, understand, measured in checks:
+            if text is None or FIELD.search(text) or text.startswith("dB("):
+                continue
+            refusals = []
+            for motion in motions:
+                try:
+                    understand(text, measured, motion)
+                except FricError as error:
+                    refusals.append(error)
+            if len(refusals) == len(motions):
+                raise refusals[0]
+
+    def fields(self, own: Mapping[str, str], where: str) -> dict[str, str]:
+        """Return the fields of one file: its own, and what ``file`` reads out of its stem.
+
+        Raises
+        ------
+        FricError
+            When the stem is not made as ``file`` says.
+        """
+        if self.file is None:
+            return dict(own)
+        names = FIELD.findall(self.file)
+        literals = [re.escape(part) for part in FIELD.split(self.file)[::2]]
+        found = re.fullmatch("(.+?)".join(literals), own["stem"])
+        if found is None:
+            raise FricError(
+                f"the name '{own['stem']}' is not made like '{self.file}'",
+                where=where,
+                mend="Mend `file:` in the mapping, or ingest such files on their own.",
+            )
+        return {**own, **dict(zip(names, found.groups(), strict=True))}

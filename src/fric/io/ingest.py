@@ -1,0 +1,297 @@
+"""Foreign logs in, one log file out: columns are mapped to channels in SI, and checked, block by block."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, cast
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.io.audit import Clock, Signs
+from fric.io.channels import Plan, plan
+from fric.io.documents.mapping import MappingDocument, filled
+from fric.io.hdf5 import LogWriter, header_of, log_writer
+from fric.io.output import refuse_existing
+from fric.io.readers import tables
+from fric.io.readers.base import Block, Table
+from fric.log import KINDS, Kind
+from fric.units import Motion
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+BadCells = Literal["error", "drop"]
+Progress = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class IngestedRecord:
+    """One record that was added."""
+
+    name: str
+    source: str
+    sha256: str
+    kind: Kind | None
+    samples: int
+    dropped: int
+    channels: dict[str, str]
+    """Each channel and the column it was read from."""
+    left_out: tuple[str, ...]
+    """Columns that were not read."""
+
+
+@dataclass(frozen=True)
+class Ingested:
+    """What `ingest` did.
+
+    Parameters
+    ----------
+    output
+        The log file.
+    axis, motion
+        Of the log file.
+    records
+        Records that were added, in order.
+    skipped
+        Files (or records of a log file) that were there already, with the name of the record they are.
+    warnings
+        What the user should know.
+    """
+
+    output: str
+    axis: str
+    motion: Motion
+    records: tuple[IngestedRecord, ...]
+    skipped: tuple[tuple[str, str], ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def samples(self) -> int:
+        """Samples that were added."""
+        return sum(record.samples for record in self.records)
+
+    @property
+    def dropped(self) -> int:
+        """Samples that were left out, because a cell was no number."""
+        return sum(record.dropped for record in self.records)
+
+
+def ingest(
+    paths: Iterable[Path] | Path,
+    output: Path,
+    *,
+    mapping: MappingDocument | None = None,
+    kind: Kind | None = None,
+    axis: str | None = None,
+    motion: Motion | None = None,
+    append: bool = False,
+    bad_cells: BadCells = "error",
+    force: bool = False,
+    progress: Progress | None = None,
+) -> Ingested:
+    """Read foreign logs of one axis into a log file, one record a file; memory does not grow with the files.
+
+    Parameters
+    ----------
+    paths
+        Text logs (also ``.gz``), MATLAB ``.mat``, Parquet, or log files of fric's own.
+    output
+        The log file that is written, whole or not at all.
+    mapping
+        What the columns mean. Without it the header must name channels and units, as in ``time [s], position [um]``.
+    kind, axis, motion
+        Kind of the experiment, name and motion of the axis; they go before what mapping and files say.
+    append
+        Add to the log file. A file that it holds already (by its sha256) is skipped.
+    bad_cells
+        ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted.
+    force
+        Replace an output that exists.
+    progress
+        Called with the number of bytes that were read since the last call.
+
+    Raises
+    ------
+    FricError
+        When a file, its mapping or its data do not allow it: with file, line and column, and nothing is written.
+    """
+    sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
+    output = Path(output)
+    refuse_existing(None if append else output, force=force)
+    if not sources:
+        raise FricError("there is no file to ingest")
+    if kind is not None and kind not in KINDS:
+        raise FricError(f"'{kind}' is not a kind of record", mend=f"Kinds are {', '.join(KINDS)}.")
+    held = header_of(output) if append and output.exists() else None
+    session = _Session(mapping, kind, axis, motion, bad_cells, progress or (lambda _: None))
+    first = next(iter(_tables(sources[0], mapping)))
+    chosen_axis, chosen_motion = session.of_axis(first, held)
+    with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
+        session.known = writer.digests()
+        for source in sources:
+            session.read(source, writer, chosen_axis, chosen_motion)
+        session.check_signs()
+    return Ingested(
+        str(output), chosen_axis, chosen_motion, tuple(session.records), tuple(session.skipped),
+        tuple(session.warnings),
+    )  # fmt: skip
+
+
+def _tables(path: Path, mapping: MappingDocument | None) -> Iterable[Table]:
+    return tables(path, mapping.format.layout() if mapping else None)
+
+
+def digest_of(path: Path) -> str:
+    """Return the sha256 of a file."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
+
+
+class _Session:
+    """One call of `ingest`: what was said, and what has been done so far."""
+
+    def __init__(
+        self,
+        mapping: MappingDocument | None,
+        kind: Kind | None,
+        axis: str | None,
+        motion: Motion | None,
+        bad_cells: BadCells,
+        progress: Progress,
+    ) -> None:
+        self._mapping, self._kind, self._axis, self._motion = mapping, kind, axis, motion
+        self._drop, self._progress = bad_cells == "drop", progress
+        self._signs = Signs()
+        self._stated: set[str] = set()
+        self.known: dict[str, str] = {}
+        self.records: list[IngestedRecord] = []
+        self.skipped: list[tuple[str, str]] = []
+        self.warnings: list[str] = []
+
+    def of_axis(self, table: Table, held: tuple[str, Motion] | None) -> tuple[str, Motion]:
+        """Return name and motion of the axis: as said, as in the file that is added to, or as the units tell."""
+        mapping, said = self._mapping, table.said
+        axis = self._axis or said.get("axis")
+        if axis is None and mapping and mapping.axis:
+            axis = filled(mapping.axis, self._fields(table), str(table.path))
+        motion = self._motion or (mapping.motion if mapping else None) or said.get("motion")
+        if motion is None:
+            motion = held[1] if held else plan(table, mapping, self._kind, None, self._fields(table)).motion
+        return axis or (held[0] if held else "x"), cast(Motion, motion)
+
+    def read(self, path: Path, writer: LogWriter, axis: str, motion: Motion) -> None:
+        """Add the records of one file."""
+        digest = digest_of(path)
+        if digest in self.known:
+            self.skipped.append((str(path), self.known[digest]))
+            self._progress(path.stat().st_size)
+            return
+        for table in _tables(path, self._mapping):
+            own = self.of_axis(table, (axis, motion))
+            if own != (axis, motion):
+                raise FricError(
+                    f"is of the {own[1]} axis {own[0]}, and the log file of the {motion} axis {axis}", where=str(path),
+                    mend="Keep each axis in a file of its own, or say --axis.",
+                )  # fmt: skip
+            sha256 = table.said.get("sha256") or (f"{digest}:{table.said['name']}" if "name" in table.said else digest)
+            if sha256 in self.known:
+                self.skipped.append((f"{path}, record '{table.said.get('name', '')}'", self.known[sha256]))
+                continue
+            record = self._add(table, writer, motion, sha256)
+            self.known[sha256] = record.name
+            self.records.append(record)
+
+    def check_signs(self) -> None:
+        """Refuse logs in which friction would drive the axis, unless the signs are stated."""
+        against = self._signs.against()
+        if against and against not in self._stated:
+            what = {
+                "force": "the force opposes the motion throughout: by these signs friction drives the axis",
+                "velocity": "velocity and position run against each other",
+            }[against]
+            raise FricError(
+                what, where=self.records[0].source if len(self.records) == 1 else f"{len(self.records)} records",
+                mend=f"Say `sign: -1` for the {against} in the mapping; or `sign: 1`, if it is meant so.",
+            )  # fmt: skip
+
+    def _fields(self, table: Table) -> dict[str, str]:
+        stem = table.path.name.removesuffix(".gz")
+        stem = stem[: stem.rfind(".")] if "." in stem[1:] else stem
+        own = {"stem": stem, "name": table.path.name, "parent": table.path.absolute().parent.name, **table.constants}
+        return self._mapping.fields(own, str(table.path)) if self._mapping else own
+
+    def _add(self, table: Table, writer: LogWriter, motion: Motion, sha256: str) -> IngestedRecord:
+        fields = self._fields(table)
+        chosen = plan(table, self._mapping, self._kind, motion, fields)
+        said = table.said
+        name = said.get("name") or filled(self._mapping.record if self._mapping else "{stem}", fields, str(table.path))
+        kind = self._kind or (self._mapping.kind if self._mapping else None) or cast("Kind | None", said.get("kind"))
+        kind = "frequency-response" if chosen.response else kind
+        source = said.get("source") or str(table.path)
+        record = writer.create(name.replace("/", "-"), kind=kind, source=source, sha256=sha256)
+        rows_of, clock, samples, dropped = _Rows(table, chosen, self._drop), Clock(table.place), 0, 0
+        for block in table.blocks(chosen.wanted):
+            good, rows = rows_of.good(block)
+            channels = chosen.convert(good, rows)
+            if not chosen.response:
+                clock.tick(channels["time"], rows)
+                self._signs.add(channels)
+            samples, dropped = samples + len(rows), dropped + len(block.columns[0]) - len(rows)
+            record.extend(channels)
+            self._progress(block.size)
+        if samples < 2:
+            raise FricError(f"has {samples} samples", where=str(table.path), mend="A log needs two at least.")
+        if told := clock.stop():
+            self.warnings.append(told)
+        self._stated |= chosen.stated
+        total = dropped + int(said.get("dropped", 0))
+        record.close(dropped=total or None)
+        if dropped:
+            self.warnings.append(f"{table.path}: {dropped} of {samples + dropped} samples dropped: a cell is no number")
+        left_out = tuple(column.name for n, column in enumerate(table.columns) if n not in chosen.wanted)
+        return IngestedRecord(record.name, source, sha256, kind, samples, total, chosen.told(), left_out)
+
+
+class _Rows:
+    """Finds the rows of a table that are whole."""
+
+    def __init__(self, table: Table, chosen: Plan, drop: bool) -> None:
+        self._table, self._wanted, self._drop = table, chosen.wanted, drop
+
+    def good(self, block: Block) -> tuple[list[NDArray[np.float64]], NDArray[np.int64]]:
+        """Return the columns without the rows that are not whole, and the rows' numbers in the file."""
+        rows = np.arange(block.row, block.row + len(block.columns[0]))
+        # a sum is finite when all of its terms are: cheaper than looking at each
+        with np.errstate(invalid="ignore", over="ignore"):
+            if np.isfinite(sum(float(values.sum()) for values in block.columns)):
+                return block.columns, rows
+        whole = np.logical_and.reduce([np.isfinite(values) for values in block.columns])
+        if whole.all():
+            return block.columns, rows
+        if self._drop:
+            return [values[whole] for values in block.columns], rows[whole]
+        first = int(np.argmin(whole))
+        bad = (n for n, values in zip(self._wanted, block.columns, strict=True) if not np.isfinite(values[first]))
+        raise self._bad(block.row + first, next(bad))
+
+    def _bad(self, row: int, column: int) -> FricError:
+        text, run = self._table.text(row, column), self._table.run(row, column)
+        what = "the cell is empty" if not text else f"'{text}' is no number"
+        if run > 1:
+            what = f"{run} cells in a row are no numbers, the first {'empty' if not text else repr(text)}"
+        return FricError(
+            what, where=self._table.place(row, column),
+            mend="Mend the file, or leave such samples out with --bad-cells drop.",
+        )  # fmt: skip
+
+
+def sizes(paths: Sequence[Path]) -> int:
+    """Return the bytes of the files together, as far as they are there; for a progress bar."""
+    return sum(path.stat().st_size for path in map(Path, paths) if path.is_file())

@@ -1,0 +1,165 @@
+"""What every reader gives: tables of columns, read block by block as float64, NaN where a cell is no number."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from fric.errors import FricError
+from fric.units import is_unit
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+BLOCK = 131_072
+"""Samples a block: a few MiB, whatever the file's size."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a text log is written, as far as the user says so; see `fric.io.documents.mapping.Format`."""
+
+    delimiter: str | None = None
+    decimal: Literal[".", ","] | None = None
+    encoding: str | None = None
+    skip: int = 0
+    header: int | Literal[False] | None = None
+    units: int | Literal[False] | None = None
+    data_after: str | None = None
+    comment: str | None = None
+
+
+class Column(NamedTuple):
+    """Name and unit of a column; no unit where the file gives none."""
+
+    name: str
+    unit: str | None = None
+
+
+class Block(NamedTuple):
+    """Consecutive rows: the number of the first, the wanted columns, and the bytes of the file they took."""
+
+    row: int
+    columns: list[NDArray[np.float64]]
+    size: int
+
+
+class Table(ABC):
+    """One table of a foreign file, which becomes one record.
+
+    Parameters
+    ----------
+    path
+        The file.
+    columns
+        Names and units.
+    constants
+        Values that the file holds once: scalars, lines of the preamble. They serve as ``{fields}`` of a mapping.
+    said
+        What the file itself says of the record: ``axis``, ``motion``, ``name``, ``kind``, ``sha256``, ``source``.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        columns: Sequence[Column],
+        constants: Mapping[str, str] | None = None,
+        said: Mapping[str, str] | None = None,
+    ) -> None:
+        self.path, self.columns = path, tuple(columns)
+        self.constants, self.said = dict(constants or {}), dict(said or {})
+
+    @abstractmethod
+    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+        """Read the wanted columns (indices, in this order) from the first row to the last."""
+
+    def place(self, row: int, column: int | None = None) -> str:
+        """Return where a row (counted from 0) and a column are, for messages."""
+        return self._told(f"sample {row + 1}", column)
+
+    def text(self, row: int, column: int) -> str | None:
+        """Return what stands in a cell that is no number, where that can be told."""
+        return None
+
+    def listed(self, most: int = 24) -> str:
+        """Return the names of the columns, for messages."""
+        names = ", ".join(f"'{column.name}'" for column in self.columns[:most])
+        return f"{names}, …" if len(self.columns) > most else names
+
+    def run(self, row: int, column: int) -> int:
+        """Return how many rows in a row, from ``row`` on, have no number in a column (1 where that is not known)."""
+        return 1
+
+    def _told(self, place: str, column: int | None) -> str:
+        beside = f", column '{self.columns[column].name}'" if column is not None else ""
+        return f"{self.path}, {place}{beside}"
+
+    def find(self, wanted: str | int, channel: str) -> int:
+        """Return the index of a column that is named, or counted from 0.
+
+        Raises
+        ------
+        FricError
+            When there is no such column, or more than one, with the columns that there are.
+        """
+        listed = self.listed()
+        if isinstance(wanted, int):
+            if 0 <= wanted < len(self.columns):
+                return wanted
+            raise FricError(
+                f"there is no column {wanted} for {channel}: there are {len(self.columns)}, counted from 0",
+                where=str(self.path), mend=f"The columns are {listed}.",
+            )  # fmt: skip
+        for same in (str, plain_name):
+            found = [n for n, column in enumerate(self.columns) if same(column.name) == same(wanted)]
+            if len(found) > 1:
+                raise FricError(
+                    f"{len(found)} columns are named '{wanted}'", where=str(self.path),
+                    mend=f"Give the index instead: {' or '.join(map(str, found))}, counted from 0.",
+                )  # fmt: skip
+            if found:
+                return found[0]
+        raise FricError(
+            f"there is no column '{wanted}' for {channel}", where=str(self.path), mend=f"The columns are {listed}."
+        )
+
+
+@dataclass
+class Memory(Table):
+    """A table whose columns are in memory already (or behave as if): anything that slices to numbers."""
+
+    path: Path
+    columns: tuple[Column, ...]
+    data: Sequence[NDArray[np.float64]]
+    constants: dict[str, str] = field(default_factory=dict)
+    said: dict[str, str] = field(default_factory=dict)
+
+    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+        """Slice the columns."""
+        samples = len(self.data[wanted[0]])
+        for start in range(0, samples, BLOCK):
+            part = [self.data[n][start : start + BLOCK].astype("f8") for n in wanted]
+            yield Block(start, part, sum(values.nbytes for values in part))
+
+
+_NAMED = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
+
+
+def named(header: str) -> Column:
+    """Take a header such as ``force [N]`` or ``force (N)`` apart into name and unit."""
+    text = header.strip().strip("\"'").lstrip("#%").strip()
+    found = _NAMED.fullmatch(text)
+    if found is None or not found["name"]:
+        return Column(text)
+    unit = found["square"] if found["square"] is not None else found["round"]
+    return Column(text if found["square"] is None and not is_unit(unit) else found["name"], unit.strip() or None)
+
+
+def plain_name(name: str) -> str:
+    """Return a name without its unit, in small letters, with single spaces."""
+    return " ".join(named(name).name.casefold().split())

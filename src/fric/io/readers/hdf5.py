@@ -1,0 +1,31 @@
+"""fric's own log files, so that they can be merged: each record is a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import h5py
+
+from fric.io.hdf5 import check_format, open_file
+from fric.io.readers.base import Column, Layout, Memory, Table
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """HDF5 begins with its own mark; MATLAB's has a block before it."""
+    return head.startswith(b"\x89HDF\r\n\x1a\n")
+
+
+def tables(path: Path, layout: Layout) -> Iterator[Table]:
+    """Read the records of a log file, each a table whose columns name the channels."""
+    with open_file(path) as file:
+        check_format(file, path)
+        for name, group in file["records"].items():
+            yield _table(path, name, group, file)
+
+
+def _table(path: Path, name: str, group: h5py.Group, file: h5py.File) -> Table:
+    said = {key: str(value) for key, value in group.attrs.items()}
+    said |= {"axis": str(file.attrs["axis"]), "motion": str(file.attrs["motion"]), "name": name}
+    columns = tuple(Column(channel, str(data.attrs["unit"])) for channel, data in group.items())
+    return Memory(path, columns, list(group.values()), said=said)

@@ -1,0 +1,165 @@
+"""Text logs: CSV, TSV, with whatever delimiter, decimal mark, preamble and encoding; also ``.gz``."""
+
+from __future__ import annotations
+
+import gzip
+import zlib
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from fric.errors import FricError
+from fric.io.readers.base import BLOCK, Block, Layout, Table
+from fric.io.readers.sniff import Shape, is_number, shape_of, split
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+LOOK = 65_536
+"""Bytes at the beginning that are looked at to find how the file is written."""
+
+_GZIP = b"\x1f\x8b"
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """Text holds no zero byte, unless it is UTF-16."""
+    wide = head.startswith((b"\xff\xfe", b"\xfe\xff"))
+    return head.startswith(_GZIP) or ((wide or b"\0" not in head) and path.suffix.lower() != ".mat")
+
+
+def tables(path: Path, layout: Layout) -> Iterator[Table]:
+    """Read a text log: one table."""
+    zipped = _is_zipped(path)
+    try:
+        with _opened(path, zipped) as file:
+            head = file.read(LOOK)
+            whole = not file.read(1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise FricError(f"cannot be read: {error}", where=str(path), mend="Is the .gz file whole?") from None
+    if not head.strip():
+        raise FricError("is empty", where=str(path), mend="Export the log again.")
+    try:
+        shape = shape_of(head, layout, whole)
+    except FricError as error:
+        raise error.at(str(path)) from None
+    yield TextTable(path, shape, layout, zipped, bytes_a_row(head, path, zipped))
+
+
+def bytes_a_row(head: bytes, path: Path, zipped: bool) -> float:
+    """Return about how many bytes of the file a row takes."""
+    mean = len(head) / max(head.count(b"\n"), 1)
+    return mean / 3 if zipped else mean
+
+
+class TextTable(Table):
+    """The table of a text log.
+
+    Parameters
+    ----------
+    path
+        The file.
+    shape
+        How it is written.
+    layout
+        What the user says of it.
+    zipped
+        Whether it is compressed by gzip.
+    bytes_a_row
+        For the progress.
+    """
+
+    def __init__(self, path: Path, shape: Shape, layout: Layout, zipped: bool, bytes_a_row: float) -> None:
+        super().__init__(path, shape.columns, shape.preamble)
+        self._shape, self._comment, self._zipped, self._bytes_a_row = shape, layout.comment, zipped, bytes_a_row
+
+    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+        """Read the file through pandas, in chunks."""
+        shape, width = self._shape, len(self.columns)
+        # Cells are read by their place; one more column than there is catches rows that are too long. The encoding
+        # matters for names alone, which are known by now: bytes as they stand are read fastest.
+        wide = shape.encoding.lower().replace("-", "").replace("_", "") in {"utf16", "utf16le", "utf16be", "utf32"}
+        options: dict[str, Any] = {
+            "header": None, "names": range(width + 1), "index_col": False, "skiprows": shape.first,
+            "sep": r"\s+" if shape.delimiter == "whitespace" else shape.delimiter, "decimal": shape.decimal,
+            "comment": self._comment, "compression": "gzip" if self._zipped else None, "low_memory": False,
+            "encoding": shape.encoding if wide else "utf-8", "encoding_errors": "replace", "skipinitialspace": True,
+            "chunksize": max(BLOCK * 8 // max(width, 8), 1024),
+        }  # fmt: skip
+        row = 0
+        try:
+            with pd.read_csv(self.path, **options) as chunks:
+                for chunk in chunks:
+                    long = chunk[width].notna().to_numpy()
+                    if long.any():
+                        raise FricError(
+                            f"has more cells than the {width} of the header",
+                            where=self.place(row + int(np.argmax(long))), mend="Mend or remove the line.",
+                        )  # fmt: skip
+                    columns = [_numbers(chunk[n], shape.decimal) for n in wanted]
+                    yield Block(row, columns, int(len(chunk) * self._bytes_a_row))
+                    row += len(chunk)
+        except pd.errors.EmptyDataError:
+            return
+        except pd.errors.ParserError as error:
+            told = str(error).strip().rsplit("C error: ", 1)[-1]
+            raise FricError(f"cannot be read as a table: {told}", where=str(self.path), mend="Mend the line.") from None
+        except (EOFError, zlib.error, gzip.BadGzipFile, UnicodeError) as error:
+            raise FricError(f"is damaged: {error}", where=str(self.path), mend="Copy the file again.") from None
+
+    def place(self, row: int, column: int | None = None) -> str:
+        """Return the line of a row, found by counting lines."""
+        return self._told(f"line {self._line(row)[0]}", column)
+
+    def text(self, row: int, column: int) -> str | None:
+        """Return the cell as it stands in the file."""
+        cells = split(self._line(row)[1], self._shape.delimiter)
+        return cells[column] if column < len(cells) else None
+
+    def run(self, row: int, column: int) -> int:
+        """Return how many rows from ``row`` on have no number in a column."""
+        count = 0
+        for _, line in islice(self._rows(), row, None):
+            cells = split(line, self._shape.delimiter)
+            if column < len(cells) and is_number(cells[column], self._shape.decimal):
+                break
+            count += 1
+        return count
+
+    def _line(self, row: int) -> tuple[int, str]:
+        return next(islice(self._rows(), row, None))
+
+    def _rows(self) -> Iterator[tuple[int, str]]:
+        """Give the number (from 1) and the text of every line of data, passing over what pandas passes over."""
+        blank = " \r\n" if self._shape.delimiter == "\t" else " \t\r\n"
+        with _opened(self.path, self._zipped, self._shape.encoding) as file:
+            for number, line in enumerate(file, 1):
+                content = line.partition(self._comment)[0] if self._comment else line
+                if number > self._shape.first and content.strip(blank):
+                    yield number, content
+
+
+def _numbers(column: pd.Series[Any], decimal: str) -> NDArray[np.float64]:
+    """Return a column as floats, NaN where a cell is no number."""
+    if pd.api.types.is_bool_dtype(column):
+        return np.full(len(column), np.nan)
+    if not pd.api.types.is_numeric_dtype(column):
+        if decimal == ",":
+            text = column.astype("str")
+            column = text.where(~text.str.contains(".", regex=False)).str.replace(",", ".", regex=False)
+        column = pd.to_numeric(column, errors="coerce")
+    return column.to_numpy(dtype="f8", na_value=np.nan)
+
+
+def _is_zipped(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(2) == _GZIP
+
+
+def _opened(path: Path, zipped: bool, encoding: str | None = None) -> IO[Any]:
+    mode: Any = "rt" if encoding else "rb"
+    options: dict[str, Any] = {"encoding": encoding, "errors": "replace", "newline": None} if encoding else {}
+    return gzip.open(path, mode, **options) if zipped else path.open(mode, **options)
