@@ -1,3 +1,4 @@
+from .drive.sensing import Encoder as Encoder
 from .errors import FricError as FricError
 from .figures.style import save_figure as save_figure
 from .io.documents import document_schema as document_schema
@@ -9,11 +10,14 @@ from .io.hdf5 import write_logs as write_logs
 from .io.ingest import Ingested as Ingested
 from .io.ingest import ingest as ingest
 from .io.ingest import sizes as sizes
+from .io.machine import read_machine as read_machine
+from .io.output import refuse_existing as refuse_existing
 from .io.provenance import provenance as provenance
 from .io.yaml import dump as dump
 from .io.yaml import read_document as read_document
 from .io.yaml import write_document as write_document
 from .log import FrequencyResponse as FrequencyResponse
 from .log import Log as Log
+from .simulate.experiment import experiment as experiment
 
 __version__: str

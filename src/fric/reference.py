@@ -1,1 +1,241 @@
-"""Motions that are asked of a drive: circles, sines, constant-velocity strokes, multisines."""
+"""Motions that are asked of a drive: constant-velocity strokes, sines, circles, multisines; all start at rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A motion of one axis, sampled at the controller's rate, with exact derivatives.
+
+    Parameters
+    ----------
+    sampling
+        Samples a second [Hz].
+    position, velocity, acceleration
+        The motion [m], [m/s], [m/s²], each of shape (n,).
+    """
+
+    sampling: float
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    acceleration: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Sample instants [s], from 0, shape (n,)."""
+        return np.arange(len(self)) / self.sampling
+
+    def __add__(self, other: Reference) -> Reference:
+        """Return the sum of two motions of one length."""
+        return Reference(
+            self.sampling,
+            self.position + other.position,
+            self.velocity + other.velocity,
+            self.acceleration + other.acceleration,
+        )
+
+
+def smooth_step(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """Return S(x), its integral, and its first two derivatives.
+
+    S is 0 for x ≤ 0, 1 for x ≥ 1, and ``10x³ - 15x⁴ + 6x⁵`` between.
+    Speed that follows S has a continuous jerk, so that a run-in excites the loop little.
+    """
+    inside, beyond = np.clip(x, 0.0, 1.0), np.maximum(x - 1.0, 0.0)
+    return (
+        inside**3 * (10 - inside * (15 - 6 * inside)),
+        inside**4 * (2.5 - inside * (3 - inside)) + beyond,
+        30 * inside**2 * (1 - inside) ** 2,
+        60 * inside * (1 - inside) * (1 - 2 * inside),
+    )
+
+
+def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1, dwell: float = 0.1) -> Reference:
+    """Return a stroke at constant velocity, a rest, and the same stroke back.
+
+    Parameters
+    ----------
+    speed
+        Speed of each stroke [m/s]; a negative one starts the other way.
+    distance
+        Length that is travelled at that speed [m].
+    sampling
+        Samples a second [Hz].
+    ramp
+        Time in which the speed rises smoothly from 0, and falls to it [s].
+    dwell
+        Rest before, between and after the strokes [s].
+
+    Raises
+    ------
+    FricError
+        When speed or distance is zero.
+    """
+    if speed == 0 or not distance > 0:
+        raise FricError("a stroke has neither speed nor length", mend="Give a speed and a positive distance.")
+    cruise = distance / abs(speed)
+    starts = dwell + np.array([0.0, ramp + cruise, 2 * ramp + cruise + dwell, 3 * ramp + 2 * cruise + dwell])
+    t = np.arange(ceil((starts[-1] + ramp + dwell) * sampling)) / sampling
+    position, velocity, acceleration = (np.zeros_like(t) for _ in range(3))
+    for start, change in zip(starts, (speed, -speed, -speed, speed), strict=True):
+        S, integral, slope, _ = smooth_step((t - start) / ramp)
+        position += change * ramp * integral
+        velocity += change * S
+        acceleration += change / ramp * slope
+    return Reference(sampling, position, velocity, acceleration)
+
+
+def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, run_in: float = 1.0) -> Reference:
+    """Return a sine whose amplitude grows smoothly from rest over the ``run_in`` cycles that come before.
+
+    Parameters
+    ----------
+    amplitude
+        Amplitude [m].
+    frequency
+        Frequency [Hz].
+    cycles, run_in
+        Cycles at full amplitude, and cycles before them in which it grows.
+    sampling
+        Samples a second [Hz].
+
+    Raises
+    ------
+    FricError
+        When amplitude, frequency or cycles are not positive.
+    """
+    if not (amplitude > 0 and frequency > 0 and cycles > 0):
+        raise FricError("a sine has no amplitude, frequency or cycles", mend="Give positive values.")
+    omega, rise = 2 * pi * frequency, run_in / frequency
+    t = np.arange(ceil((cycles + run_in) / frequency * sampling)) / sampling
+    S, _, slope, curve = smooth_step(t / rise)
+    sin, cos = np.sin(omega * (t - rise)), np.cos(omega * (t - rise))
+    return Reference(
+        sampling,
+        amplitude * S * sin,
+        amplitude * (S * omega * cos + slope / rise * sin),
+        amplitude * ((curve / rise**2 - S * omega**2) * sin + 2 * slope / rise * omega * cos),
+    )
+
+
+def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampling: float) -> Reference:
+    """Return a stroke whose velocity is ``mean + swing·sin(2π·frequency·t)`` once it has run in.
+
+    Parameters
+    ----------
+    mean, swing
+        Mean velocity and amplitude of the velocity [m/s], swing below mean: the motion never turns.
+    frequency
+        Frequency of the velocity [Hz].
+    cycles
+        Whole cycles at full amplitude; two more lie before and two behind.
+    sampling
+        Samples a second [Hz].
+
+    Raises
+    ------
+    FricError
+        When the motion would turn.
+    """
+    if not 0 < swing < abs(mean):
+        raise FricError(
+            f"a velocity of {mean:g} m/s with an amplitude of {swing:g} m/s turns the motion",
+            mend="Sliding needs an amplitude below the mean velocity.",
+        )
+    ramp = 2.0 / frequency
+    t = np.arange(ceil((cycles / frequency + 2 * ramp) * sampling)) / sampling
+    up, up_integral, up_slope, up_curve = smooth_step(t / ramp)
+    down, down_integral, down_slope, down_curve = smooth_step((t - t[-1] + ramp) / ramp)
+    level, slope, curve = up - down, (up_slope - down_slope) / ramp, (up_curve - down_curve) / ramp**2
+    omega = 2 * pi * frequency
+    radius, sin, cos = swing / omega, np.sin(omega * t), np.cos(omega * t)
+    return Reference(
+        sampling,
+        mean * ramp * (up_integral - down_integral) - radius * level * cos,
+        mean * level + swing * level * sin - radius * slope * cos,
+        mean * slope + swing * (level * omega * cos + 2 * slope * sin) - radius * curve * cos,
+    )
+
+
+def circle(
+    radius: float, feed: float, revolutions: int, sampling: float, *, direction: int = 1
+) -> tuple[Reference, Reference]:
+    """Return the motion of both axes on a circle around the origin.
+
+    The feed grows smoothly from rest over a quarter turn that begins 45° before the +x axis; so the whole
+    revolutions begin and end at 45°, halfway between two reversals (135° for the other direction of turning).
+
+    Parameters
+    ----------
+    radius
+        Radius [m].
+    feed
+        Speed along the circle [m/s].
+    revolutions
+        Revolutions at full feed.
+    sampling
+        Samples a second [Hz].
+    direction
+        1 counter-clockwise, -1 clockwise.
+
+    Raises
+    ------
+    FricError
+        When radius, feed or revolutions are not positive.
+    """
+    for name, value in (("radius", radius), ("feed", feed), ("number of revolutions", revolutions)):
+        if not value > 0:
+            raise FricError(f"the {name} of the circle is {value:g}", mend="Give a positive value.")
+    omega = direction * feed / radius
+    ramp = pi / abs(omega)  # a quarter turn: half the feed on average
+    t = np.arange(ceil((ramp + revolutions * 2 * pi / abs(omega)) * sampling) + 1) / sampling
+    S, integral, slope, _ = smooth_step(t / ramp)
+    angle = -direction * pi / 4 + omega * ramp * integral
+    rate, change = omega * S, omega * slope / ramp
+    sin, cos = radius * np.sin(angle), radius * np.cos(angle)
+    return (
+        Reference(sampling, cos, -sin * rate, -cos * rate**2 - sin * change),
+        Reference(sampling, sin, cos * rate, -sin * rate**2 + cos * change),
+    )
+
+
+def multisine(
+    frequencies: NDArray[np.float64], peak: float, samples: int, sampling: float, rng: np.random.Generator
+) -> Reference:
+    """Return a motion that is a sum of sines of equal velocity amplitude and random phase.
+
+    Of 64 draws of phases the one with the lowest peak velocity is taken.
+
+    Parameters
+    ----------
+    frequencies
+        Frequencies [Hz], shape (m,).
+    peak
+        Largest velocity of the sum [m/s].
+    samples, sampling
+        Length, and samples a second [Hz].
+    rng
+        Where the phases come from.
+    """
+    omega = 2 * pi * np.asarray(frequencies, float)
+    lines = np.exp(1j * np.outer(np.arange(samples) / sampling, omega))
+    draws = np.exp(2j * pi * rng.uniform(size=(len(omega), 64)))
+    peaks = np.abs((lines @ draws).real).max(axis=0)
+    best = draws[:, np.argmin(peaks)] * peak / peaks.min()
+    return Reference(
+        sampling, (lines @ (best / (1j * omega))).real, (lines @ best).real, (lines @ (best * 1j * omega)).real
+    )

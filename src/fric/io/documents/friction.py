@@ -47,6 +47,7 @@ class FrictionDocument(Document):
 
     def friction(self, name: str) -> FrictionModel:
         """Return one friction model of this file (``static``, ``gms``, …) with the parameters given here."""
-        given = {"static"} | set(self.model_extra or {})
-        sections = {key: self.estimates(key) for key in given & set(models()) if key != "static" or self.static}
+        given = {key for key in ("static", "static_negative") if getattr(self, key)}
+        given |= set(self.model_extra or {}) & set(models())
+        sections = {key: self.estimates(key) for key in sorted(given)}
         return models()[name].from_sections(sections)

@@ -1,0 +1,37 @@
+"""Feedforward along the reference: the inverse model of the plant, and friction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from fric.drive.plant import Plant
+    from fric.friction import FrictionModel
+    from fric.reference import Reference
+
+
+def inverse_model(plant: Plant, reference: Reference) -> NDArray[np.float64]:
+    """Return the voltage ``(z̈_r + A·ż_r)/B`` that moves a plant without friction along the reference [V], (n,)."""
+    return (reference.acceleration + plant.A * reference.velocity) / plant.B
+
+
+def friction_feedforward(
+    model: FrictionModel, reference: Reference, K_f: float, gain: float = 1.0
+) -> NDArray[np.float64]:
+    """Return the voltage ``gain·F(reference)/K_f`` that stands against friction [V], shape (n,).
+
+    Parameters
+    ----------
+    model
+        The friction that the controller believes.
+    reference
+        The motion the model is replayed along.
+    K_f
+        Force constant [N/V].
+    gain
+        Share of the believed friction that is fed forward.
+    """
+    return gain / K_f * model.replay(reference.time, reference.position, reference.velocity)

@@ -1,0 +1,176 @@
+"""The machine file: ``fric: machine/1``."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+
+from fric.drive.sensing import Encoder
+from fric.errors import FricError
+from fric.friction import FrictionModel, models
+from fric.io.documents.base import AxisDocument, Document, Part, Physical, Quantity
+from fric.io.documents.controller import ControllerDocument, ControllerPart
+from fric.io.documents.friction import FrictionDocument
+from fric.io.documents.observer import ObserverDocument, ObserverPart
+from fric.io.documents.plant import PlantDocument, PlantPart
+from fric.io.yaml import read_document
+from fric.simulate.machine import Axis, Believed, Machine
+from fric.units import Motion
+
+
+def _from_file(document: type[Document]) -> BeforeValidator:
+    """Return a validator that reads what is given as the name of a file, relative to the machine's."""
+
+    def read(given: Any, info: ValidationInfo) -> Any:
+        if not isinstance(given, str):
+            return given
+        return read_document((info.context or {})["folder"] / given, document)
+
+    return BeforeValidator(read, json_schema_input_type=str | dict[str, Any])
+
+
+class EncoderPart(Physical):
+    """An encoder: its resolution."""
+
+    dimensions: ClassVar[dict[str, str]] = {"resolution": "position"}
+
+    resolution: Quantity = Field(description="one step; 0 for a position that is not quantised")
+
+
+class NoisePart(Physical):
+    """Noise of what is logged."""
+
+    dimensions: ClassVar[dict[str, str]] = {"force": "force"}
+
+    force: Quantity = Field(description="root mean square of the force channel's noise")
+
+
+class FeedforwardPart(Physical):
+    """The friction that the controller believes."""
+
+    dimensions: ClassVar[dict[str, str]] = {"gain": "ratio"}
+
+    gain: Quantity | None = Field(
+        default=None, description="share of the believed friction that is fed forward; 1 if left out"
+    )
+    friction: Annotated[FrictionDocument | None, _from_file(FrictionDocument)] = Field(
+        default=None, description="a friction file, or its sections; the machine's own friction where left out"
+    )
+
+
+class AxisPart(Part):
+    """One axis: each part given here, or as the name of a file beside this one."""
+
+    motion: Motion = "linear"
+    plant: Annotated[PlantPart, _from_file(PlantDocument)]
+    controller: Annotated[ControllerPart, _from_file(ControllerDocument)]
+    observer: Annotated[ObserverPart | None, _from_file(ObserverDocument)] = None
+    encoder: EncoderPart | None = Field(None, description="not quantised where left out")
+    noise: NoisePart | None = Field(None, description="none where left out")
+    friction: Annotated[FrictionDocument, _from_file(FrictionDocument)] = Field(
+        description="the friction that the axis has: a friction file, or its sections"
+    )
+    feedforward: FeedforwardPart = FeedforwardPart()
+
+
+class MachineDocument(Document):
+    """A machine file: axes with plant, controller, observer, encoder, true and believed friction."""
+
+    type: ClassVar[str] = "machine"
+
+    name: str = ""
+    axes: dict[str, AxisPart]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _friction_is_of_its_axis(cls, given: Any) -> Any:
+        """Fill in the head of friction that stands in the machine file itself."""
+        if not isinstance(given, dict) or not isinstance(given.get("axes"), dict):
+            return given
+
+        def headed(part: Any, head: dict[str, str]) -> Any:
+            friction = part.get("friction") if isinstance(part, dict) else None
+            return {**part, "friction": head | friction} if isinstance(friction, dict) else part
+
+        axes = dict(given["axes"])
+        for name, axis in axes.items():
+            if isinstance(axis, dict):
+                head = {"fric": FrictionDocument.type_name(), "axis": str(name), "motion": axis.get("motion", "linear")}
+                axis = headed(axis, head)
+                if "feedforward" in axis:
+                    axis = {**axis, "feedforward": headed(axis["feedforward"], head)}
+                axes[name] = axis
+        return {**given, "axes": axes}
+
+    @model_validator(mode="after")
+    def _parts_are_of_their_axis(self) -> Self:
+        for name, axis in self.axes.items():
+            parts = {
+                key: getattr(axis, key) for key in ("plant", "controller", "observer", "encoder", "noise", "friction")
+            }
+            parts |= {"feedforward": axis.feedforward, "feedforward.friction": axis.feedforward.friction}
+            for key, part in parts.items():
+                where = f"axes.{name}.{key}"
+                if isinstance(part, AxisDocument | FrictionDocument) and (part.axis, part.motion) != (
+                    name,
+                    axis.motion,
+                ):
+                    raise ValueError(
+                        f"{where}: the file is of the {part.motion} axis {part.axis}, "
+                        f"and this is the {axis.motion} axis {name}\n"
+                        "Name the file of this axis."
+                    )
+                if isinstance(part, Physical):
+                    part.estimates(axis.motion, where)
+        return self
+
+    def machine(self) -> Machine:
+        """Return the machine in SI.
+
+        Raises
+        ------
+        FricError
+            When a value is missing or not physical: with the axis it is of.
+        """
+        return Machine(self.name, {name: _axis(name, part) for name, part in self.axes.items()})
+
+
+def _axis(name: str, part: AxisPart) -> Axis:
+    motion = part.motion
+    try:
+        plant = part.plant.plant(motion)
+        believed = part.feedforward.friction or part.friction
+        gain = part.feedforward.values(motion).get("gain", 1.0)
+        return Axis(
+            name=name,
+            motion=motion,
+            plant=plant,
+            cascade=part.controller.cascade(motion),
+            friction=true_friction(part.friction),
+            load=float(part.friction.estimates("static")["offset"])
+            if "offset" in (part.friction.static or {})
+            else 0.0,
+            believed=Believed(believed_models(believed), gain),
+            observer=part.observer.observer(motion, plant.A, plant.B) if part.observer else None,
+            encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),
+            force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
+        )
+    except FricError as error:
+        raise error.at(f"axis {name}") from None
+
+
+def true_friction(document: FrictionDocument) -> FrictionModel:
+    """Return the richest model of a friction file: the last that builds upon the others."""
+    given = [name for name in (*(document.model_extra or {}),) if name in models()]
+    for name in ("rolling", "gms", *given, "static"):
+        if name in given or (name == "static" and document.static):
+            return document.friction(name)
+    raise FricError(f"there is no friction model for axis {document.axis}", mend="Give 'static' and 'gms'.")
+
+
+def believed_models(document: FrictionDocument) -> dict[str, FrictionModel]:
+    """Return every model of a friction file that a controller can feed forward, by name."""
+    given = ["static"] if document.static else []
+    given += [name for name in (document.model_extra or {}) if name in models() and name != "rolling"]
+    return {name: document.friction(name) for name in given}

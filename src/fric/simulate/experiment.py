@@ -1,0 +1,284 @@
+"""The paper's identification experiments on a virtual axis, in closed loop, as a drive logs them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from hashlib import sha256
+from math import ceil
+from typing import TYPE_CHECKING
+from zlib import crc32
+
+import numpy as np
+
+from fric.compensation.feedforward import inverse_model
+from fric.errors import FricError
+from fric.log import Kind, Log
+from fric.reference import Reference, multisine, sine, sliding_sine, strokes
+from fric.simulate.axis import SUBSTEPS, run_axis
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from fric.simulate.machine import Axis
+
+EXPERIMENTS: tuple[Kind, ...] = ("constant-velocity", "presliding-sine", "sliding-sine", "frequency-response")
+"""The kinds of record that can be made."""
+
+SPEEDS = tuple(v * 1e-3 for v in (0.01, 0.04, 0.08, 0.2, 0.4, 0.5, 1, 2, 4, 5, 8, 10, 14, 16, 20, 25, 30))
+"""The 17 speeds of Section 3.1 [m/s]."""
+
+AMPLITUDES = (15e-6, 450e-6)
+"""The amplitudes of Section 3.2.1 [m]."""
+
+
+def constant_velocity(
+    axis: Axis, *, speeds: Sequence[float] = SPEEDS, distance: float = 0.5e-3, samples: int = 4096, seed: int = 0
+) -> list[Log]:
+    """Return one record a speed: a stroke, a rest, and the stroke back.
+
+    Parameters
+    ----------
+    axis
+        The axis.
+    speeds
+        Speeds [m/s].
+    distance
+        Least length of a stroke at its speed [m]: long enough to leave pre-sliding behind. A stroke lasts one second
+        or more.
+    samples
+        Samples that the drive's trace holds: a longer run is logged at a whole fraction of the controller's rate.
+    seed
+        Seed of the force channel's noise.
+    """
+    return [
+        _record(
+            axis,
+            strokes(speed, max(distance, abs(speed)), axis.cascade.sampling),
+            name=f"constant-velocity-{n:02d}",
+            kind="constant-velocity",
+            samples=samples,
+            seed=seed,
+        )
+        for n, speed in enumerate(speeds, 1)
+    ]
+
+
+def presliding_sine(
+    axis: Axis,
+    *,
+    amplitudes: Sequence[float] = AMPLITUDES,
+    frequency: float = 0.1,
+    cycles: int = 5,
+    samples: int = 4096,
+    seed: int = 0,
+) -> list[Log]:
+    """Return one record an amplitude: whole cycles of a slow sine, logged once it has run in.
+
+    Parameters
+    ----------
+    axis
+        The axis.
+    amplitudes
+        Amplitudes [m].
+    frequency
+        Frequency [Hz], low enough that inertia does not matter.
+    cycles
+        Cycles that are logged.
+    samples, seed
+        As in `constant_velocity`.
+    """
+    return [
+        _record(
+            axis,
+            sine(amplitude, frequency, cycles, axis.cascade.sampling),
+            name=f"presliding-sine-{n:02d}",
+            kind="presliding-sine",
+            begin=1 / frequency,
+            samples=samples,
+            seed=seed,
+        )
+        for n, amplitude in enumerate(amplitudes, 1)
+    ]
+
+
+def sliding_sine_around(
+    axis: Axis,
+    *,
+    mean: float = 2e-3,
+    swing: float = 1.5e-3,
+    frequency: float = 4.0,
+    cycles: int = 20,
+    samples: int = 8192,
+    seed: int = 0,
+) -> list[Log]:
+    """Return one record of sliding at a velocity that swings around a mean, which shows the frictional lag.
+
+    Parameters
+    ----------
+    axis
+        The axis.
+    mean, swing
+        Mean and amplitude of the velocity [m/s].
+    frequency
+        Frequency of the velocity [Hz].
+    cycles
+        Cycles that are logged.
+    samples, seed
+        As in `constant_velocity`.
+    """
+    return [
+        _record(
+            axis,
+            sliding_sine(mean, swing, frequency, cycles, axis.cascade.sampling),
+            name="sliding-sine",
+            kind="sliding-sine",
+            begin=2 / frequency,
+            end=(cycles + 2) / frequency,
+            samples=samples,
+            seed=seed,
+        )
+    ]
+
+
+def frequency_response(
+    axis: Axis,
+    *,
+    mean: float = 30e-3,
+    lowest: float = 2.0,
+    highest: float = 500.0,
+    lines: int = 60,
+    periods: int = 8,
+    seed: int = 0,
+) -> list[Log]:
+    """Return one record of a periodic multisine on the control voltage, while the axis slides at a mean speed.
+
+    Sliding one way keeps Coulomb friction constant, so that it stays out of the response. The voltage is what the
+    inverse model asks for a multisine of equal velocity amplitudes whose peak is half the mean speed. One period is
+    left to run in; then whole periods are logged, at the controller's rate.
+
+    Parameters
+    ----------
+    axis
+        The axis.
+    mean
+        Mean speed [m/s].
+    lowest, highest
+        First and last frequency [Hz]; all are multiples of the lowest.
+    lines
+        Frequencies, spaced evenly on a logarithmic scale as far as multiples allow.
+    periods
+        Periods that are logged, each of 1/lowest.
+    seed
+        Seed of the phases and of the force channel's noise.
+
+    Raises
+    ------
+    FricError
+        When the highest frequency is not below half the controller's rate.
+    """
+    sampling = axis.cascade.sampling
+    if not 0 < lowest < highest < sampling / 2:
+        raise FricError(
+            f"a multisine from {lowest:g} to {highest:g} Hz does not fit a controller at {sampling:g} Hz",
+            mend="Keep it below half the controller's rate.",
+        )
+    ramp, begin = 0.1, 0.2 + 1 / lowest
+    stroke = strokes(mean, mean * (1.1 + (periods + 1) / lowest), sampling, ramp=ramp)
+    frequencies = lowest * np.unique(np.rint(np.geomspace(1, highest / lowest, lines)))
+    shaken = multisine(frequencies, mean / 2, len(stroke), sampling, np.random.default_rng([seed, 0]))
+    excitation = inverse_model(axis.plant, shaken)
+    excitation[: int((begin - 1 / lowest) * sampling)] = 0.0
+    excitation[int((begin + periods / lowest) * sampling) :] = 0.0
+    return [
+        _record(
+            axis,
+            stroke,
+            name="frequency-response",
+            kind="frequency-response",
+            begin=begin,
+            end=begin + periods / lowest,
+            samples=len(stroke),
+            seed=seed,
+            excitation=excitation,
+        )
+    ]
+
+
+def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> Iterator[Log]:
+    """Make the records of one kind of experiment, or of ``all``.
+
+    Parameters
+    ----------
+    axis
+        The axis.
+    kind
+        One of `EXPERIMENTS`, or ``all``.
+    seed
+        Seed of all that is random.
+    settings
+        Settings of that experiment's own function, such as ``speeds``.
+
+    Raises
+    ------
+    FricError
+        When there is no such experiment.
+    """
+    makers: dict[str, Callable[..., list[Log]]] = {
+        "constant-velocity": constant_velocity,
+        "presliding-sine": presliding_sine,
+        "sliding-sine": sliding_sine_around,
+        "frequency-response": frequency_response,
+    }
+    if kind != "all" and kind not in makers:
+        raise FricError(f"there is no experiment '{kind}'", mend=f"There are {', '.join(makers)}, and all.")
+    for name, make in makers.items():
+        if kind in {name, "all"}:
+            yield from make(axis, seed=seed, **settings)
+
+
+def _record(
+    axis: Axis,
+    reference: Reference,
+    *,
+    name: str,
+    kind: Kind,
+    samples: int,
+    seed: int,
+    begin: float = 0.0,
+    end: float | None = None,
+    excitation: NDArray[np.float64] | None = None,
+    substeps: int = SUBSTEPS,
+) -> Log:
+    """Run one experiment and log it as a drive does.
+
+    The trace keeps every ``divider``-th sample; voltage and force are averaged over that interval, as the drive's
+    trace filter does, so that what the controller makes of encoder steps does not alias into them.
+    """
+    run = run_axis(axis, reference, excitation=excitation, substeps=substeps)
+    first = round(begin * reference.sampling)
+    last = len(reference) if end is None else round(end * reference.sampling)
+    divider = ceil((last - first) / samples)
+    kept = np.arange(first, last, divider)
+    voltage = _averaged(run.input, kept, divider)
+    noise = np.random.default_rng([seed, crc32(name.encode())]).normal(0.0, 1.0, len(kept)) * axis.force_noise
+    log = Log(
+        time=(kept - first) / reference.sampling,
+        position=run.measured[kept],
+        force=axis.plant.K_f * voltage + noise,
+        input=voltage,
+        reference=run.reference[kept],
+        name=name,
+        kind=kind,
+        axis=axis.name,
+        motion=axis.motion,
+    )
+    return replace(log, sha256=sha256(b"".join(values.tobytes() for values in log.channels().values())).hexdigest())
+
+
+def _averaged(values: NDArray[np.float64], at: NDArray[np.int64], width: int) -> NDArray[np.float64]:
+    """Return the mean of ``width`` values around each of the indices."""
+    sums = np.concatenate([[0.0], np.cumsum(values)])
+    start, stop = np.clip(at - width // 2, 0, len(values)), np.clip(at - width // 2 + width, 0, len(values))
+    return np.asarray((sums[stop] - sums[start]) / (stop - start))

@@ -1,0 +1,93 @@
+"""The machine that is simulated: its axes, each with what is true of it and what its controller believes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from fric.drive.sensing import Encoder
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from fric.compensation.disturbance_observer import DisturbanceObserver
+    from fric.drive.cascade import Cascade
+    from fric.drive.plant import Plant
+    from fric.friction import FrictionModel
+    from fric.units import Motion
+
+
+@dataclass(frozen=True)
+class Believed:
+    """The friction that a controller feeds forward.
+
+    Parameters
+    ----------
+    models
+        Friction models by name, as a scheme asks for them.
+    gain
+        Share of the believed friction that is fed forward.
+    """
+
+    models: Mapping[str, FrictionModel] = field(default_factory=dict)
+    gain: float = 1.0
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis of a machine.
+
+    Parameters
+    ----------
+    name, motion
+        Its name, and whether it is linear or rotary.
+    plant
+        Eq. (1).
+    cascade
+        Its controller.
+    friction
+        The friction that it has.
+    load
+        A constant force against positive motion: gravity, or the bias of an amplifier [N].
+    believed
+        The friction that its controller believes.
+    observer
+        Its disturbance observer, for the schemes that use one.
+    encoder
+        Its encoder.
+    force_noise
+        Noise of a logged force sample, root mean square [N].
+    """
+
+    name: str
+    plant: Plant
+    cascade: Cascade
+    friction: FrictionModel
+    load: float = 0.0
+    believed: Believed = field(default_factory=Believed)
+    observer: DisturbanceObserver | None = None
+    encoder: Encoder = field(default_factory=Encoder)
+    force_noise: float = 0.0
+    motion: Motion = "linear"
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine: axes by name.
+
+    Parameters
+    ----------
+    name
+        What the machine is.
+    axes
+        Its axes.
+    """
+
+    name: str
+    axes: Mapping[str, Axis]
+
+    def axis(self, name: str) -> Axis:
+        """Return an axis by its name; raise a `FricError` that names those there are."""
+        if name not in self.axes:
+            raise FricError(f"the machine has no axis '{name}'", mend=f"Its axes are {', '.join(self.axes)}.")
+        return self.axes[name]
