@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.fric-installed
 
-.PHONY: demo test lint bench docs clean
+.PHONY: demo test lint bench docs data clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -28,6 +28,9 @@ bench: $(STAMP)
 
 docs: $(STAMP)
 	$(BIN)/python -m fric.cli.reference docs/commands.md
+
+data: $(STAMP)
+	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/make.sh
 
 clean:
 	rm -rf .venv build dist demo

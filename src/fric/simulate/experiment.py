@@ -254,7 +254,8 @@ def _record(
     """Run one experiment and log it as a drive does.
 
     The trace keeps every ``divider``-th sample; voltage and force are averaged over that interval, as the drive's
-    trace filter does, so that what the controller makes of encoder steps does not alias into them.
+    trace filter does, so that what the controller makes of encoder steps does not alias into them, and are kept in
+    single precision.
     """
     run = run_axis(axis, reference, excitation=excitation, substeps=substeps)
     first = round(begin * reference.sampling)
@@ -266,8 +267,8 @@ def _record(
     log = Log(
         time=(kept - first) / reference.sampling,
         position=run.measured[kept],
-        force=axis.plant.K_f * voltage + noise,
-        input=voltage,
+        force=_single(axis.plant.K_f * voltage + noise),
+        input=_single(voltage),
         reference=run.reference[kept],
         name=name,
         kind=kind,
@@ -282,3 +283,8 @@ def _averaged(values: NDArray[np.float64], at: NDArray[np.int64], width: int) ->
     sums = np.concatenate([[0.0], np.cumsum(values)])
     start, stop = np.clip(at - width // 2, 0, len(values)), np.clip(at - width // 2 + width, 0, len(values))
     return np.asarray((sums[stop] - sums[start]) / (stop - start))
+
+
+def _single(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values rounded to single precision."""
+    return values.astype(np.float32).astype(np.float64)

@@ -1,0 +1,52 @@
+"""The logs in data/ are what the code makes of configs/virtual-rig.yaml now."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.friction.rolling import Rolling
+from fric.io.hdf5 import read_logs
+from fric.io.machine import read_machine
+from fric.simulate.experiment import experiment
+
+RIG = read_machine(Path("configs/virtual-rig.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed", "settings"),
+    [
+        ("constant-velocity", 1, {"samples": 600, "speeds": [1e-5, 4e-5, 8e-5, 2e-4, 4e-4]}),
+        ("presliding-sine", 2, {"samples": 2500}),
+        ("sliding-sine", 3, {"samples": 3500}),
+        ("frequency-response", 4, {}),
+    ],
+)
+def test_bundled_logs_are_made_again(kind: str, seed: int, settings: dict[str, object]) -> None:
+    made = list(experiment(RIG.axis("x"), kind, seed=seed, **settings))
+    bundled = {log.name: log for log in read_logs(Path(f"data/{kind}.h5"))}
+    for log in made:
+        found = bundled[log.name]
+        for channel, values in log.channels().items():
+            # another processor's exp and sin may move an encoder count now and then
+            close = np.isclose(found.channels()[channel], values, rtol=1e-5, atol=1e-9)
+            assert close.mean() > 0.99
+
+
+def test_the_rig_is_richer_than_the_models_that_are_identified() -> None:
+    for axis in RIG.axes.values():
+        friction = axis.friction
+        assert isinstance(friction, Rolling)
+        assert len(friction.alpha) >= 10
+        assert abs(axis.load) > 1.0
+        forward, back = (float(friction.steady_state(v)) for v in (0.01, -0.01))
+        assert 0.02 < abs(forward + back) / forward < 0.08
+        assert len(friction.amplitude) == 3
+        assert friction.C != 1e4
+
+
+def test_friction_of_the_rig_varies_along_its_stroke() -> None:
+    friction = RIG.axis("x").friction
+    time = np.arange(0, 10.0, 1e-3)
+    force = friction.replay(time, 0.01 * time)[2000:]
+    assert 0.02 < np.ptp(force) / force.mean() < 0.12
