@@ -69,9 +69,9 @@ def test_friction_is_odd(name, cycle):
 @given(cycle=cycles)
 def test_closed_cycles_dissipate(name, cycle):
     time, position = harmonics(**cycle, cycles=3)
-    force = INSTANCES[name].replay(time, position)
-    work = (0.5 * (force[1:] + force[:-1]) * np.diff(position))[-2000:].sum()
-    assert work >= -1e-9 * static_of(INSTANCES[name]).F_s * np.ptp(position)
+    for force in (INSTANCES[name].replay(time, position), slowly(INSTANCES[name], position)):
+        work = (0.5 * (force[1:] + force[:-1]) * np.diff(position))[-2000:].sum()
+        assert work >= -1e-9 * static_of(INSTANCES[name]).F_s * np.ptp(position)
 
 
 @every_model

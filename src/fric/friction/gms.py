@@ -115,6 +115,10 @@ class GMS(OnStaticMap):
     one count makes a small elastic excursion, and the force does not drift. A step in which the motion turns or a
     block breaks away is split there; slip is integrated to second order in the step (see `_slip`).
 
+    Eq. (4) is taken as printed. Where s(v) rises while the motion all but stops, it lets a slipping block load its
+    spring by time alone: a cycle of about the length of a slip displacement, fast there and back with a wait of many
+    lags s/C at the ends, can give energy back. At a constant level, and on slow cycles, the model is passive.
+
     Parameters
     ----------
     static
@@ -154,12 +158,12 @@ class GMS(OnStaticMap):
             raise FricError(
                 f"gms has {len(self.alpha)} alpha and {len(self.k)} k", mend="Give one of each for every block."
             )
-        if min(self.alpha) < 0 or abs(sum(self.alpha) - 1) > 1e-6:
+        if not (min(self.alpha) >= 0 and abs(sum(self.alpha) - 1) <= 1e-6):
             raise FricError(
                 f"alpha of gms is {', '.join(f'{a:g}' for a in self.alpha)}, which sums to {sum(self.alpha):g}",
                 mend="The shares of the blocks are 0 or more and sum to 1.",
             )
-        if min(self.k) <= 0 or self.C <= 0:
+        if not all(value > 0 for value in (*self.k, self.C)):
             raise FricError("k and C of gms must be positive")
 
     @classmethod
