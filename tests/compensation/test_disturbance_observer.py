@@ -76,3 +76,5 @@ def test_what_makes_no_observer_is_refused() -> None:
             DisturbanceObserver(QFilter(name, cutoff), a, b)
     with pytest.raises(FricError, match="sampling"):
         DisturbanceObserver(QFilter("binomial2", 2000.0), A, B).discrete(4000.0)
+    with pytest.raises(FricError, match="too low"):
+        DisturbanceObserver(QFilter("binomial4", 0.1), A, B).discrete(4000.0)

@@ -108,7 +108,8 @@ class DisturbanceObserver:
         Raises
         ------
         FricError
-            When the cutoff of Q is not below half the sampling rate.
+            When the cutoff of Q is not below half the sampling rate, or so far below it that the coefficients do not
+            hold the poles any more.
         """
         if not self.q.cutoff < sampling / 2:
             raise FricError(
@@ -116,6 +117,13 @@ class DisturbanceObserver:
                 mend="Choose a cutoff below half the sampling rate.",
             )
         poles, zeros = self.q.poles, self.q.zeros
+        # n equal poles are found from rounded coefficients to the n-th root of the rounding
+        lowest = 10 * np.finfo(float).eps ** (1 / poles.size) * sampling / (2 * np.pi)
+        if self.q.cutoff < lowest:
+            raise FricError(
+                f"a cutoff of {self.q.cutoff:g} Hz is too low for {self.q.name} at a sampling rate of {sampling:g} Hz",
+                mend=f"Choose a cutoff above {lowest:.2g} Hz.",
+            )
         unit_gain = float(np.real(np.prod(-poles) / np.prod(-zeros)))
         return DiscreteObserver(
             inverse=_tustin([*zeros, 0.0, -self.A], poles, unit_gain / self.B, sampling),
@@ -130,12 +138,12 @@ def _tustin(
     c = 2 * sampling
     b, a = np.array([gain + 0j]), np.array([1.0 + 0j])
     for zero in zeros:
-        b = np.polymul(b, [c - zero, -(c + zero)])
+        b = np.convolve(b, [c - zero, -(c + zero)])
     for pole in poles:
-        a = np.polymul(a, [1.0, -(c + pole) / (c - pole)])
+        a = np.convolve(a, [1.0, -(c + pole) / (c - pole)])
         b = b / (c - pole)
     for _ in range(len(poles) - len(zeros)):
-        b = np.polymul(b, [1.0, 1.0])
+        b = np.convolve(b, [1.0, 1.0])
     return DifferenceEquation(np.real(b), np.real(a))
 
 

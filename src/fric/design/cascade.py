@@ -1,0 +1,275 @@
+"""Design of the cascade P/PI by gain and phase margin of the sampled open loops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf, isfinite, pi, radians
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.design.loop import SampledLoop
+from fric.design.margins import Margins, decibel, margins
+from fric.drive.cascade import Cascade
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from fric.drive.plant import LinearPlant
+
+TRIED = 40  # crossovers or gains tried across the range, before the border is refined
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """The margins that velocity loop and position loop must have.
+
+    Parameters
+    ----------
+    phase_margin
+        Phase margin [rad].
+    gain_margin
+        Gain margin, a factor above 1.
+    """
+
+    phase_margin: float = radians(60.0)
+    gain_margin: float = 10 ** (13.8 / 20)
+
+    def met(self, found: Margins) -> bool:
+        """Return whether the margins are met, to nine digits."""
+        return found.phase_margin >= self.phase_margin * (1 - 1e-9) and found.gain_margin >= self.gain_margin * (
+            1 - 1e-9
+        )
+
+
+@dataclass(frozen=True)
+class CascadeDesign:
+    """A cascade with the margins of its loops.
+
+    Parameters
+    ----------
+    plant, cascade
+        The axis and its controller.
+    velocity, position
+        Margins of the open velocity loop C·G·D, and of the open position loop with the velocity loop closed.
+    input
+        Margins at the plant's input, where both loops are opened at once.
+    """
+
+    plant: LinearPlant
+    cascade: Cascade
+    velocity: Margins
+    position: Margins
+    input: Margins
+
+
+def assess_cascade(plant: LinearPlant, cascade: Cascade) -> CascadeDesign:
+    """Return the margins of a cascade; they mean something only for a stable loop.
+
+    Raises
+    ------
+    FricError
+        When the velocity loop alone, or the whole loop, is unstable.
+    """
+    loop = SampledLoop(plant, cascade)
+    for stable, name in ((loop.velocity_stable, "velocity"), (loop.stable, "position")):
+        if not stable:
+            raise FricError(f"the {name} loop is unstable with {_gains(cascade)}", mend="Lower the gains.")
+    velocity, position, whole = (margins(L, loop.nyquist) for L in (loop.velocity, loop.position, loop.input))
+    return CascadeDesign(plant, cascade, velocity, position, whole)
+
+
+def design_cascade(
+    plant: LinearPlant,
+    requirement: Requirement | None = None,
+    *,
+    sampling: float = 4000.0,
+    velocity_filter: float = 500.0,
+    limit: float = inf,
+    corner_ratio: float = 10.0,
+    separation: float = 3.0,
+    crossover: float | None = None,
+) -> CascadeDesign:
+    """Return the fastest cascade whose velocity loop and position loop have the margins asked for.
+
+    The rule: the corner of the PI, K_i/(2π K_p), stands at ``1/corner_ratio`` of the velocity loop's crossover f_c; f_c
+    is the highest at which the velocity loop has the margins; K_v = 2π f_c/``separation``, or the largest below it
+    with which the position loop has them too. For both axes of the paper the gain margin decides; f_c is 60 Hz.
+
+    Parameters
+    ----------
+    plant
+        Eq. (1) of the axis.
+    requirement
+        The margins; 60° and 13.8 dB where not given.
+    sampling, velocity_filter
+        Sampling rate, and corner of the low-pass on the velocity [Hz].
+    limit
+        Saturation of the control voltage [V], passed on.
+    corner_ratio
+        Crossover of the velocity loop over corner of its PI.
+    separation
+        Crossover of the velocity loop over K_v/2π.
+    crossover
+        Crossover of the velocity loop [Hz], where it is given instead of sought.
+
+    Raises
+    ------
+    FricError
+        When no cascade of this form has the margins, or the one with the given crossover has not: with the nearest.
+    """
+    asked = requirement or Requirement()
+    for name, value in (("corner ratio", corner_ratio), ("separation", separation)):
+        if not (value >= 1 and isfinite(value)):
+            raise FricError(f"a {name} of {value:g} makes no cascade", mend=f"Give a {name} of 1 or more.")
+
+    def with_crossover(f_c: float) -> Cascade:
+        rate = 2 * pi * f_c
+        shape = Cascade(rate / separation, 1.0, rate / corner_ratio, velocity_filter, sampling, limit)
+        gain = 1.0 / float(abs(SampledLoop(plant, shape).velocity(np.array([f_c]))[0]))
+        return replace(shape, K_p=gain, K_i=gain * rate / corner_ratio)
+
+    range_of_crossovers = np.geomspace(sampling * 1e-4, sampling * 0.45, TRIED)
+    if crossover is None:
+        found = _largest(lambda f_c: _velocity_holds(plant, with_crossover(f_c), asked), range_of_crossovers)
+        if found is None:
+            raise _out_of_reach(plant, [with_crossover(f_c) for f_c in range_of_crossovers], asked, "velocity")
+        return assess_cascade(plant, _position_gain(plant, with_crossover(found), asked))
+    if not 0 < crossover < sampling / 2:
+        raise FricError(
+            f"a crossover of {crossover:g} Hz does not fit a sampling rate of {sampling:g} Hz",
+            mend="Give one between 0 and half the sampling rate.",
+        )
+
+    def nearest() -> Cascade | None:
+        f_c = _nearest(lambda f_c: _velocity_holds(plant, with_crossover(f_c), asked), range_of_crossovers, crossover)
+        return None if f_c is None else _position_gain(plant, with_crossover(f_c), asked)
+
+    return _checked(plant, with_crossover(crossover), asked, nearest)
+
+
+def check_cascade(plant: LinearPlant, cascade: Cascade, requirement: Requirement | None = None) -> CascadeDesign:
+    """Return the design of a given cascade, if its loops are stable and have the margins.
+
+    Raises
+    ------
+    FricError
+        When they have not: with the nearest gains that have, K_i/K_p kept.
+    """
+    asked = requirement or Requirement()
+
+    def scaled(factor: float) -> Cascade:
+        return replace(cascade, K_p=cascade.K_p * factor, K_i=cascade.K_i * factor)
+
+    def nearest() -> Cascade | None:
+        factor = _nearest(
+            lambda factor: _velocity_holds(plant, scaled(factor), asked), np.geomspace(1e-3, 1e3, TRIED), 1.0
+        )
+        return None if factor is None else _position_gain(plant, scaled(factor), asked)
+
+    return _checked(plant, cascade, asked, nearest)
+
+
+def _checked(
+    plant: LinearPlant, cascade: Cascade, asked: Requirement, nearest: Callable[[], Cascade | None]
+) -> CascadeDesign:
+    """Return the design, or raise with what it misses and the nearest that does not."""
+    try:
+        design = assess_cascade(plant, cascade)
+    except FricError as error:
+        complaint = error.what
+    else:
+        missed = [
+            f"the {name} loop has a phase margin of {np.degrees(found.phase_margin):.1f}° and a gain margin of "
+            f"{decibel(found.gain_margin):.1f} dB"
+            for name, found in (("velocity", design.velocity), ("position", design.position))
+            if not asked.met(found)
+        ]
+        if not missed:
+            return design
+        complaint = f"{' and '.join(missed)}, where {_wanted(asked)} are asked"
+    held = nearest()
+    mend = (
+        f"The nearest that holds is {_gains(held)}."
+        if held
+        else "No gains of this ratio hold; ask for smaller margins, or for a lower corner of the PI."
+    )
+    raise FricError(complaint, mend=mend)
+
+
+def _velocity_holds(plant: LinearPlant, cascade: Cascade, asked: Requirement) -> bool:
+    loop = SampledLoop(plant, cascade)
+    if not loop.velocity_stable:
+        return False
+    found = margins(loop.velocity, loop.nyquist)
+    return asked.met(found) and (isfinite(found.crossover) or cascade.K_i == 0)
+
+
+def _position_gain(plant: LinearPlant, cascade: Cascade, asked: Requirement) -> Cascade:
+    """Return the cascade with its K_v, or with the largest below it for which the position loop has the margins."""
+
+    def holds(K_v: float) -> bool:
+        loop = SampledLoop(plant, replace(cascade, K_v=K_v))
+        if not loop.stable:
+            return False
+        found = margins(loop.position, loop.nyquist)
+        return asked.met(found) and isfinite(found.crossover)
+
+    K_v = _largest(holds, np.geomspace(1e-3 * cascade.K_v, cascade.K_v, TRIED))
+    if K_v is None:
+        slower = [replace(cascade, K_v=cascade.K_v * factor) for factor in np.geomspace(1e-3, 1.0, TRIED)]
+        raise _out_of_reach(plant, slower, asked, "position")
+    return replace(cascade, K_v=K_v)
+
+
+def _largest(holds: Callable[[float], bool], tried: np.ndarray) -> float | None:
+    """Return the largest value that holds, between those tried; None where none does."""
+    for n in range(tried.size - 1, -1, -1):
+        if holds(tried[n]):
+            return float(tried[n]) if n == tried.size - 1 else _border(holds, tried[n], tried[n + 1])
+    return None
+
+
+def _nearest(holds: Callable[[float], bool], tried: np.ndarray, wanted: float) -> float | None:
+    """Return the value that holds with the smallest ratio to the wanted one, which does not hold or stands for one."""
+    if holds(wanted):
+        return wanted
+    for value in sorted(tried, key=lambda value: abs(np.log(value / wanted))):
+        if holds(value):
+            return _border(holds, value, wanted)
+    return None
+
+
+def _border(holds: Callable[[float], bool], inside: float, outside: float) -> float:
+    """Return the last value that holds on the way to one that does not, to eight digits."""
+    while abs(outside / inside - 1.0) > 1e-8:
+        middle = float(np.sqrt(inside * outside))
+        inside, outside = (middle, outside) if holds(middle) else (inside, middle)
+    return float(inside)
+
+
+def _out_of_reach(plant: LinearPlant, tried: list[Cascade], asked: Requirement, name: str) -> FricError:
+    """Say which margins can be had: those of the tried cascade with the largest phase margin."""
+    best: tuple[float, float] = (0.0, 1.0)
+    for cascade in tried:
+        loop = SampledLoop(plant, cascade)
+        if loop.velocity_stable and (name == "velocity" or loop.stable):
+            found = margins(getattr(loop, name), loop.nyquist)
+            if isfinite(found.phase_margin):
+                best = max(best, (found.phase_margin, found.gain_margin))
+    phase, gain = np.degrees(best[0]), decibel(best[1])
+    return FricError(
+        f"no gain gives the {name} loop {_wanted(asked)}",
+        mend=f"The nearest that holds is a phase margin of {phase:.1f}° with a gain margin of {gain:.1f} dB."
+        if best[0]
+        else "No gain makes it stable.",
+    )
+
+
+def _wanted(asked: Requirement) -> str:
+    return f"{np.degrees(asked.phase_margin):.3g}° and {decibel(asked.gain_margin):.3g} dB"
+
+
+def _gains(cascade: Cascade) -> str:
+    return f"K_p {cascade.K_p:.4g}, K_i {cascade.K_i:.4g}, K_v {cascade.K_v:.4g} (SI)"

@@ -1,0 +1,216 @@
+"""Design of the disturbance observer: how far Q may reach, by eq. (8) and by the peak sensitivity of the whole loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.compensation.disturbance_observer import DisturbanceObserver
+from fric.compensation.q_filter import QFilter
+from fric.design.loop import SampledLoop
+from fric.design.margins import Margins, decibel, grid, margins
+from fric.design.perturbation import Perturbation, RobustLimit, model_perturbation, robust_limit
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from fric.drive.cascade import Cascade
+    from fric.drive.plant import LinearPlant
+
+PEAK_SENSITIVITY = 10 ** (6 / 20)
+TRIED = 50  # cutoffs tried on the way up, before the border is refined
+
+
+@dataclass(frozen=True)
+class ObserverDesign:
+    """A disturbance observer, the two limits of its Q, and the margins of the whole loop with it.
+
+    Parameters
+    ----------
+    plant, cascade, observer
+        The axis, its controller, its observer.
+    perturbation
+        Delta, which eq. (8) was applied to.
+    robust
+        The limit of eq. (8).
+    sensitive
+        The largest Q for which the whole loop is stable and keeps the peak sensitivity; None where nothing limits it.
+    input
+        Margins of the whole loop, opened at the plant's input.
+    reason
+        Why Q is as it is.
+    warnings
+        What the response cannot tell.
+    """
+
+    plant: LinearPlant
+    cascade: Cascade
+    observer: DisturbanceObserver
+    perturbation: Perturbation
+    robust: RobustLimit
+    sensitive: QFilter | None
+    input: Margins
+    reason: str
+    warnings: tuple[str, ...] = ()
+
+
+class WholeLoop:
+    """The loop opened at the plant's input, with what is known of the true plant.
+
+    Parameters
+    ----------
+    plant, cascade
+        The axis and its controller.
+    perturbation
+        Delta; what it holds beyond the plant's delay multiplies the sampled plant.
+    """
+
+    def __init__(self, plant: LinearPlant, cascade: Cascade, perturbation: Perturbation) -> None:
+        self.plant, self.cascade, self.perturbation = plant, cascade, perturbation
+        unmodelled = perturbation.frequency[perturbation.ratio != 1.0]
+        nyquist = cascade.sampling / 2
+        self.f = np.union1d(grid(nyquist), unmodelled[unmodelled < nyquist])
+        self.G, self.correction = SampledLoop(plant, cascade).G(self.f), perturbation.correction(self.f)
+
+    def sampled(self, q: QFilter | None) -> SampledLoop:
+        """Return the loop of eq. (1) with a Q, or without an observer."""
+        observer = None if q is None else DisturbanceObserver(q, self.plant.A, self.plant.B)
+        return SampledLoop(self.plant, self.cascade, observer)
+
+    def margins(self, q: QFilter | None) -> Margins:
+        """Return the margins with a Q, or without an observer."""
+        loop = self.sampled(q)
+        return margins(lambda f: loop.input(f) * self.perturbation.correction(f), loop.nyquist)
+
+    def peak(self, q: QFilter | None) -> float:
+        """Return the peak sensitivity; infinite where the loop is unstable.
+
+        The loop of eq. (1) is stable when its eigenvalues are. That of the true plant is too when (1 + L_true)/(1 + L)
+        does not wind around 0, for what is unmodelled is stable by itself.
+        """
+        loop = self.sampled(q)
+        if not loop.stable:
+            return inf
+        L = loop.input(self.f, self.G)
+        true = L * self.correction
+        winding = np.unwrap(np.angle((1 + true) / (1 + L)))
+        if abs(winding[-1] - winding[0]) > np.pi:
+            return inf
+        return float((1.0 / np.abs(1.0 + true)).max())
+
+
+def design_observer(
+    plant: LinearPlant,
+    cascade: Cascade,
+    filter: str = "binomial2",
+    *,
+    cutoff: float | None = None,
+    peak_sensitivity: float = PEAK_SENSITIVITY,
+    perturbation: Perturbation | None = None,
+) -> ObserverDesign:
+    """Return the observer with the largest Q that both limits allow, or with a given one that they allow.
+
+    The limits: |T·Delta| ≤ 1 at every frequency (eq. (8)), and a peak sensitivity of the whole loop, in which cascade
+    and observer are opened at the plant's input together.
+
+    Parameters
+    ----------
+    plant, cascade
+        The axis and its controller. G_n has the plant's A and B.
+    filter
+        Shape of Q, see `fric.compensation.q_filter.Q_FILTERS`.
+    cutoff
+        Cutoff of Q [Hz], where it is given instead of sought.
+    peak_sensitivity
+        Largest M_s of the whole loop, a factor above 1.
+    perturbation
+        Delta, measured or of a model; the plant's delay alone where not given.
+
+    Raises
+    ------
+    FricError
+        When the loop misses the peak sensitivity without an observer, or a given cutoff is beyond a limit: with the
+        nearest that holds.
+    """
+    nyquist = cascade.sampling / 2
+    Delta = perturbation or model_perturbation(plant, nyquist)
+    whole = WholeLoop(plant, cascade, Delta)
+    without = whole.peak(None)
+    if without > peak_sensitivity:
+        told = "is unstable" if without == inf else f"has a peak sensitivity of {decibel(without):.1f} dB"
+        raise FricError(
+            f"the loop {told} without any observer, where {decibel(peak_sensitivity):.3g} dB is asked",
+            mend="Lower the gains of the controller, or ask for a larger peak sensitivity.",
+        )
+    robust = robust_limit(Delta, filter)
+    sensitive = _sensitive_limit(whole, filter, peak_sensitivity)
+    limits = {
+        f"eq. (8), |T·Delta| ≤ 1, at {robust.frequency:.4g} Hz": robust.q,
+        f"the peak sensitivity of the whole loop, {decibel(peak_sensitivity):.3g} dB": sensitive,
+    }
+    bounds = {why: q.cutoff for why, q in limits.items() if q is not None}
+    if not bounds:
+        raise FricError(
+            "nothing limits Q: the response shows no unmodelled dynamics, and the loop is insensitive at every cutoff",
+            mend="Give the cutoff.",
+        )
+    why = min(bounds, key=bounds.__getitem__)
+    if cutoff is None:
+        q, reason = QFilter(filter, bounds[why]), f"limited by {why}"
+    else:
+        q, reason = QFilter(filter, cutoff), f"given; the limit is {bounds[why]:.4g} Hz by {why}"
+        if cutoff > bounds[why] * (1 + 1e-6):
+            raise FricError(
+                f"a cutoff of {cutoff:.4g} Hz is beyond the limit by {why}",
+                mend=f"The nearest that holds is {_floored(bounds[why])} Hz.",
+            )
+    return ObserverDesign(
+        plant, cascade, DisturbanceObserver(q, plant.A, plant.B), Delta, robust, sensitive, whole.margins(q), reason,
+        _warnings(Delta, q),
+    )  # fmt: skip
+
+
+def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> QFilter | None:
+    """Return the largest Q up to which every smaller one keeps the peak sensitivity too."""
+    below, above = None, None
+    sampling = whole.cascade.sampling
+    for cutoff in np.geomspace(2.5e-4 * sampling, 0.45 * sampling, TRIED):
+        if whole.peak(QFilter(filter, cutoff)) > peak_sensitivity:
+            above = float(cutoff)
+            break
+        below = float(cutoff)
+    if above is None:
+        return None
+    if below is None:
+        raise FricError(
+            f"an observer of {2.5e-4 * sampling:.3g} Hz already misses the peak sensitivity that is asked",
+            mend="Lower the gains of the controller, or ask for a larger peak sensitivity.",
+        )
+    while above / below - 1.0 > 1e-6:
+        middle = float(np.sqrt(above * below))
+        below, above = (middle, above) if whole.peak(QFilter(filter, middle)) <= peak_sensitivity else (below, middle)
+    return QFilter(filter, below)
+
+
+def _floored(value: float) -> str:
+    """Return a number cut, not rounded, to four digits: what is named as allowed must be allowed."""
+    scale = 10.0 ** (3 - int(np.floor(np.log10(value))))
+    return f"{np.floor(value * scale) / scale:.4g}"
+
+
+def _warnings(Delta: Perturbation, q: QFilter) -> tuple[str, ...]:
+    found = []
+    if Delta.measured:
+        first, last = Delta.frequency[0], Delta.frequency[-1]
+        if last < 4 * q.bandwidth:
+            found.append(
+                f"the response ends at {last:.4g} Hz; what is unmodelled above is not seen, and Q, with a bandwidth of "
+                f"{q.bandwidth:.4g} Hz, still passes a part of it"
+            )
+        if not Delta.radius.any():
+            found.append("the response has no coherence and no deviation: its confidence is not taken in")
+        if first > q.bandwidth:
+            found.append(f"the response begins at {first:.4g} Hz, above the bandwidth of Q")
+    return tuple(found)

@@ -1,0 +1,217 @@
+"""What the nominal plant leaves out: the multiplicative perturbation Delta of eq. (7), and how far it lets Q reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.compensation.q_filter import QFilter
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fric.drive.plant import LinearPlant
+    from fric.log import FrequencyResponse
+
+CIRCLE_95 = float(np.sqrt(-2 * np.log(0.05)))
+"""Radius of the circle that holds 95 % of a complex normal error, over the deviation of its real and imaginary part."""
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """A structural mode that eq. (1) does not have: it takes G to G·(1 + share·s²/(s² + 2ζωs + ω²)).
+
+    Parameters
+    ----------
+    frequency
+        ω/2π [Hz].
+    damping
+        ζ, below 1.
+    share
+        Mobility of the mode over that of the rigid body, at the encoder: positive where encoder and motor move alike,
+        negative where the mode moves them against each other.
+
+    Raises
+    ------
+    FricError
+        When it is no damped resonance.
+    """
+
+    frequency: float
+    damping: float
+    share: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (self.frequency > 0 and 0 < self.damping < 1 and self.share != 0):
+            raise FricError(
+                f"{self.frequency:g} Hz with damping {self.damping:g} and share {self.share:g} is no resonance",
+                mend="Give a positive frequency, a damping between 0 and 1, and a share other than 0.",
+            )
+
+    def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Return share·s²/(s² + 2ζωs + ω²) at frequencies [Hz], shape (n,)."""
+        s = 1j * np.asarray(frequency, float) / self.frequency
+        return np.asarray(self.share * s**2 / (s**2 + 2 * self.damping * s + 1))
+
+
+@dataclass(frozen=True)
+class Perturbation:
+    """Delta = (G_m − G_n)/G_n, eq. (7), of an axis: measured, or of a model with what is known to be unmodelled.
+
+    Parameters
+    ----------
+    frequency
+        Frequencies [Hz], increasing, shape (n,).
+    Delta
+        The perturbation of G_n = B/(s(s + A)), shape (n,).
+    radius
+        Radius of the 95 % confidence circle of Delta, shape (n,); 0 for a model.
+    ratio
+        G_m over eq. (1) with its delay, shape (n,): what is unmodelled besides the delay.
+    measured
+        True where it comes from a measured response.
+    """
+
+    frequency: NDArray[np.float64]
+    Delta: NDArray[np.complex128]
+    radius: NDArray[np.float64]
+    ratio: NDArray[np.complex128]
+    measured: bool
+
+    @property
+    def size(self) -> NDArray[np.float64]:
+        """|Delta| with its confidence taken in, shape (n,)."""
+        return np.abs(self.Delta) + self.radius
+
+    def correction(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Return ``ratio`` between its frequencies, linearly; 1 beyond them. Shape (n,)."""
+        real = np.interp(frequency, self.frequency, self.ratio.real, left=1.0, right=1.0)
+        return real + 1j * np.interp(frequency, self.frequency, self.ratio.imag, left=0.0, right=0.0)
+
+
+def model_perturbation(plant: LinearPlant, nyquist: float, resonances: Sequence[Resonance] = ()) -> Perturbation:
+    """Return Delta of a model: the plant's delay, and resonances where some are known.
+
+    Parameters
+    ----------
+    plant
+        Eq. (1), of which G_n is all but the delay.
+    nyquist
+        Highest frequency [Hz].
+    resonances
+        Structural modes that eq. (1) does not have.
+    """
+    f = np.geomspace(nyquist * 1e-4, nyquist, 20_000)
+    for mode in resonances:  # a peak is 2ζ wide
+        around = mode.frequency * (1 + mode.damping * np.linspace(-10, 10, 2001))
+        f = np.union1d(f, around[(around > 0) & (around < nyquist)])
+    ratio = np.ones(f.size, np.complex128)
+    for mode in resonances:
+        ratio += mode.response(f)
+    Delta = ratio * np.exp(-2j * np.pi * f * plant.T_d) - 1.0
+    return Perturbation(f, Delta, np.zeros(f.size), ratio, measured=False)
+
+
+def measured_perturbation(
+    response: FrequencyResponse,
+    plant: LinearPlant,
+    deviation: NDArray[np.float64] | None = None,
+    averages: int = 1,
+) -> Perturbation:
+    """Return Delta from a measured response.
+
+    Where no deviation is known it follows from the coherence γ²: the relative deviation of the real and of the
+    imaginary part of a response averaged over n records is √((1 − γ²)/(2 n γ²)) (Bendat and Piersol, Random Data).
+
+    Parameters
+    ----------
+    response
+        The measured response Z/U, hold of the controller's output included.
+    plant
+        Eq. (1) as it was fitted; its A and B are those of G_n.
+    deviation
+        Standard deviation of real and imaginary part over |G_m|, shape (n,).
+    averages
+        Records that the coherence was averaged over.
+
+    Raises
+    ------
+    FricError
+        When a frequency is not positive, or a coherence not between 0 and 1.
+    """
+    f = np.asarray(response.frequency, float)
+    if f.size == 0 or f[0] <= 0:
+        raise FricError("a frequency is not positive", where=response.where, mend="Leave the row of 0 Hz out.")
+    G_m = response.magnitude * np.exp(1j * response.phase)
+    s = 2j * np.pi * f
+    G_n = plant.B / (s * (s + plant.A))
+    if deviation is None:
+        deviation = np.zeros(f.size)
+        if response.coherence is not None:
+            coherence = np.asarray(response.coherence, float)
+            if not np.all((coherence > 0) & (coherence <= 1)):
+                raise FricError(
+                    "a coherence is not above 0 and at most 1",
+                    where=response.where,
+                    mend="Leave these frequencies out.",
+                )
+            deviation = np.sqrt((1 - coherence) / (2 * averages * coherence))
+    radius = CIRCLE_95 * deviation * np.abs(G_m / G_n)
+    return Perturbation(f, G_m / G_n - 1.0, radius, G_m / plant.response(f), measured=True)
+
+
+@dataclass(frozen=True)
+class RobustLimit:
+    """How far Q may reach by eq. (8).
+
+    Parameters
+    ----------
+    q
+        Q at the limit; None where no frequency limits it.
+    frequency
+        The frequency that limits it [Hz].
+    size
+        |Delta| there, with its confidence.
+    """
+
+    q: QFilter | None
+    frequency: float
+    size: float
+
+
+def robust_limit(perturbation: Perturbation, filter: str = "binomial2") -> RobustLimit:
+    """Return the largest Q for which |T·Delta| ≤ 1 at every frequency, eq. (8), and no smaller Q exceeds it either.
+
+    For the nominal plant T = Q: the inner loop L = Q/(1 − Q) gives T = L/(1 + L) = Q, whatever its shape. At a
+    frequency f with |Delta| = D > 1/max|Q| the condition is f ≥ r·cutoff, where r is the last place, in units of the
+    cutoff, with |Q(r)| = 1/D; the limit is the smallest f/r of all.
+
+    Parameters
+    ----------
+    perturbation
+        Delta with its confidence.
+    filter
+        Shape of Q.
+    """
+    shape = QFilter(filter, 1.0)
+    r = np.geomspace(1e-3, 1e3, 6001)
+    magnitude = np.abs(shape.response(r))
+    top = float(r[int(np.argmax(magnitude))])
+    level = 1.0 / np.maximum(perturbation.size, 1e-300)
+    bound = level < magnitude.max()
+    if not bound.any():
+        return RobustLimit(None, inf, float(perturbation.size.max()))
+    f, level = perturbation.frequency[bound], level[bound]
+    low, high = np.full(f.size, top), np.full(f.size, 1e6)  # |Q| falls from its top on
+    for _ in range(100):
+        middle = np.sqrt(low * high)
+        above = np.abs(shape.response(middle)) > level
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    at = int(np.argmin(f / high))
+    return RobustLimit(QFilter(filter, float(f[at] / high[at])), float(f[at]), float(1.0 / level[at]))
