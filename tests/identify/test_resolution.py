@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fric.identify.resolution import lattice_step, noise_level
+
+
+@given(
+    st.floats(1e-9, 1e-2), st.floats(-1e4, 1e4), st.integers(20, 5000), st.floats(1e-3, 1e3), st.integers(0, 10**6)
+)
+def test_step_is_found_at_any_scale_and_offset(step, offset_counts, span, scale, seed):
+    counts = np.random.default_rng(seed).integers(0, span, 3 * span) + offset_counts
+    values = (counts * step) * scale / scale
+    assert lattice_step(values) == pytest.approx(step, rel=1e-6)
+
+
+@given(st.integers(0, 10**6))
+def test_what_is_not_quantised_has_no_step(seed):
+    rng = np.random.default_rng(seed)
+    time = np.arange(3000) / 1000
+    assert lattice_step(rng.standard_normal(3000)) is None
+    assert lattice_step(np.sin(time)) is None
+    assert lattice_step(np.full(100, 3.0)) is None
+
+
+def test_step_survives_few_decimals():
+    counts = np.random.default_rng(0).integers(0, 400, 4000)
+    assert lattice_step(np.round(counts * 0.25, 1)) == pytest.approx(0.25, rel=1e-3)
+
+
+def test_few_levels_that_came_up_often_are_a_lattice():
+    assert lattice_step(np.random.default_rng(0).integers(9, 12, 500) * 0.1047) == pytest.approx(0.1047)
+
+
+def test_noise_is_told_from_motion():
+    rng = np.random.default_rng(0)
+    time = np.arange(20_000) / 1000
+    motion = 0.1 * np.abs(time % 4 - 2)
+    assert noise_level(motion + 1e-5 * rng.standard_normal(len(time))) == pytest.approx(1e-5, rel=0.15)
+    assert noise_level(np.zeros(2)) == 0.0

@@ -1,0 +1,177 @@
+"""Steady stretches against strokes whose boundaries, speeds and forces are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fric.errors import FricError
+from fric.identify.segments import reversals, steady_stretches
+from fric.log import Log
+
+from .kinematics import encoder, strokes
+
+MASS, COULOMB, NOISE = 121.0, 100.0, 1.0
+
+
+@st.composite
+def programmes(draw):
+    """Strokes of 10 µm/s to 30 mm/s: each at least 80 counts long and no shorter than its ramps."""
+    step = draw(st.sampled_from([5e-8, 2.5e-7, 1e-6]))
+    acceleration = 10 ** draw(st.floats(-1.3, 0.7))
+    legs = []
+    for _ in range(draw(st.integers(1, 6))):
+        speed = 10 ** draw(st.floats(-5.0, -1.523))
+        duration = max(draw(st.floats(0.3, 3.0)), 80.0 * step / speed, speed / acceleration)
+        legs.append((draw(st.sampled_from([-1.0, 1.0])) * speed, duration))
+    slowest = min(abs(speed) for speed, _ in legs)
+    dwell = draw(st.floats(0.05, 0.5)) + 5.0 * step / slowest  # a dwell below the noise cannot be seen
+    rate = draw(st.sampled_from([1000.0, 2000.0, 4000.0]))
+    return strokes(legs, acceleration=acceleration, dwell=dwell, rate=rate), step, draw(st.integers(0, 10**6))
+
+
+@settings(max_examples=60, deadline=None)
+@given(programmes(), st.sampled_from([0.0, 0.3]))
+def test_every_stroke_is_found_and_no_sample_of_its_ramps(programme, noise_counts):
+    made, step, seed = programme
+    rng = np.random.default_rng(seed)
+    n = len(made.time)
+    position = encoder(made.position + noise_counts * step * rng.standard_normal(n), step, rng.uniform(0, step))
+    force = COULOMB * np.sign(made.velocity) + MASS * made.acceleration + NOISE * rng.standard_normal(n)
+    found = steady_stretches(Log(time=made.time, position=position, force=force))
+    assert len(found) == len(made.plateaus)
+    for stretch, (begin, end, velocity) in zip(found, made.plateaus, strict=True):
+        first, last = made.time[stretch.start], made.time[stretch.stop - 1]
+        slow = 3.0 * step / abs(velocity)  # what one cannot see within the noise of the encoder
+        assert begin - 1e-9 <= first < begin + 0.15 * (end - begin) + 6 * slow + 0.05
+        assert end + 1e-9 >= last > end - 0.1 * (end - begin) - 6 * slow - 0.05
+        assert abs(stretch.velocity - velocity) < 8.0 * stretch.velocity_se
+        assert stretch.velocity_se < 0.02 * abs(velocity)
+        mean = force[stretch.start : stretch.stop].mean()
+        assert abs(mean - COULOMB * np.sign(velocity)) < 5.0 * NOISE / np.sqrt(len(stretch))
+
+
+@settings(max_examples=30, deadline=None)
+@given(programmes())
+def test_velocity_logs_give_the_same_strokes(programme):
+    made, _, seed = programme
+    rng = np.random.default_rng(seed)
+    fastest = max(abs(velocity) for *_, velocity in made.plateaus)
+    velocity = made.velocity + 0.002 * fastest * rng.standard_normal(len(made.time))
+    found = steady_stretches(Log(time=made.time, velocity=velocity))
+    seen = [plateau for plateau in made.plateaus if abs(plateau[2]) > 0.02 * fastest]
+    clear = [stretch for stretch in found if abs(stretch.velocity) > 0.015 * fastest]
+    assert len(clear) == len(seen)
+    for stretch, (begin, end, true) in zip(clear, seen, strict=True):
+        assert begin - 0.1 * (end - begin) < made.time[stretch.start] < made.time[stretch.stop - 1]
+        assert made.time[stretch.stop - 1] < end + 0.1 * (end - begin)
+        assert abs(stretch.velocity - true) < 6.0 * stretch.velocity_se
+
+
+def one_stroke(force_of_time, *, duration=10.0, velocity=1e-4, rate=1000.0):
+    made = strokes([(velocity, duration)], dwell=0.3, rate=rate)
+    begin = made.plateaus[0][0]
+    force = force_of_time(made.time - begin) * (made.velocity != 0)
+    return Log(time=made.time, position=encoder(made.position, 2.5e-7), force=force), begin
+
+
+@pytest.mark.parametrize("settling", [0.02, 0.1, 0.5])
+def test_settling_is_cut_and_the_mean_is_unbiased(settling):
+    errors = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        log, begin = one_stroke(
+            lambda tau, rng=rng: 100.0 * (1.0 - np.exp(-np.maximum(tau, 0) / settling)) + rng.standard_normal(len(tau))
+        )
+        (stretch,) = steady_stretches(log)
+        assert stretch.settled
+        assert log.time[stretch.start] > begin + 3.0 * settling
+        left = log.force[stretch.start : stretch.stop]
+        errors.append((left.mean() - 100.0) * np.sqrt(len(left)))
+    # what is left of the transient is less than the noise of one mean
+    assert abs(np.mean(errors)) < 1.0
+
+
+def test_what_settles_for_most_of_the_stretch_is_said_to_be_unsettled():
+    rng = np.random.default_rng(1)
+    log, _ = one_stroke(lambda tau: 100.0 * (1.0 - np.exp(-np.maximum(tau, 0) / 8.0)) + rng.standard_normal(len(tau)))
+    (stretch,) = steady_stretches(log)
+    assert not stretch.settled
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.95])
+def test_a_stationary_force_is_left_whole(memory):
+    cuts, means = [], []
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        time = np.arange(4000) / 1000.0
+        shocks = rng.standard_normal(len(time) + 500)
+        noise = np.convolve(shocks, memory ** np.arange(400), "valid")[: len(time)] if memory else shocks[: len(time)]
+        log = Log(time=time, position=encoder(1e-3 * time, 2.5e-7), force=50.0 + noise)
+        (stretch,) = steady_stretches(log)
+        cuts.append((stretch.start - stretch.onset) / len(time))
+        means.append(log.force[stretch.start : stretch.stop].mean() - 50.0)
+    assert np.mean(cuts) < 0.02
+    assert abs(np.mean(means)) < 3.5 * np.std(means) / np.sqrt(len(means))
+
+
+def test_a_glitch_in_the_force_is_no_settling():
+    rng = np.random.default_rng(3)
+    time = np.arange(4000) / 1000.0
+    force = 50.0 + rng.standard_normal(len(time))
+    force[700] = 9_999.0
+    (stretch,) = steady_stretches(Log(time=time, position=encoder(1e-3 * time, 2.5e-7), force=force))
+    assert stretch.start == stretch.onset
+
+
+def test_standing_still_and_shaking_are_no_stretch():
+    rng = np.random.default_rng(0)
+    time = np.arange(5000) / 1000.0
+    still = encoder(0.3e-6 * rng.standard_normal(len(time)), 2.5e-7)
+    assert steady_stretches(Log(time=time, position=still)) == []
+    assert steady_stretches(Log(time=time, position=np.zeros(len(time)))) == []
+    assert steady_stretches(Log(time=time, velocity=1e-3 * rng.standard_normal(len(time)))) == []
+    assert steady_stretches(Log(time=time[:5], position=time[:5])) == []
+
+
+@pytest.mark.parametrize("amplitude", [15e-6, 450e-6, 5e-3])
+def test_a_sine_has_no_steady_stretch(amplitude):
+    time = np.arange(40_000) / 4000.0
+    position = encoder(amplitude * np.sin(2 * np.pi * 0.5 * time), 2.5e-7)
+    assert steady_stretches(Log(time=time, position=position)) == []
+
+
+def test_a_slow_ramp_is_no_stretch():
+    time = np.arange(20_000) / 4000.0
+    assert steady_stretches(Log(time=time, position=encoder(0.5 * 6e-3 * time**2, 2.5e-7))) == []
+
+
+def test_what_is_no_number_is_told():
+    time = np.arange(100) / 100.0
+    position = 1e-3 * time
+    position[42] = np.nan
+    with pytest.raises(FricError, match="position is no number at sample 42"):
+        steady_stretches(Log(time=time, position=position))
+
+
+@pytest.mark.parametrize("counts", [4, 15, 60, 1800])
+def test_reversals_of_a_sine_through_a_flickering_encoder(counts):
+    rng = np.random.default_rng(counts)
+    time = np.arange(40_000) / 4000.0
+    true = counts * np.sin(2 * np.pi * 0.5 * time + 0.3)
+    position = 2.5e-7 * np.round(true + 0.2 * rng.standard_normal(len(time)))
+    found = reversals(position)
+    expected = (np.arange(10) + 0.5 - 0.3 / np.pi) / (2 * 0.5)
+    assert len(found) == len(expected)
+    # within the time that the sine takes for one and a half counts about its crest
+    assert np.abs(time[found] - expected).max() < np.arccos(1 - 1.5 / counts) / np.pi
+
+
+def test_reversal_lies_in_the_middle_of_a_dwell_and_obeys_the_threshold():
+    position = np.array([0.0, 1, 2, 3, 3, 3, 3, 3, 2, 1, 0, 1, 0, -5, -5, 0, 5])
+    assert reversals(position, threshold=2.0).tolist() == [5, 13]
+    assert reversals(position, threshold=0.5).tolist() == [5, 10, 11, 13]
+    assert reversals(np.arange(9.0)).tolist() == []
+    assert reversals(np.zeros(9)).tolist() == []
