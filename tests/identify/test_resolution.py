@@ -8,9 +8,7 @@ from hypothesis import strategies as st
 from fric.identify.resolution import lattice_step, noise_level
 
 
-@given(
-    st.floats(1e-9, 1e-2), st.floats(-1e4, 1e4), st.integers(20, 5000), st.floats(1e-3, 1e3), st.integers(0, 10**6)
-)
+@given(st.floats(1e-9, 1e-2), st.floats(-1e4, 1e4), st.integers(20, 5000), st.floats(1e-3, 1e3), st.integers(0, 10**6))
 def test_step_is_found_at_any_scale_and_offset(step, offset_counts, span, scale, seed):
     counts = np.random.default_rng(seed).integers(0, span, 3 * span) + offset_counts
     values = (counts * step) * scale / scale

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 RELATIVE = 0.01
 """Distance from the chord, as a share of the way, that still counts as constant velocity."""
-TREND = 0.03
-"""Change of velocity over a stretch, as a share of it, from which on it is an acceleration."""
+TREND = 0.01
+"""Change of velocity over a stretch, as a share of it, that is not taken for an acceleration."""
 SHORTEST = 16
 """Samples, and counts of the encoder, that a stretch has at least."""
 SETTLING = 0.5
@@ -95,10 +95,6 @@ class _Path:
         way = abs(float(self.position[stop - 1] - self.position[start]))
         return max(self.explained(stop - start), RELATIVE * way)
 
-    def still(self, samples: int) -> float:
-        """Return the way [m] up to which a piece of so many samples may as well stand still."""
-        return self.explained(samples) if self.velocity is not None else SHORTEST * self.grain
-
     def slope(self, start: int, stop: int) -> float:
         """Return the slope of the chord [m/s]."""
         rise = self.position[stop - 1] - self.position[start]
@@ -144,13 +140,18 @@ def steady_stretches(log: Log) -> list[Stretch]:
     FricError
         When position, velocity or time is not a number somewhere.
     """
-    if len(log) < SHORTEST:
+    if len(log) < SHORTEST or log.kind in {"presliding-sine", "sliding-sine", "frequency-response"}:
         return []
     path = _path(log)
-    pieces = _joined(path, _split(path))
-    found = [stretch for piece in pieces if (stretch := _judged(path, *_trimmed(path, *_trimmed(path, *piece)))) is not None]
-    standing = [(start, stop) for start, stop in pieces if abs(_way(path, start, stop)) <= path.still(stop - start)]
-    found = _lasting(found, standing, len(log))
+    pieces = [piece for piece in _joined(path, _split(path)) if piece[1] - piece[0] >= SHORTEST]
+    kept = (_trimmed(path, *_trimmed(path, *piece)) for piece in pieces)
+    found = [stretch for piece in kept if (stretch := _judged(path, *piece)) is not None]
+    moves = [
+        (start, stop, abs(_way(path, start, stop)), path.explained(stop - start), log.time[stop - 1] - log.time[start])
+        for start, stop in pieces
+    ]
+    while moments := [stretch for stretch in found if not _lasts(stretch, found, moves, len(log))]:
+        found.remove(min(moments, key=len))
     if log.force is None or not np.isfinite(log.force).all():
         return found
     return [_settled(path, log.force, stretch) for stretch in found]
@@ -196,8 +197,9 @@ def _trimmed(path: _Path, start: int, stop: int) -> tuple[int, int]:
 
     Looking outward from there, also past the ends of the piece, the motion is seen to leave the line when it is off by
     what noise does not explain. It left earlier: in a ramp the distance grows as a·tau²/2, so that the onset lies as
-    long before that as it takes from there to four times the distance; half as long again is left out. A stop that is over within the noise is not
-    seen at all: hence twice the time that the noise takes to pass is left out at an end that is not that of the record.
+    long before that as it takes from there to four times the distance; twice that time is left out. A stop that is
+    over within the noise is not seen at all: hence twice the time that the noise takes to pass is left out at an end
+    that is not that of the record.
     """
     n = stop - start
     edge = n // 10
@@ -230,30 +232,35 @@ def _kept(outward: NDArray[np.float64], allowed: float, blind: int, most: int, e
     back = np.flatnonzero(~off[seen:])
     run = np.abs(outward[seen : seen + int(back[0]) if len(back) else None])
     far = int(np.argmax(np.minimum(run, 4.0 * allowed)))
-    return max(min(seen - max(far + far // 2, blind) - 2, most), 0)
+    return max(min(seen - max(2 * far, blind) - 3, most), 0)
 
 
 def _judged(path: _Path, start: int, stop: int) -> Stretch | None:
     """Return the stretch, or None where it is too short, stands still, or its velocity has a trend."""
     n = stop - start
-    if n < SHORTEST or abs(_way(path, start, stop)) <= path.still(n):
+    if n < SHORTEST:
         return None
-    t = path.time[start:stop] - path.time[start : stop].mean()
+    if abs(_way(path, start, stop)) <= (path.explained(n) if path.count == 0.0 else SHORTEST * path.grain):
+        return None
+    t = path.time[start:stop] - path.time[start:stop].mean()
     duration = float(t[-1] - t[0])
     if path.velocity is None:
         velocity, velocity_se = _regressed(t, path.position[start:stop])
-        velocity_se = max(velocity_se, _count_error(path.count, velocity, duration, n))
-        acceleration, acceleration_se = _regressed(t * t - (t * t).mean(), path.position[start:stop] - velocity * t)
-        change, change_se = 2.0 * acceleration * duration, 2.0 * acceleration_se * duration
+        least = _count_error(path.count, velocity, duration, n)
+        velocity_se = max(velocity_se, least)
+        z = path.position[start:stop]
+        left, bends = z - z.mean() - velocity * t, ((2, 12.0 / duration), (3, 15.0 / duration))
     else:
-        v = path.velocity[start:stop]
-        velocity, velocity_se = _regressed(np.ones(n), v)
-        slope, slope_se = _regressed(t, v - velocity)
-        change, change_se = slope * duration, slope_se * duration
+        least = 0.0
+        velocity, velocity_se = _regressed(np.ones(n), path.velocity[start:stop])
+        left, bends = path.velocity[start:stop] - velocity, ((1, 2.0), (2, 1.5))
     if abs(velocity) < 5.0 * velocity_se:
         return None
-    if abs(change) > max(TREND * abs(velocity), 3.0 * change_se):
-        return None
+    # Legendre's polynomials of the trend and of the curvature of the velocity, and how far it moves with each
+    for degree, swing in bends:
+        bend, bend_se = _regressed(np.polynomial.Legendre.basis(degree)(2.0 * t / duration), left)
+        if swing * abs(bend) > max(TREND * abs(velocity), 5.0 * swing * bend_se, 12.0 * least):
+            return None
     return Stretch(start, stop, velocity, velocity_se, onset=start)
 
 
@@ -284,16 +291,22 @@ def _regressed(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, f
     return coefficient, float(np.sqrt(sums @ sums * batches / (batches - 1))) / squares
 
 
-def _lasting(found: list[Stretch], standing: list[tuple[int, int]], samples: int) -> list[Stretch]:
-    """Leave out moments of constant velocity between longer accelerations, such as the crest of a sine."""
-    bounds = sorted([(0, 0), (samples, samples), *standing, *((s.start, s.stop) for s in found)])
-    lasting = []
-    for stretch in found:
-        k = bounds.index((stretch.start, stretch.stop))
-        before, after = stretch.start - bounds[k - 1][1], bounds[k + 1][0] - stretch.stop
-        if len(stretch) >= 0.5 * max(before, after):
-            lasting.append(stretch)
-    return lasting
+def _lasts(
+    stretch: Stretch, found: list[Stretch], pieces: list[tuple[int, int, float, float, float]], samples: int
+) -> bool:
+    """Say whether a stretch is no mere moment between longer accelerations, such as the crest of a sine.
+
+    An acceleration reaches up to the next stretch, or the next piece at rest (or slower by far).
+    """
+    bounds = [(other.start, other.stop) for other in found if other is not stretch]
+    bounds += [
+        (start, stop)
+        for start, stop, way, rest, duration in pieces
+        if way <= max(rest, 0.02 * abs(stretch.velocity) * duration)
+    ]
+    before = max((stop for _, stop in bounds if stop <= stretch.start), default=0)
+    after = min((start for start, _ in bounds if start >= stretch.stop), default=samples)
+    return len(stretch) >= 0.5 * max(stretch.start - before, after - stretch.stop)
 
 
 def _settled(path: _Path, force: NDArray[np.float64], stretch: Stretch) -> Stretch:
@@ -312,8 +325,8 @@ def _settled(path: _Path, force: NDArray[np.float64], stretch: Stretch) -> Stret
     middle = float(np.median(late))
     spread = 1.4826 * float(np.median(np.abs(late - middle))) or float(late.std())
     edges = np.linspace(0, n, batches, endpoint=False).astype(int)
-    # a glitch must not look like a transient: it counts as six standard deviations at most
-    y = np.clip(y, middle - 6.0 * spread, middle + 6.0 * spread)
+    # a glitch must not look like a transient: it counts as twenty standard deviations at most
+    y = np.clip(y, middle - 20.0 * spread, middle + 20.0 * spread)
     means = np.add.reduceat(y, edges) / np.diff(np.append(edges, n))
     last = int(SETTLING * batches)
     left = batches - np.arange(batches)
@@ -324,9 +337,11 @@ def _settled(path: _Path, force: NDArray[np.float64], stretch: Stretch) -> Stret
         return stretch
     if not _is_transient(means[:cut], means[cut:]):
         return stretch
+    quarter = batches // 4
+    settled = cut < last or not _is_transient(means[-2 * quarter : -quarter], means[-quarter:])
     start = stretch.start + int(edges[cut])
     shorter = _judged(path, start, stretch.stop) or stretch
-    return Stretch(start, stretch.stop, shorter.velocity, shorter.velocity_se, stretch.onset, settled=cut < last)
+    return Stretch(start, stretch.stop, shorter.velocity, shorter.velocity_se, stretch.onset, settled)
 
 
 def _is_transient(head: NDArray[np.float64], tail: NDArray[np.float64]) -> bool:
@@ -362,7 +377,7 @@ def reversals(position: NDArray[np.float64], threshold: float | None = None) -> 
     position
         Position [m], shape (n,).
     threshold
-        Way back [m] that makes a reversal; four counts of the encoder or eight standard deviations of the noise where
+        Way back [m] that makes a reversal; two counts of the encoder or eight standard deviations of the noise where
         it is not given.
     """
     z = np.asarray(position, float)
@@ -370,7 +385,7 @@ def reversals(position: NDArray[np.float64], threshold: float | None = None) -> 
         return np.zeros(0, dtype=np.intp)
     count = lattice_step(z) or 0.0
     if threshold is None:
-        threshold = max(4.0 * count, 8.0 * noise_level(z), 1e-9 * float(np.ptp(z)))
+        threshold = max(2.0 * count, 8.0 * noise_level(z), 1e-9 * float(np.ptp(z)))
     flat = 0.5 * count
     found: list[int] = []
     direction, begin = 0, 0
@@ -383,9 +398,7 @@ def reversals(position: NDArray[np.float64], threshold: float | None = None) -> 
     return np.array(found, dtype=np.intp)
 
 
-def _next_turn(
-    z: NDArray[np.float64], begin: int, direction: int, threshold: float
-) -> tuple[int, int, int] | None:
+def _next_turn(z: NDArray[np.float64], begin: int, direction: int, threshold: float) -> tuple[int, int, int] | None:
     """Return the extreme after ``begin``, the sample that is past it by the threshold, and the direction from there."""
     stop = begin
     block = 1024
