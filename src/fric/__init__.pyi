@@ -1,6 +1,9 @@
 from .drive.sensing import Encoder as Encoder
 from .errors import FricError as FricError
+from .estimate import estimate_rows as estimate_rows
+from .figures.static_map import draw_static_map as draw_static_map
 from .figures.style import save_figure as save_figure
+from .identify.static import identify_static as identify_static
 from .io.documents import document_schema as document_schema
 from .io.documents import document_types as document_types
 from .io.documents.mapping import MappingDocument as MappingDocument
@@ -11,6 +14,7 @@ from .io.ingest import Ingested as Ingested
 from .io.ingest import ingest as ingest
 from .io.ingest import sizes as sizes
 from .io.machine import read_machine as read_machine
+from .io.friction import static_tree as static_tree
 from .io.output import refuse_existing as refuse_existing
 from .io.provenance import provenance as provenance
 from .io.yaml import dump as dump

@@ -22,7 +22,9 @@ class Quantity(Part):
 
     value: float | list[float]
     unit: str
-    ci95: list[float] | list[list[float]] | None = None
+    ci95: list[float | None] | list[list[float | None]] | None = Field(
+        None, description="95 % interval [low, high], one per element; null is a limit that the data do not set"
+    )
     fixed: bool = False
     assumed: bool = False
     source: str = ""

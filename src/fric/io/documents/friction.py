@@ -23,6 +23,9 @@ class FrictionDocument(Document):
     motion: Motion = "linear"
     static: dict[str, Quantity] | None = Field(None, description="F_c, F_s, v_s, delta, sigma, offset of eq. (2)")
     static_negative: dict[str, Quantity] | None = Field(None, description="the negative direction's own values")
+    at_speed: dict[str, Quantity] | None = Field(
+        None, description="velocity and force where one speed alone was logged"
+    )
     fit: dict[str, Any] = Field(default_factory=dict, description="how well the static map fits")
 
     @model_validator(mode="after")

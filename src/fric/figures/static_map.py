@@ -1,0 +1,105 @@
+"""Measured and fitted friction-velocity map, as Fig. 2 of the paper."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.figures.style import BLACK, BLUE, VERMILION, new_figure
+from fric.units import readable, si_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from fric.identify.static import MapFit, StaticFit
+
+_VELOCITY_SCALES = {"linear": (1e3, "mm/s"), "rotary": (1.0, "rad/s")}
+
+
+def draw_static_map(fit: StaticFit) -> Figure:
+    """Draw the measured forces with error bars, the fitted map of eq. (2) and its 95 % band.
+
+    The left panel shows the whole range as the paper's Fig. 2, the right one speed on a logarithmic axis, where the
+    Stribeck effect is; there both directions lie on one another, the offset taken off.
+
+    Parameters
+    ----------
+    fit
+        What `fric.identify.static.identify_static` found.
+    """
+    scale, unit = _VELOCITY_SCALES[fit.motion]
+    peak = max(abs(point.force) for point in fit.points)
+    factor, force_unit = _force_scale(peak, fit.motion)
+    v = np.array([p.velocity for p in fit.points])
+    F = np.array([p.force for p in fit.points])
+    between = fit.static.between if fit.static else 0.0
+    error = 1.96 * np.sqrt(np.array([p.standard_error for p in fit.points]) ** 2 + between**2)
+    with new_figure(7.2, 3.6) as figure:
+        left, right = figure.subplots(1, 2)
+        _points(left, v * scale, F * factor, error * factor)
+        offset = fit.static.solution.theta["offset"] if fit.static else 0.0
+        forward, backward = v > 0, v < 0
+        for chosen, colour, marker, label in (
+            (forward, BLUE, "o", "positive direction"),
+            (backward, VERMILION, "s", "negative direction"),
+        ):
+            if chosen.any():
+                size = (F[chosen] - offset) * np.sign(v[chosen])
+                _points(right, np.abs(v[chosen]) * scale, size * factor, error[chosen] * factor, colour, marker, label)
+        for map_fit, sign, colour in _maps(fit):
+            _curve(left, right, map_fit, sign, colour, v, scale, factor, single=fit.negative is None)
+        left.set(xlabel=f"velocity [{unit}]", ylabel=f"friction [{force_unit}]", title="measured and fitted map")
+        right.set(
+            xlabel=f"speed [{unit}]", ylabel=f"friction in the direction of motion [{force_unit}]", xscale="log",
+            title="both directions, offset taken off" if offset else "both directions",
+        )  # fmt: skip
+        left.legend(loc="upper left")
+        right.legend()
+        return figure
+
+
+def _force_scale(peak: float, motion: str) -> tuple[float, str]:
+    unit = si_unit("force", "rotary" if motion == "rotary" else "linear")
+    prefixed = readable(peak, unit).split(" ")[1]
+    factors = {"k": 1e-3, "m": 1e3, "µ": 1e6}
+    return (1.0 if prefixed[0] == "N" else factors[prefixed[0]]), prefixed
+
+
+def _points(
+    axes: Axes, x: NDArray[np.float64], y: NDArray[np.float64], error: NDArray[np.float64],
+    colour: str = BLACK, marker: str = "o", label: str = "measured, 95 %",
+) -> None:  # fmt: skip
+    axes.errorbar(
+        x, y, yerr=error, fmt=marker, color=colour, markersize=3.5, markerfacecolor="white", elinewidth=0.8, capsize=2,
+        label=label, zorder=3,
+    )  # fmt: skip
+
+
+def _maps(fit: StaticFit) -> list[tuple[MapFit, int, str]]:
+    maps = [(fit.static, 1, BLUE)] if fit.static else []
+    return maps + ([(fit.negative, -1, VERMILION)] if fit.negative else [])
+
+
+def _curve(
+    left: Axes, right: Axes, fit: MapFit, sign: int, colour: str, v: NDArray[np.float64], scale: float, factor: float,
+    *, single: bool,
+) -> None:  # fmt: skip
+    speed = np.geomspace(np.abs(v).min() / 2, np.abs(v).max() * 1.05, 400)
+    offset = fit.solution.theta["offset"]
+    size, half = fit.predict(speed)
+    right.plot(speed * scale, (size - offset) * factor, color=colour)
+    right.fill_between(
+        speed * scale, (size - offset - half) * factor, (size - offset + half) * factor, color=colour, alpha=0.2, lw=0
+    )
+    for branch in (-1, 1) if single else (sign,):
+        if not np.any(v * branch > 0):
+            continue
+        force, half = fit.predict(branch * speed) if single else (sign * size, half)
+        shown = {"label": "eq. (2) with 95 % band"} if branch == sign else {}
+        left.plot(branch * speed * scale, force * factor, color=colour, **shown)
+        left.fill_between(
+            branch * speed * scale, (force - half) * factor, (force + half) * factor, color=colour, alpha=0.2, lw=0
+        )

@@ -1,0 +1,312 @@
+"""Least squares of the static map, eq. (2), to forces at constant velocities: separable, bounded, globally safe.
+
+For given v_s and delta eq. (2) is linear in the rest,
+
+    F = F_c·sgn(v)·(1 - g) + F_s·sgn(v)·g + sigma·v + offset,   g = exp(-|v/v_s|^delta),
+
+so the sum of squares is minimised over F_c, F_s, sigma and offset in closed form (non-negative least squares), and
+only log v_s, and delta where it is free, are searched (variable projection; Golub and Pereyra 1973). That search is
+global, by NLopt's DIRECT-L, because the projected sum can have more than one minimum; a simplex polishes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import nlopt
+import numpy as np
+from scipy.optimize import brentq, nnls
+from scipy.stats import t as student
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+PARAMETERS = ("F_c", "F_s", "v_s", "delta", "sigma", "offset")
+DELTA_RANGE = (0.3, 3.0)
+V_S_BEYOND = 5.0
+"""v_s is searched from the lowest speed divided by this to the highest speed times this."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A minimum of the weighted sum of squares: the parameters by name, and the sum."""
+
+    theta: Mapping[str, float]
+    cost: float
+
+    def vector(self) -> NDArray[np.float64]:
+        """Return the parameters in the order of `PARAMETERS`."""
+        return np.array([self.theta[name] for name in PARAMETERS])
+
+
+@dataclass(frozen=True)
+class StribeckProblem:
+    """Forces at constant velocities, and which parameters of eq. (2) are free.
+
+    Parameters
+    ----------
+    v, F
+        Velocities [m/s] and forces [N], signed, shape (n,).
+    standard_error
+        Standard error of each force [N], shape (n,).
+    delta
+        The shape factor where it is fixed; None where it is free.
+    with_offset
+        False where the offset is 0 by assumption (one direction cannot tell it from Coulomb friction).
+    """
+
+    v: NDArray[np.float64]
+    F: NDArray[np.float64]
+    standard_error: NDArray[np.float64]
+    delta: float | None = 1.0
+    with_offset: bool = True
+    _weight: NDArray[np.float64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_weight", 1.0 / self.standard_error)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the parameters that are fitted."""
+        held = {"delta"} if self.delta is not None else set()
+        return tuple(n for n in PARAMETERS if n not in (held if self.with_offset else held | {"offset"}))
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Points less free parameters."""
+        return len(self.v) - len(self.free)
+
+    def v_s_range(self) -> tuple[float, float]:
+        """Return the range in which v_s is searched [m/s]."""
+        speed = np.abs(self.v)
+        return float(speed.min()) / V_S_BEYOND, float(speed.max()) * V_S_BEYOND
+
+    def model(self, theta: Mapping[str, float]) -> NDArray[np.float64]:
+        """Return the force of eq. (2), offset included [N], shape (n,)."""
+        g = np.exp(-(np.abs(self.v / theta["v_s"]) ** theta["delta"]))
+        level = theta["F_c"] + (theta["F_s"] - theta["F_c"]) * g
+        return np.sign(self.v) * level + theta["sigma"] * self.v + theta["offset"]
+
+    def solve(self, held: Mapping[str, float] | None = None, start: Solution | None = None) -> Solution:
+        """Return the minimum, with some parameters held at a value; local from ``start`` where that is given."""
+        held = {} if held is None else dict(held)
+        if self.delta is not None:
+            held.setdefault("delta", self.delta)
+        if not self.with_offset:
+            held.setdefault("offset", 0.0)
+        low, high = np.log(self.v_s_range())
+        searched = [("v_s", low, high), ("delta", *DELTA_RANGE)]
+        searched = [row for row in searched if row[0] not in held]
+        if not searched:
+            return self._project(held, held["v_s"], held["delta"])
+
+        def shape(x: NDArray[np.float64]) -> tuple[float, float]:
+            found = dict(zip((row[0] for row in searched), x, strict=True))
+            v_s = held["v_s"] if "v_s" in held else float(np.exp(found["v_s"]))
+            return v_s, held["delta"] if "delta" in held else float(found["delta"])
+
+        def cost(x: NDArray[np.float64]) -> float:
+            return self._project(held, *shape(x)).cost
+
+        lower, upper = np.array([[row[1], row[2]] for row in searched]).T
+        if start is None:
+            x = _direct(cost, lower, upper)
+        else:
+            near = {"v_s": np.log(start.theta["v_s"]), "delta": start.theta["delta"]}
+            x = np.clip([near[row[0]] for row in searched], lower, upper)
+        return self._project(held, *shape(_simplex(cost, x, lower, upper, near=start is not None)))
+
+    def _project(self, held: Mapping[str, float], v_s: float, delta: float) -> Solution:
+        """Minimise over the linear parameters at given v_s and delta, with F_s ≥ F_c ≥ 0 and sigma ≥ 0."""
+        sign, g = np.sign(self.v), np.exp(-(np.abs(self.v / v_s) ** delta))
+        F = self.F.copy()
+        columns: dict[str, NDArray[np.float64]] = {}
+        if "F_c" in held:
+            F -= held["F_c"] * sign
+            columns["rise"] = sign * g  # F_s - F_c
+        elif "F_s" in held:
+            F -= held["F_s"] * sign * g
+            columns["F_c"] = sign * (1.0 - g)  # from 0 to F_s
+        else:
+            columns |= {"F_c": sign, "rise": sign * g}
+        if "sigma" in held:
+            F -= held["sigma"] * self.v
+        else:
+            columns["sigma"] = self.v
+        free_offset = "offset" not in held
+        if not free_offset:
+            F -= held["offset"]
+        found = self._nonnegative(columns, F, free_offset)
+        if "F_s" in held and found["F_c"] > held["F_s"]:
+            found = self._nonnegative(
+                {name: column for name, column in columns.items() if name != "F_c"},
+                F - held["F_s"] * columns["F_c"],
+                free_offset,
+            ) | {"F_c": held["F_s"]}
+        F_c = held.get("F_c", found.get("F_c", 0.0))
+        theta = {
+            "F_c": F_c,
+            "F_s": held["F_s"] if "F_s" in held else F_c + found["rise"],
+            "v_s": v_s,
+            "delta": delta,
+            "sigma": held["sigma"] if "sigma" in held else found["sigma"],
+            "offset": held["offset"] if "offset" in held else found["offset"],
+        }
+        return Solution(theta, found["cost"])
+
+    def _nonnegative(
+        self, columns: Mapping[str, NDArray[np.float64]], F: NDArray[np.float64], free_offset: bool
+    ) -> dict[str, float]:
+        """Weighted non-negative least squares, with a free offset projected out first where there is one."""
+        w = self._weight
+        A, b = np.column_stack([*columns.values()]) * w[:, None] if columns else np.zeros((len(w), 0)), F * w
+        scale = np.linalg.norm(A, axis=0)
+        A = A / np.where(scale > 0, scale, 1.0)
+        if free_offset:
+            ones = w / np.linalg.norm(w)
+            rest_A, rest_b = A - np.outer(ones, ones @ A), b - ones * (ones @ b)
+        else:
+            rest_A, rest_b = A, b
+        x = nnls(rest_A, rest_b)[0] if columns else np.zeros(0)
+        residual = rest_b - rest_A @ x
+        found = dict(zip(columns, (x / np.where(scale > 0, scale, 1.0)).tolist(), strict=True)) | {
+            "cost": float(residual @ residual)
+        }
+        if free_offset:
+            found["offset"] = float(ones @ (b - A @ x)) / float(np.linalg.norm(w))
+        return found
+
+    def jacobian(self, theta: Mapping[str, float], v: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Return dF/d(free parameters) [SI], shape (n, len(free)), at the points or at other velocities."""
+        v = self.v if v is None else v
+        sign, ratio = np.sign(v), np.abs(v / theta["v_s"])
+        power = ratio ** theta["delta"]
+        g, rise = np.exp(-power), theta["F_s"] - theta["F_c"]
+        with np.errstate(divide="ignore"):
+            log_ratio = np.where(ratio > 0, np.log(ratio), 0.0)
+        columns = {
+            "F_c": sign * (1.0 - g),
+            "F_s": sign * g,
+            "v_s": sign * rise * g * power * theta["delta"] / theta["v_s"],
+            "delta": -sign * rise * g * power * log_ratio,
+            "sigma": v,
+            "offset": np.ones_like(v),
+        }
+        return np.column_stack([columns[name] for name in self.free])
+
+    def covariance(self, solution: Solution) -> NDArray[np.float64]:
+        """Return the linearised covariance of the free parameters for the standard errors as they are."""
+        J = self.jacobian(solution.theta) * self._weight[:, None]
+        size = np.linalg.norm(J, axis=0)
+        size[size == 0] = 1.0
+        return np.linalg.pinv((J / size).T @ (J / size), rcond=1e-14) / np.outer(size, size)
+
+
+def profile_interval(
+    problem: StribeckProblem, best: Solution, name: str, scale: float, guess: float, level: float = 0.95
+) -> tuple[float, float]:
+    """Return the profile-likelihood interval of one parameter.
+
+    The parameter is held, the rest minimised again, and the limits are where the sum of squares has risen by
+    ``t²·scale`` (t: Student's quantile for the degrees of freedom; Bates and Watts 1988, ch. 6). A limit is the
+    parameter's bound where that is reached first, and infinite where the data set none.
+
+    Parameters
+    ----------
+    problem, best
+        The problem and its minimum.
+    name
+        The parameter.
+    scale
+        Variance of a residual in units of its standard error squared.
+    guess
+        Linearised standard error of the parameter, the first step of the search.
+    level
+        Confidence level.
+    """
+    target = float(student.ppf(0.5 + level / 2, problem.degrees_of_freedom)) ** 2 * scale
+    best_value = best.theta[name]
+    force = 10.0 * float(np.abs(problem.F).max())
+    walls = {
+        # searched up to here, and what the limit is where the data set none
+        "F_c": ((0.0, force), (0.0, np.inf)),
+        "F_s": ((0.0, force), (0.0, np.inf)),
+        "v_s": (problem.v_s_range(), (0.0, np.inf)),
+        "delta": (DELTA_RANGE, DELTA_RANGE),
+        "sigma": ((0.0, force / float(np.abs(problem.v).max())), (0.0, np.inf)),
+        "offset": ((-force, force), (-np.inf, np.inf)),
+    }
+    searched, physical = walls[name]
+    limits = []
+    for side in (-1, 1):
+        known = {best_value: (-np.sqrt(target), best)}
+
+        def rise(value: float) -> float:
+            if value not in known:  # each starts from the nearest one solved
+                start = known[min(known, key=lambda other: abs(other - value))][1]
+                found = problem.solve({name: value}, start)
+                known[value] = (np.sqrt(max(found.cost - best.cost, 0.0)) - np.sqrt(target), found)
+            return float(known[value][0])
+
+        wall = searched[side > 0]
+        step = max(guess * np.sqrt(target), 1e-9 * abs(best_value), 1e-300)
+        inner, outer = best_value, best_value
+        for _ in range(60):
+            outer = best_value + side * step
+            if (outer - wall) * side >= 0:
+                outer = wall
+            if outer == wall or rise(outer) > 0:
+                break
+            inner, step = outer, step * 1.6
+        if rise(outer) <= 0:
+            limits.append(physical[side > 0])
+        else:
+            limits.append(float(brentq(rise, inner, outer, xtol=1e-3 * abs(outer - best_value))))
+    return limits[0], limits[1]
+
+
+def excess_variance(residual: NDArray[np.float64], standard_error: NDArray[np.float64], dof: int) -> float:
+    """Return the variance between strokes [N²] that explains residuals larger than their standard errors.
+
+    Paule and Mandel's (1982) estimate: the smallest q ≥ 0 with ``Σ r²/(se² + q) ≤ dof``.
+    """
+
+    def surplus(q: float) -> float:
+        return float(np.sum(residual**2 / (standard_error**2 + q))) - dof
+
+    if surplus(0.0) <= 0:
+        return 0.0
+    high = float(np.sum(residual**2)) / dof
+    return float(brentq(surplus, 0.0, high, xtol=1e-15 * high, rtol=1e-10))
+
+
+Cost = Callable[["NDArray[np.float64]"], float]
+
+
+def _direct(cost: Cost, lower: NDArray[np.float64], upper: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Search a box globally by NLopt's DIRECT-L (Gablonsky and Kelley 2001)."""
+    optimiser = nlopt.opt(nlopt.GN_DIRECT_L, len(lower))
+    optimiser.set_lower_bounds(lower)
+    optimiser.set_upper_bounds(upper)
+    optimiser.set_min_objective(lambda x, gradient: cost(x))
+    optimiser.set_maxeval(60 if len(lower) == 1 else 400)
+    return np.asarray(optimiser.optimize((lower + upper) / 2))
+
+
+def _simplex(
+    cost: Cost, start: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], *, near: bool
+) -> NDArray[np.float64]:
+    """Polish a minimum by NLopt's Subplex (Rowan 1990); a start that is near takes smaller steps.
+
+    The sum of squares is quadratic about its minimum: 1e-5 of log v_s is 1e-10 of the sum.
+    """
+    optimiser = nlopt.opt(nlopt.LN_SBPLX, len(lower))
+    optimiser.set_lower_bounds(lower)
+    optimiser.set_upper_bounds(upper)
+    optimiser.set_min_objective(lambda x, gradient: cost(x))
+    optimiser.set_initial_step((0.01 if near else 0.05) * (upper - lower))
+    optimiser.set_xtol_abs(1e-5 if near else 1e-9)
+    optimiser.set_maxeval(2000)
+    return np.asarray(optimiser.optimize(np.clip(start, lower, upper)))

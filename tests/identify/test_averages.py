@@ -1,0 +1,56 @@
+"""Robust means: resistant to glitches, and as sure as they claim."""
+
+import numpy as np
+import pytest
+from fric.identify.averages import autocorrelation_time, average
+from hypothesis import given
+from hypothesis import strategies as st
+
+
+def _ar1(n: int, memory: float, rng: np.random.Generator) -> np.ndarray:
+    x = rng.standard_normal(n)
+    for i in range(1, n):
+        x[i] = memory * x[i - 1] + np.sqrt(1 - memory**2) * x[i]
+    return x
+
+
+@pytest.mark.parametrize("method", ["robust", "median"])
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_standard_error_is_the_scatter_of_the_mean(method, memory):
+    rng = np.random.default_rng(5)
+    means = [average(100 + _ar1(2000, memory, rng), method) for _ in range(150)]
+    scatter = np.std([m.value for m in means], ddof=1)
+    claimed = np.mean([m.standard_error for m in means])
+    assert claimed == pytest.approx(scatter, rel=0.2)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
+def test_autocorrelation_time_of_a_first_order_process(memory):
+    rng = np.random.default_rng(1)
+    tau = np.mean([autocorrelation_time(_ar1(20_000, memory, rng)) for _ in range(20)])
+    assert tau == pytest.approx((1 + memory) / (1 - memory), rel=0.08)
+
+
+@pytest.mark.parametrize("method", ["robust", "median"])
+def test_glitches_and_typed_values_hardly_move_the_mean(method):
+    rng = np.random.default_rng(2)
+    x = 100 + rng.standard_normal(1000)
+    clean = average(x, method)
+    x[::50] = 1e4
+    x[10] = -999.0
+    spoiled = average(x, method)
+    assert abs(spoiled.value - clean.value) < 3 * clean.standard_error
+    assert spoiled.standard_error < 2 * clean.standard_error
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e3), st.sampled_from(["robust", "median"]))
+def test_moves_and_stretches_with_the_samples(shift, stretch, method):
+    x = np.random.default_rng(0).standard_normal(200)
+    there, here = average(shift + stretch * x, method), average(x, method)
+    tolerance = 1e-6 * (abs(shift) + stretch)
+    assert there.value == pytest.approx(shift + stretch * here.value, abs=tolerance)
+    assert there.standard_error == pytest.approx(stretch * here.standard_error, rel=1e-3, abs=tolerance)
+
+
+def test_a_constant_is_sure():
+    assert average(np.full(50, 7.0)).standard_error == 0.0
