@@ -27,7 +27,7 @@ bench: $(STAMP)
 	$(BIN)/python -m benchmarks
 
 docs: $(STAMP)
-	$(BIN)/python -m fric.cli.reference docs/commands.md
+	$(BIN)/typer fric.cli.main utils docs --name fric --title "Commands" --output docs/commands.md
 
 data: $(STAMP)
 	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/make.sh

@@ -16,6 +16,7 @@ from .io.ingest import sizes as sizes
 from .io.machine import read_machine as read_machine
 from .io.friction import static_tree as static_tree
 from .io.output import refuse_existing as refuse_existing
+from .io.plant import read_plant as read_plant
 from .io.provenance import provenance as provenance
 from .io.yaml import dump as dump
 from .io.yaml import read_document as read_document

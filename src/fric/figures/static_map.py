@@ -56,7 +56,7 @@ def draw_static_map(fit: StaticFit) -> Figure:
             xlabel=f"speed [{unit}]", ylabel=f"friction in the direction of motion [{force_unit}]", xscale="log",
             title="both directions, offset taken off" if offset else "both directions",
         )  # fmt: skip
-        left.legend(loc="upper left")
+        left.legend(loc="lower right")
         right.legend()
         return figure
 
@@ -98,7 +98,7 @@ def _curve(
         if not np.any(v * branch > 0):
             continue
         force, half = fit.predict(branch * speed) if single else (sign * size, half)
-        shown = {"label": "eq. (2) with 95 % band"} if branch == sign else {}
+        shown = {"label": "eq. (2) with 95 % band"} if branch == 1 else {}
         left.plot(branch * speed * scale, force * factor, color=colour, **shown)
         left.fill_between(
             branch * speed * scale, (force - half) * factor, (force + half) * factor, color=colour, alpha=0.2, lw=0

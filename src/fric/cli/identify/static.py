@@ -36,7 +36,7 @@ def static(
     records = fric.read_logs(logs)
     fit = fric.identify_static(
         records,
-        plant=fric.read_plant(plant) if plant else None,
+        plant=fric.read_plant(plant, axis=records[0].axis, motion=records[0].motion) if plant else None,
         delta=_shape_factor(delta),
         direction=direction,
         weights=weights,

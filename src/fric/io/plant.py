@@ -1,0 +1,32 @@
+"""Reading a plant for work on one axis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fric.drive.plant import Plant
+from fric.errors import FricError
+from fric.io.documents.plant import PlantDocument
+from fric.io.yaml import read_document
+from fric.units import Motion
+
+
+def read_plant(path: Path, *, axis: str, motion: Motion) -> Plant:
+    """Read the plant of one axis, eq. (1), in SI.
+
+    Raises
+    ------
+    FricError
+        When the file is no plant, of another axis or motion, or lacks a value.
+    """
+    document = read_document(path, PlantDocument)
+    if (document.axis, document.motion) != (axis, motion):
+        raise FricError(
+            f"is the plant of the {document.motion} axis {document.axis}, and the log is of the {motion} axis {axis}",
+            where=str(path),
+            mend="Give the plant of the axis that was logged.",
+        )
+    try:
+        return document.plant(motion)
+    except FricError as error:
+        raise error.at(str(path)) from None

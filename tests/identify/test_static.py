@@ -1,0 +1,167 @@
+"""`identify_static`: the paper's map from the paper's strokes, as sure as it claims, and frank about what is missing."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fric.drive.plant import Plant
+from fric.errors import FricError
+from fric.friction.stribeck import StaticMap
+from fric.identify.static import StaticFit, identify_static
+from fric.log import Log
+
+from tests.identify.strokes import PAPER_SPEEDS, TABLE_1, both_directions, stroke
+
+NAMES = ("F_c", "F_s", "v_s", "sigma")
+
+
+def _logs(seed: int = 0, speeds: np.ndarray = PAPER_SPEEDS, **options) -> list[Log]:
+    rng = np.random.default_rng(seed)
+    return [stroke(v, rng, **options) for v in both_directions(speeds)]
+
+
+def _value(fit: StaticFit, name: str) -> float:
+    assert fit.static is not None
+    return float(fit.static.estimates[name])
+
+
+def _limits(fit: StaticFit, name: str) -> tuple[float, float]:
+    assert fit.static is not None
+    return fit.static.estimates[name].ci95
+
+
+@pytest.mark.parametrize("delta", [1.0, None])
+def test_noise_free_strokes_give_table_1(delta):
+    fit = identify_static(_logs(noise=0.0, encoder=0.0), delta=delta)
+    for name in NAMES:
+        assert _value(fit, name) == pytest.approx(getattr(TABLE_1, name), rel=1e-3)
+    assert fit.static.rmse < 1e-3
+
+
+@pytest.mark.long
+def test_intervals_cover_the_truth_in_93_to_97_per_cent_of_500_seeds():
+    truth = {name: getattr(TABLE_1, name) for name in NAMES} | {"offset": 3.0}
+    covered = Counter()
+    for seed in range(500):
+        fit = identify_static(_logs(seed, offset=3.0, samples=1000))
+        for name, value in truth.items():
+            low, high = _limits(fit, name)
+            covered[name] += low <= value <= high
+    assert {name: 0.93 <= covered[name] / 500 <= 0.97 for name in truth} == dict.fromkeys(truth, True), covered
+
+
+def test_one_long_record_gives_what_single_strokes_give():
+    rng = np.random.default_rng(1)
+    dt, parts, z = 1e-3, [], 0.0
+    for v in both_directions(PAPER_SPEEDS[5:]):
+        ramp = np.linspace(0.0, v, 50)
+        speed = np.concatenate([ramp, np.full(1500, v), ramp[::-1], np.zeros(200)])
+        parts.append(speed)
+    v = np.concatenate(parts)
+    z = np.cumsum(v) * dt
+    inertia = 121.0 * np.gradient(v, dt)
+    force = TABLE_1.steady_state(v) + inertia + rng.standard_normal(len(v))
+    log = Log(np.arange(len(v)) * dt, np.round(z / 0.25e-6) * 0.25e-6, force=force)
+    fit = identify_static([log])
+    assert len(fit.points) == 2 * len(PAPER_SPEEDS[5:])
+    for name in NAMES:
+        low, high = _limits(fit, name)
+        assert low - 0.02 * high <= getattr(TABLE_1, name) <= 1.02 * high
+
+
+def test_glitches_in_a_stroke_do_not_move_the_map():
+    logs = _logs(2)
+    spoiled = []
+    for log in logs:
+        force = log.force.copy()
+        force[7::61] += 5e3
+        spoiled.append(replace(log, force=force))
+    clean, rough = identify_static(logs), identify_static(spoiled)
+    for name in NAMES:
+        low, high = _limits(clean, name)
+        assert abs(_value(rough, name) - _value(clean, name)) < 3 * (high - low)
+
+
+def test_the_drives_own_damping_is_taken_off_with_a_plant():
+    plant = Plant(A=28.57, B=4.526, T_d=0.65e-3, K_f=548.0)
+    friction = replace(TABLE_1, sigma=TABLE_1.sigma + plant.damping)
+    logs = _logs(3, friction=friction)
+    low, high = _limits(identify_static(logs, plant=plant), "sigma")
+    assert low < TABLE_1.sigma < high
+    assert _value(identify_static(logs), "sigma") == pytest.approx(40 + 3459, rel=0.02)
+
+
+def test_each_direction_gets_its_own_map():
+    rng = np.random.default_rng(4)
+    other = StaticMap(120.0, 150.0, 2e-3, 1.0, 80.0)
+    logs = [stroke(v, rng) for v in PAPER_SPEEDS] + [stroke(-v, rng, friction=other) for v in PAPER_SPEEDS]
+    fit = identify_static(logs, direction="each")
+    assert _value(fit, "F_c") == pytest.approx(105, rel=0.01)
+    assert float(fit.negative.estimates["F_c"]) == pytest.approx(120, rel=0.01)
+    with pytest.raises(FricError, match="only one direction"):
+        identify_static(logs[:17], direction="each")
+
+
+def test_scatter_between_strokes_widens_the_intervals():
+    rng = np.random.default_rng(6)
+    logs = [replace(log, force=log.force + 3.0 * rng.standard_normal()) for log in _logs(6)]
+    fit = identify_static(logs)
+    assert fit.static.between == pytest.approx(3.0, rel=0.4)
+    assert any("scatter" in warning for warning in fit.warnings)
+    low, high = _limits(fit, "F_c")
+    assert low < 105 < high
+    assert high - low > 1.0
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"speeds": PAPER_SPEEDS[10:]}, "do not reach the Stribeck range|sits at its bound"),
+        ({"friction": StaticMap(100, 100, 1e-3, 1.0, 40)}, "F_s sits at its bound F_c|Stribeck range"),
+        ({"speeds": PAPER_SPEEDS[:8]}, "correlated"),
+    ],
+)
+def test_what_the_data_cannot_tell_is_said(change, told):
+    import re
+
+    fit = identify_static(_logs(8, **change))
+    assert any(re.search(told, warning) for warning in fit.warnings), fit.warnings
+
+
+def test_friction_of_another_shape_is_noticed():
+    rng = np.random.default_rng(9)
+    logs = []
+    for v in both_directions():
+        bump = 15 * np.exp(-(np.log(abs(v) / 5e-3) ** 2))
+        log = stroke(v, rng)
+        logs.append(replace(log, force=log.force + np.sign(v) * bump))
+    assert any("not noise" in warning for warning in identify_static(logs).warnings)
+
+
+def test_one_speed_alone_gives_the_force_there_and_no_map():
+    rng = np.random.default_rng(10)
+    fit = identify_static([stroke(v, rng) for v in (2e-3, -2e-3, 2e-3)])
+    assert fit.static is None
+    low, high = fit.at_speed["force"].ci95
+    assert low < float(TABLE_1.steady_state(2e-3)) < high
+    assert "no map" in fit.warnings[0]
+
+
+def test_one_direction_alone_says_that_the_offset_is_assumed():
+    fit = identify_static(_logs(11)[17:])
+    assert fit.static.estimates["offset"].assumed
+    assert "offset" in fit.warnings[0]
+
+
+def test_too_few_speeds_and_no_stroke_are_errors():
+    with pytest.raises(FricError, match="cannot give 5 parameters"):
+        identify_static(_logs(12, speeds=PAPER_SPEEDS[[3, 9]]))
+    t = np.arange(4000) / 1000
+    sine = Log(t, 1e-3 * np.sin(20 * t), force=np.cos(20 * t))
+    with pytest.raises(FricError, match="no stroke"):
+        identify_static([sine])
+    with pytest.raises(FricError, match="no force"):
+        identify_static([Log(t, t)])
