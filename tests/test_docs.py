@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import typer
+
 from fric.cli.main import app
 
 ROOT = Path(__file__).parents[1]
@@ -65,7 +66,9 @@ def _examples(page: Path) -> list[tuple[str, str]]:
     return shown
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page.stem != "commands" and _examples(page)], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if page.stem != "commands" and _examples(page)], ids=lambda p: p.name
+)
 def test_examples_run_and_print_what_is_shown(page, tmp_path):
     for folder in ("data", "configs"):
         (tmp_path / folder).symlink_to(ROOT / folder)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from fric.friction.stribeck import StaticMap
 from fric.log import Log
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from fric.identify.averages import autocorrelation_time, average
 from hypothesis import given
 from hypothesis import strategies as st
+
+from fric.identify.averages import autocorrelation_time, average
 
 
 def _ar1(n: int, memory: float, rng: np.random.Generator) -> np.ndarray:

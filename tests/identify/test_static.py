@@ -1,4 +1,4 @@
-"""`identify_static`: the paper's map from the paper's strokes, as sure as it claims, and frank about what is missing."""
+"""`identify_static`: the paper's map from the paper's strokes, as sure as it claims, frank about what is missing."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.identify.static import StaticFit, identify_static
 from fric.log import Log
-
 from tests.identify.strokes import PAPER_SPEEDS, TABLE_1, both_directions, stroke
 
 NAMES = ("F_c", "F_s", "v_s", "sigma")

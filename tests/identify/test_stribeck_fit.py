@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from fric.friction.stribeck import StaticMap
-from fric.identify.stribeck_fit import StribeckProblem, excess_variance, profile_interval
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
+from fric.friction.stribeck import StaticMap
+from fric.identify.stribeck_fit import StribeckProblem, excess_variance, profile_interval
 from tests.identify.strokes import PAPER_SPEEDS, both_directions
 
 

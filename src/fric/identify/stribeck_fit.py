@@ -239,17 +239,17 @@ def profile_interval(
         "offset": ((-force, force), (-np.inf, np.inf)),
     }
     searched, physical = walls[name]
+    known = {best_value: (-np.sqrt(target), best)}
+
+    def rise(value: float) -> float:
+        if value not in known:  # each starts from the nearest one solved
+            start = known[min(known, key=lambda other: abs(other - value))][1]
+            found = problem.solve({name: value}, start)
+            known[value] = (np.sqrt(max(found.cost - best.cost, 0.0)) - np.sqrt(target), found)
+        return float(known[value][0])
+
     limits = []
     for side in (-1, 1):
-        known = {best_value: (-np.sqrt(target), best)}
-
-        def rise(value: float) -> float:
-            if value not in known:  # each starts from the nearest one solved
-                start = known[min(known, key=lambda other: abs(other - value))][1]
-                found = problem.solve({name: value}, start)
-                known[value] = (np.sqrt(max(found.cost - best.cost, 0.0)) - np.sqrt(target), found)
-            return float(known[value][0])
-
         wall = searched[side > 0]
         step = max(guess * np.sqrt(target), 1e-9 * abs(best_value), 1e-300)
         inner, outer = best_value, best_value
