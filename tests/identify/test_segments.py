@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.identify.kinematics import encoder, strokes
 
 from fric.errors import FricError
 from fric.identify.segments import reversals, steady_stretches
 from fric.log import Log
+from tests.identify.kinematics import encoder, strokes
 
 MASS, COULOMB, NOISE = 121.0, 100.0, 1.0
 

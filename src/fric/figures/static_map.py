@@ -98,8 +98,8 @@ def _curve(
         if not np.any(v * branch > 0):
             continue
         force, half = fit.predict(branch * speed) if single else (sign * size, half)
-        shown = {"label": "eq. (2) with 95 % band"} if branch == 1 else {}
-        left.plot(branch * speed * scale, force * factor, color=colour, **shown)
+        label = "eq. (2) with 95 % band" if branch == 1 else None
+        left.plot(branch * speed * scale, force * factor, color=colour, label=label)
         left.fill_between(
             branch * speed * scale, (force - half) * factor, (force + half) * factor, color=colour, alpha=0.2, lw=0
         )
