@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Strokes:
-    """What was asked for: samples of time, exact motion, and each plateau as (first time, last time, velocity)."""
+    """Samples of time, exact motion, acceleration of the ramps, and plateaus: (first time, last time, velocity)."""
 
     time: NDArray[np.float64]
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
     acceleration: NDArray[np.float64]
+    ramp: float
     plateaus: list[tuple[float, float, float]]
 
 
@@ -39,7 +40,7 @@ def strokes(
     leg = np.clip(np.searchsorted(t_c, t, side="right") - 1, 0, len(t_c) - 2)
     a = (np.diff(v_c) / np.maximum(np.diff(t_c), 1e-12))[leg]
     tau = t - t_c[leg]
-    return Strokes(t, z_c[leg] + v_c[leg] * tau + 0.5 * a * tau**2, v_c[leg] + a * tau, a, plateaus)
+    return Strokes(t, z_c[leg] + v_c[leg] * tau + 0.5 * a * tau**2, v_c[leg] + a * tau, a, acceleration, plateaus)
 
 
 def encoder(position: NDArray[np.float64], step: float, offset: float = 0.0) -> NDArray[np.float64]:
