@@ -12,7 +12,7 @@ $(STAMP): pyproject.toml
 	touch $@
 
 demo: $(STAMP)
-	PATH="$(CURDIR)/$(BIN):$$PATH" sh docs/demo.sh
+	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/demo.sh
 
 test: lint
 	$(BIN)/python -m pytest -n auto --dist worksteal

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from math import isinf
 from typing import Any
 
+from fric.units import prefixed, significant
+
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]
 
@@ -63,22 +65,22 @@ def _open_ended(limits: Any) -> Any:
 
 
 def estimate_rows(section: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str, str, str]]:
-    """Return the parameters of a document's section as rows for people: name, value, interval, unit."""
+    """Return the parameters of a document's section as rows for people: name, value, interval, unit.
+
+    Value and interval stand in the same unit, with the prefix that suits the value; a vector is one row an element.
+    """
     rows = []
     for name, entry in section.items():
-        flags = [flag for flag in ("fixed", "assumed") if entry.get(flag)]
-        interval = f"{_limits(entry['ci95'])}" if "ci95" in entry else ", ".join(flags)
-        rows.append((name, _digits(entry["value"]), interval, str(entry["unit"])))
+        vector = isinstance(entry["value"], list | tuple)
+        values = entry["value"] if vector else [entry["value"]]
+        intervals = entry.get("ci95", [None] * len(values) if vector else None)
+        note = ", ".join(flag for flag in ("fixed", "assumed") if entry.get(flag))
+        for n, (value, interval) in enumerate(zip(values, intervals if vector else [intervals], strict=True), start=1):
+            scale, unit = prefixed(value, str(entry["unit"]))
+            told = note if interval is None else " … ".join(_limit(limit, scale) for limit in interval)
+            rows.append((f"{name}_{n}" if vector else name, significant(value * scale, 4), told, unit))
     return rows
 
 
-def _digits(value: Any) -> str:
-    if value is None:
-        return "open"
-    return ", ".join(_digits(v) for v in value) if isinstance(value, list | tuple) else f"{value:.4g}"
-
-
-def _limits(interval: Any) -> str:
-    if isinstance(interval[0], list | tuple):
-        return "; ".join(_limits(pair) for pair in interval)
-    return f"{_digits(interval[0])} … {_digits(interval[1])}"
+def _limit(limit: float | None, scale: float) -> str:
+    return "open" if limit is None or isinf(limit) else significant(limit * scale, 4)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal
 
 from fric.errors import FricError
@@ -157,23 +158,29 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
 
 
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+_PREFIXED = {"m", "N", "V", "s", "Hz", "m/s", "m/V", "N*m", "N/m", "N*m/rad", "N/s", "N*m/s", "N*m*s/rad"}
+"""Units that people read with a prefix; of the others (rad, kg, N·s/m, …) they do not."""
+
+
+def prefixed(value: float, unit: str) -> tuple[float, str]:
+    """Return the factor and the unit in which people read a value: ``prefixed(2.2e-5, "m") == (1e6, "µm")``."""
+    shown = unit.replace("*", "·").replace("^2", "²")
+    if unit not in _PREFIXED or not value or not isfinite(value):
+        return 1.0, "" if unit == "1" else shown
+    if unit == "m":  # machine tools are drawn in mm and µm
+        scale, prefix = (1e-3, "m") if abs(value) >= 0.9995e-3 else (1e-6, "µ")
+    else:
+        scale, prefix = next(((s, p) for s, p in _PREFIXES if abs(value) >= s * 0.9995), _PREFIXES[-1])
+    return 1.0 / scale, prefix + shown
 
 
 def readable(value: float, unit: str, digits: int = 3) -> str:
-    """Return a value for people: ``readable(2.2e-5, "m") == "22 µm"``. Only plain units take a prefix."""
-    if unit in {"1", ""}:
-        return f"{value:.{digits}g}"
-    if (
-        unit not in {"m", "N", "V", "s", "Hz", "m/s", "rad", "rad/s", "N*m", "N/m", "N/s"}
-        or value == 0
-        or value != value
-    ):
-        return f"{value:.{digits}g} {unit.replace('*', '·')}"
-    size = abs(value)
-    scale, prefix = next(((s, p) for s, p in _PREFIXES if size >= s * 0.9995), _PREFIXES[-1])
-    if unit in {"N", "V", "rad", "rad/s", "Hz", "N/m"} and scale < 1e-3:
-        scale, prefix = 1e-3, "m"
-    text = f"{value / scale:.{digits}g}"
-    if "e" in text:
-        text = f"{value / scale:.0f}"
-    return f"{text} {prefix}{unit.replace('*', '·')}"
+    """Return a value for people: ``readable(2.2e-5, "m") == "22 µm"``."""
+    scale, shown = prefixed(value, unit)
+    return f"{significant(value * scale, digits)} {shown}".rstrip()
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits, without an exponent where that reads better."""
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text

@@ -11,6 +11,7 @@ import fric
 from fric.cli.console import OUT, print_json, print_table, print_warnings
 from fric.cli.options import Force, Json, LogFiles, PlantFile, Plot
 from fric.errors import FricError
+from fric.units import readable
 
 
 def static(
@@ -72,6 +73,6 @@ def _print(document: dict[str, Any], output: Path, plot: Path | None) -> None:
     fit = document["fit"]
     told = f"{fit['points']} strokes"
     if "rmse" in fit:
-        told += f", rmse {fit['rmse']['value']:.3g} {fit['rmse']['unit']}, R² {fit['r2']:.4f}"
+        told += f", rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}"
     OUT.print(told)
     OUT.print(f"wrote {output}" + (f" and {plot}" if plot else ""))
