@@ -176,7 +176,7 @@ def prefixed(value: float, unit: str) -> tuple[float, str]:
 
 def readable(value: float, unit: str, digits: int = 3) -> str:
     """Return a value for people: ``readable(2.2e-5, "m") == "22 µm"``."""
-    scale, shown = prefixed(value, unit)
+    scale, shown = prefixed(float(f"{value:.{digits}g}"), unit)
     return f"{significant(value * scale, digits)} {shown}".rstrip()
 
 

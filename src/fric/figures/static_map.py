@@ -56,7 +56,7 @@ def draw_static_map(fit: StaticFit) -> Figure:
             xlabel=f"speed [{unit}]", ylabel=f"friction in the direction of motion [{force_unit}]", xscale="log",
             title="both directions, offset taken off" if offset else "both directions",
         )  # fmt: skip
-        left.legend(loc="lower right")
+        left.legend(loc="center right")
         right.legend()
         return figure
 
