@@ -9,7 +9,7 @@ import numpy as np
 
 from fric.friction import FrictionModel, models
 from fric.friction.gms import GMS
-from fric.friction.stribeck import StaticMap
+from fric.friction.stribeck import OnStaticMap, StaticMap
 
 if TYPE_CHECKING:
     from fric.friction.base import Property
@@ -44,8 +44,19 @@ def with_property(*claimed: Property) -> list[str]:
 
 
 def static_of(model: FrictionModel) -> StaticMap:
-    """Return the static map of a model; its own where it is one."""
-    return model if isinstance(model, StaticMap) else model.static  # type: ignore[attr-defined]
+    """Return the static map of a model; where it has none, the one without Stribeck effect that it settles on."""
+    if isinstance(model, StaticMap | OnStaticMap):
+        return model if isinstance(model, StaticMap) else model.static
+    level = float(model.steady_state(1e-300))
+    return StaticMap(F_c=level, F_s=level, v_s=1e-3, sigma=getattr(model, "sigma", 0.0))
+
+
+def with_viscous(model: FrictionModel, sigma: float) -> FrictionModel:
+    """Return a model with another viscous friction."""
+    return replace(
+        model,
+        **({"static": replace(model.static, sigma=sigma)} if isinstance(model, OnStaticMap) else {"sigma": sigma}),
+    )
 
 
 def stiffness_of(model: FrictionModel) -> float:

@@ -5,7 +5,6 @@ The first part is what every model must hold, the second what a model claims in 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric.friction import models
-from tests.friction.instances import INSTANCES, slowly, static_of, stiffness_of, with_property
+from fric.friction.stribeck import OnStaticMap, StaticMap
+from tests.friction.instances import INSTANCES, slowly, static_of, stiffness_of, with_property, with_viscous
 
 every_model = pytest.mark.parametrize("name", INSTANCES)
 quick = settings(max_examples=40, deadline=None, derandomize=True, database=None)
@@ -93,8 +93,9 @@ def test_steady_sliding_is_the_static_map(name, speed, direction):
 @pytest.mark.parametrize("direction", [1, -1])
 def test_viscous_friction_opposes_motion_both_ways(name, direction):
     model = INSTANCES[name]
-    viscous = replace(static_of(model), sigma=500.0)
-    model = viscous if model is static_of(model) else replace(model, static=viscous)
+    if "sigma" not in {p.name for p in (*model.parameters, *StaticMap.parameters * isinstance(model, OnStaticMap))}:
+        pytest.skip("it has no viscous part")
+    model = with_viscous(model, 500.0)
     time = np.linspace(0.0, 2.0, 4001)
 
     def at(speed):
@@ -203,7 +204,7 @@ def test_branches_after_a_reversal_are_the_virgin_curve_twice(name, turn):
 @claiming("pre-sliding")
 @pytest.mark.parametrize("dt", [1e-4, 1e-3, 1e-2, 0.1])
 def test_peak_force_of_a_slow_pull_does_not_depend_on_the_step(name, dt):
-    model, speed = INSTANCES[name], 1e-6
+    model, speed = INSTANCES[name], 1e-5
     time = np.arange(0.0, 200.0, dt)[:2_000_000]
     v = np.full(time.size, speed)
     force = model.replay(time, speed * time, v)
@@ -221,8 +222,9 @@ def test_force_is_higher_while_the_speed_rises(name):
     position = mean * time - swing / omega * np.cos(omega * time)
     force = model.replay(time, position, v) - m.sigma * v
     last = time > 2.5
-    rising, falling = (last & (s * np.cos(omega * time) > 0.5) for s in (1, -1))
+    rising, falling = (np.flatnonzero(last & (s * np.cos(omega * time) > 0.5)) for s in (1, -1))
+    rising, falling = (branch[np.argsort(v[branch])] for branch in (rising, falling))
     grid = np.linspace(2.5, 3.5, 11) * m.v_s
     up = np.interp(grid, v[rising], force[rising])
-    down = np.interp(grid, v[falling][::-1], force[falling][::-1])
+    down = np.interp(grid, v[falling], force[falling])
     assert np.all(up >= down) if m.F_c == m.F_s else np.all(up > down)

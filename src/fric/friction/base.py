@@ -39,6 +39,10 @@ class Parameter:
         True where there is one value per slip block.
     typical
         Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use.
+    held
+        True where a fit leaves it at its typical value unless it is asked to free it.
+    at_least
+        Name of the parameter that this one is never below, in a fit.
     """
 
     name: str
@@ -48,6 +52,8 @@ class Parameter:
     doc: str = ""
     per_block: bool = False
     typical: float | tuple[float, ...] = float("nan")
+    held: bool = False
+    at_least: str = ""
 
 
 Property = Literal["bounded", "pre-sliding", "non-local memory", "no creep", "frictional lag"]

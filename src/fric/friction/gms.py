@@ -11,16 +11,13 @@ from numba import types
 
 from fric.errors import FricError
 from fric.friction.base import Parameter, Property
-from fric.friction.stribeck import OnStaticMap, stribeck_level
+from fric.friction.blocks import OnBlocks
+from fric.friction.stribeck import stribeck_level
 from fric.kernels.signatures import Step, compiled, compiled_step
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from typing import Self
-
     from numpy.typing import NDArray
 
-    from fric.estimate import Estimate
 
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
 
@@ -100,7 +97,7 @@ def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters
 
 
 @dataclass(frozen=True)
-class GMS(OnStaticMap):
+class GMS(OnBlocks):
     """The generalized Maxwell-slip model: N blocks on springs, dragged side by side, eqs. (3) to (5).
 
     ===== ============================================== =========================================
@@ -136,16 +133,11 @@ class GMS(OnStaticMap):
         When alpha is negative or does not sum to 1, when k or C is not positive, or the lengths differ.
     """
 
-    alpha: tuple[float, ...]
-    k: tuple[float, ...]
     C: float = 1e4
 
     name: ClassVar[str] = "gms"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
-            "alpha", "ratio", upper=1.0, doc="share of the Stribeck level", per_block=True, typical=(0.6, 0.3, 0.1)
-        ),
-        Parameter("k", "stiffness", doc="stiffness of the block", per_block=True, typical=(1e8, 2e6, 2e5)),
+        *OnBlocks.block_parameters,
         Parameter("C", "force rate", doc="attraction parameter", typical=1e4),
     )
     properties: ClassVar[frozenset[Property]] = frozenset(
@@ -154,40 +146,9 @@ class GMS(OnStaticMap):
     step: ClassVar[Step] = _step
 
     def __post_init__(self) -> None:
-        if not self.alpha or len(self.alpha) != len(self.k):
-            raise FricError(
-                f"gms has {len(self.alpha)} alpha and {len(self.k)} k", mend="Give one of each for every block."
-            )
-        if not (min(self.alpha) >= 0 and abs(sum(self.alpha) - 1) <= 1e-6):
-            raise FricError(
-                f"alpha of gms is {', '.join(f'{a:g}' for a in self.alpha)}, which sums to {sum(self.alpha):g}",
-                mend="The shares of the blocks are 0 or more and sum to 1.",
-            )
-        if not all(value > 0 for value in (*self.k, self.C)):
-            raise FricError("k and C of gms must be positive")
-
-    @classmethod
-    def from_sections(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> Self:
-        """Return the model that a friction file gives, with alpha normalised where it is rounded.
-
-        A sum of alpha within 1 % of 1 is rounding (Table 1 of the paper sums to 1.002); more is refused.
-        """
-        fields = cls.fields_from(sections)
-        total = sum(fields["alpha"])
-        if abs(total - 1) <= 0.01:
-            fields["alpha"] = tuple(a / total for a in fields["alpha"])
-        return cls(**fields)
-
-    @property
-    def slip_displacements(self) -> NDArray[np.float64]:
-        """Displacement from rest at which each block slips, ``alpha_i·F_s/k_i`` [m], shape (N,)."""
-        return np.asarray(self.alpha) * self.static.F_s / np.asarray(self.k)
-
-    def virgin_curve(self, z: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        """Return the force [N] of a relaxed contact that is slowly moved by z [m], ``Σ min(k_i·z, alpha_i·F_s)``."""
-        z = np.asarray(z, float)[..., np.newaxis]
-        limit = np.asarray(self.alpha) * self.static.F_s
-        return np.asarray(np.clip(np.asarray(self.k) * z, -limit, limit).sum(axis=-1))
+        super().__post_init__()
+        if not self.C > 0:
+            raise FricError("C of gms must be positive")
 
     def packed(self) -> NDArray[np.float64]:
         """Return ``[F_c, F_s, v_s, delta, sigma, C, alpha_1 … alpha_N, k_1 … k_N]``."""

@@ -65,9 +65,9 @@ class StaticMap(FrictionModel):
     name: ClassVar[str] = "static"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("F_c", "force", doc="Coulomb friction", typical=100.0),
-        Parameter("F_s", "force", doc="static friction", typical=150.0),
+        Parameter("F_s", "force", doc="static friction", typical=150.0, at_least="F_c"),
         Parameter("v_s", "velocity", doc="Stribeck velocity", typical=1e-3),
-        Parameter("delta", "ratio", lower=0.1, upper=4.0, doc="Stribeck shape factor", typical=1.0),
+        Parameter("delta", "ratio", lower=0.1, upper=4.0, doc="Stribeck shape factor", typical=1.0, held=True),
         Parameter("sigma", "viscous", doc="viscous friction", typical=40.0),
     )
     properties: ClassVar[frozenset[Property]] = frozenset({"bounded"})

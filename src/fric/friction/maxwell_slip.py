@@ -1,0 +1,97 @@
+"""The Maxwell-slip model (Iwan 1966): Coulomb blocks on springs, dragged side by side, without a Stribeck curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numba import types
+
+from fric.errors import FricError
+from fric.friction.base import FrictionModel, Parameter, Property
+from fric.kernels.increments import turn
+from fric.kernels.signatures import Step, compiled, compiled_step
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_FLOAT, _ARRAY = types.float64, types.float64[::1]
+
+
+@compiled(_FLOAT(_FLOAT, _ARRAY, _ARRAY))
+def _advance(dz: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+    """Advance all blocks by a motion without reversal, and return the sum of their forces; exact."""
+    blocks = state.size - 1
+    force = 0.0
+    for i in range(blocks):
+        W, k = parameters[1 + i], parameters[1 + blocks + i]
+        state[1 + i] = min(max(state[1 + i] + k * dz, -W), W)
+        force += state[1 + i]
+    return force
+
+
+@compiled_step
+def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+    before, _ = turn(state[0], v, dt)
+    if before != 0.0:
+        _advance(before, state, parameters)
+    state[0] = v
+    return _advance(dz - before, state, parameters) + parameters[0] * v
+
+
+@dataclass(frozen=True)
+class MaxwellSlip(FrictionModel):
+    """N Coulomb blocks on springs, side by side: hysteresis with non-local memory, the same at every speed.
+
+    ``dF_i/dz = k_i`` while ``|F_i| < W_i``, then ``F_i = W_i·sign(v)``, and ``F = Σ F_i + sigma·v``; integrated
+    exactly. It is the GMS model without Stribeck curve and frictional lag. (W. D. Iwan, Journal of Applied Mechanics
+    33, 1966; for friction: Goldfarb and Celanovic, 1997.)
+
+    Parameters
+    ----------
+    W
+        Force at which each block slips, shape (N,) [N]; their sum is the Coulomb friction.
+    k
+        Each block's stiffness, shape (N,) [N/m].
+    sigma
+        Viscous friction [N·s/m].
+
+    Raises
+    ------
+    FricError
+        When a W is negative, a k is not positive, or the lengths differ.
+    """
+
+    W: tuple[float, ...]
+    k: tuple[float, ...]
+    sigma: float = 0.0
+
+    name: ClassVar[str] = "maxwell_slip"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("W", "force", doc="force at which the block slips", per_block=True, typical=(60.0, 30.0, 10.0)),
+        Parameter("k", "stiffness", doc="stiffness of the block", per_block=True, typical=(1e8, 2e6, 2e5)),
+        Parameter("sigma", "viscous", doc="viscous friction", typical=40.0),
+    )
+    properties: ClassVar[frozenset[Property]] = frozenset({"bounded", "pre-sliding", "non-local memory", "no creep"})
+    step: ClassVar[Step] = _step
+
+    def __post_init__(self) -> None:
+        if not self.W or len(self.W) != len(self.k):
+            raise FricError(
+                f"maxwell_slip has {len(self.W)} W and {len(self.k)} k", mend="Give one of each for every block."
+            )
+        if not (min(self.W) >= 0 and all(k > 0 for k in self.k)):
+            raise FricError("W of maxwell_slip must not be negative, and k must be positive")
+
+    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return ``Σ W_i·sign(v) + sigma·v`` [N] at velocity v [m/s]."""
+        return sum(self.W) * np.sign(v) + self.sigma * np.asarray(v)
+
+    def packed(self) -> NDArray[np.float64]:
+        """Return ``[sigma, W_1 … W_N, k_1 … k_N]``."""
+        return np.array([self.sigma, *self.W, *self.k])
+
+    def initial_state(self) -> NDArray[np.float64]:
+        """Return ``[v, F_1 … F_N]`` at rest."""
+        return np.zeros(1 + len(self.W))

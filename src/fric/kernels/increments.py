@@ -1,0 +1,35 @@
+"""What the compiled steps of friction models share: relaxation towards a level, and a turn inside a step."""
+
+from __future__ import annotations
+
+from math import expm1
+
+from fric.kernels.signatures import compiled
+
+
+@compiled("Tuple((f8, f8))(f8, f8, f8, f8)")
+def relax(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, float]:
+    """Return what a relaxation leaves of a load, and what it pulls it to, while the level goes from s_0 to s_1.
+
+    ``u(length) = left·u(0) + pull`` solves ``du/dx = rate·(1 - u/s)`` for a level that changes linearly and 1/s taken
+    at the middle: second order, and exact for a constant level. It is a weighted mean of u(0), s_0 and s_1, so the
+    load stays among them for any rate and any length.
+    """
+    x = 2.0 * rate * length / (s_0 + s_1)
+    if not x > 0.0:
+        return 1.0, 0.0
+    gone = -expm1(-x)
+    left, mean = 1.0 - gone, gone / x
+    return left, (mean - left) * s_0 + (1.0 - mean) * s_1
+
+
+@compiled("Tuple((f8, f8))(f8, f8, f8)")
+def turn(v_0: float, v: float, dt: float) -> tuple[float, float]:
+    """Return the path [m] and the time [s] before the motion turns in a step; zeros where it does not.
+
+    The velocity goes linearly from v_0 to v, and the motion turns where that is zero.
+    """
+    if v_0 * v >= 0.0:
+        return 0.0, 0.0
+    before = v_0 / (v_0 - v)
+    return 0.5 * v_0 * before * dt, before * dt
