@@ -1,7 +1,9 @@
+from .compensation.base import choose_schemes as choose_schemes
 from .drive.sensing import Encoder as Encoder
 from .errors import FricError as FricError
 from .estimate import estimate_rows as estimate_rows
 from .figures.static_map import draw_static_map as draw_static_map
+from .figures.circle import polar_figure as polar_figure
 from .figures.style import save_figure as save_figure
 from .identify.static import identify_static as identify_static
 from .io.documents import document_schema as document_schema
@@ -15,14 +17,20 @@ from .io.ingest import Ingested as Ingested
 from .io.ingest import ingest as ingest
 from .io.ingest import sizes as sizes
 from .io.machine import read_machine as read_machine
+from .io.machine import read_schemes as read_schemes
 from .io.output import refuse_existing as refuse_existing
 from .io.plant import read_plant as read_plant
 from .io.provenance import provenance as provenance
+from .io.run import read_runs as read_runs
+from .io.run import write_runs as write_runs
 from .io.yaml import dump as dump
 from .io.yaml import read_document as read_document
 from .io.yaml import write_document as write_document
 from .log import FrequencyResponse as FrequencyResponse
 from .log import Log as Log
+from .simulate.circle import Circle as Circle
+from .simulate.circle import circle_document as circle_document
+from .simulate.circle import run_circle as run_circle
 from .simulate.experiment import experiment as experiment
 
 __version__: str

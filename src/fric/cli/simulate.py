@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import typer
 
 import fric
-from fric.cli.console import OUT, print_json, print_table, progress
-from fric.cli.options import Force, Json
+from fric.cli.console import OUT, print_json, print_table, print_warnings, progress
+from fric.cli.options import Force, Json, Plot
 from fric.units import parse, readable
 
 app = typer.Typer(name="simulate", help="Virtual experiments, and the circular test.", no_args_is_help=True)
@@ -74,3 +74,70 @@ def experiment(
     rows = [(log.name, str(log.kind), str(len(log)), readable(log.time[-1], "s")) for log in records]
     print_table(("record", "kind", "samples", "time"), rows)
     OUT.print(f"{output}: {len(records)} records of axis {axis}")
+
+
+@app.command()
+def circle(
+    machine: MachineFile,
+    scheme: Annotated[str, typer.Option("--scheme", help="A scheme's name, several as a,d,f, or all.")] = "all",
+    velocity: Annotated[str, typer.Option("--velocity", help="Feed along the circle.")] = "100 mm/s",
+    radius: Annotated[str, typer.Option("--radius", help="Radius of the circle.")] = "30 mm",
+    revolutions: Annotated[int, typer.Option("--revolutions", help="Revolutions; the last is looked at.")] = 2,
+    clockwise: Annotated[bool, typer.Option("--clockwise", help="Turn clockwise.")] = False,
+    axis: Annotated[
+        str | None, typer.Option("--axis", help="Simulate one axis alone; the other follows its reference exactly.")
+    ] = None,
+    friction: Annotated[
+        list[str] | None,
+        typer.Option("--friction", metavar="AXIS=FRICTION.yaml", help="Friction that the controller believes."),
+    ] = None,
+    gain: Annotated[
+        float | None, typer.Option("--gain", help="Gain of the friction feedforward, instead of the machine's.")
+    ] = None,
+    schemes: Annotated[
+        Path | None, typer.Option("--schemes", metavar="SCHEMES.yaml", help="Schemes of your own; else the paper's.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="RUN.h5", help="Keep traces and metrics in this file.")
+    ] = None,
+    plot: Plot = None,
+    force: Force = False,
+    json: Json = False,
+) -> None:
+    """Run a circular test under compensation schemes: the quadrant glitches that each leaves."""
+    fric.refuse_existing(output, plot, force=force)
+    subject = fric.read_machine(machine, believed=friction or (), gain=gain)
+    test = fric.Circle(parse(radius, "position"), parse(velocity, "velocity"), revolutions, -1 if clockwise else 1)
+    chosen = fric.choose_schemes(scheme, fric.read_schemes(schemes) if schemes else None)
+    runs = []
+    with progress("schemes", total=len(chosen)) as advance:
+        for wanted in chosen:
+            runs.append(fric.run_circle(subject, wanted, test, only=axis))
+            advance()
+    if output is not None:
+        fric.write_runs(output, runs, force=force)
+    if plot is not None:
+        fric.save_figure(fric.polar_figure(runs), plot, force=force)
+    print_warnings(dict.fromkeys(f"scheme {run.scheme.name}: {warning}" for run in runs for warning in run.warnings))
+    if json:
+        print_json(fric.circle_document(runs))
+        return
+    published = subject.published_glitches(test.radius, test.feed)
+    quadrants = ("+x", "+y", "-x", "-y")
+    columns = ["scheme", *quadrants, "glitch", "rms", "range", "reduction", *(["paper"] if published else [])]
+    title = f"{subject.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
+    print_table(columns, [_row(run, runs, published) for run in runs], title)
+
+
+def _row(run: Any, runs: list[Any], published: Any) -> list[str]:
+    found = run.circularity
+    first = next(
+        (other.circularity.glitch for other in runs if not (other.scheme.friction or other.scheme.observer)), None
+    )
+    microns = [*found.quadrants, found.glitch, found.rms, found.range]
+    name = f"({run.scheme.name}) {run.scheme.title}"
+    reduction = "" if first is None or found.glitch == first else f"{1 - found.glitch / first:.0%}"
+    row = [name, *(f"{value * 1e6:.1f}" for value in microns), reduction]
+    if published:
+        row.append(f"{published[run.scheme.name] * 1e6:.0f}" if run.scheme.name in published else "")
+    return row

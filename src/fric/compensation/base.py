@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+from fric.errors import FricError
 
 
 @dataclass(frozen=True)
@@ -30,17 +33,40 @@ class Compensation:
     gain: float | None = None
 
 
-NONE = Compensation("a", "no compensation")
+NONE = Compensation("a", "none")
 
 PAPER_SCHEMES: dict[str, Compensation] = {
     scheme.name: scheme
     for scheme in (
         NONE,
-        Compensation("b", "static feedforward", friction="static"),
-        Compensation("c", "GMS feedforward", friction="gms"),
-        Compensation("d", "disturbance observer", observer=True),
-        Compensation("e", "static feedforward and observer", friction="static", observer=True),
-        Compensation("f", "GMS feedforward and observer", friction="gms", observer=True),
+        Compensation("b", "static", friction="static"),
+        Compensation("c", "GMS", friction="gms"),
+        Compensation("d", "observer", observer=True),
+        Compensation("e", "static + observer", friction="static", observer=True),
+        Compensation("f", "GMS + observer", friction="gms", observer=True),
     )
 }
 """The six schemes of Table 2."""
+
+
+def choose_schemes(asked: str, known: Mapping[str, Compensation] | None = None) -> list[Compensation]:
+    """Return the schemes that are asked for, as ``f``, ``a,d,f`` or ``all``.
+
+    Parameters
+    ----------
+    asked
+        Names, separated by commas, or ``all``.
+    known
+        Schemes by name; those of the paper where not given.
+
+    Raises
+    ------
+    FricError
+        When a name is not known.
+    """
+    known = PAPER_SCHEMES if known is None else known
+    names = list(known) if asked == "all" else [name.strip() for name in asked.split(",")]
+    for name in names:
+        if name not in known:
+            raise FricError(f"there is no scheme '{name}'", mend=f"There are {', '.join(known)}, and all.")
+    return [known[name] for name in names]

@@ -10,7 +10,7 @@
 
 from __future__ import annotations
 
-from math import exp, expm1
+from math import copysign, exp, expm1
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -179,13 +179,15 @@ def _closed_loop(
                 free = decay * v + reach * driven
                 z += half * v
                 dz, dt = (0.5 * h_before + half) * v, 0.5 * h_before + half
+                v_middle = v + half * a
                 if plant.set_valued == 0.0:
-                    F = step(dz, v + half * a, dt, state, parameters)
+                    F = step(dz, v_middle, dt, state, parameters)
                     moved = free - reach * F / plant.M
-                else:  # friction may stop the body within the step, and not turn it
-                    F = step(dz, free, dt, state, parameters)
+                else:  # friction may stop the body within the step, and hold it up to its level; it never turns it
+                    course = v if v != 0.0 else copysign(1e-300, free)
+                    F = step(dz, v_middle if v_middle * course > 0.0 else course, dt, state, parameters)
                     moved = free - reach * F / plant.M
-                    if moved * free <= 0.0:
+                    if moved * course <= 0.0:
                         moved, F = 0.0, free * plant.M / reach
                 a = (moved - v) / h
                 v = moved

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import isclose
 from typing import TYPE_CHECKING
 
 from fric.drive.sensing import Encoder
@@ -72,6 +73,23 @@ class Axis:
 
 
 @dataclass(frozen=True)
+class Published:
+    """What others measured on this machine in a circular test.
+
+    Parameters
+    ----------
+    radius, feed
+        The circle [m], [m/s].
+    glitches
+        Glitch by scheme [m].
+    """
+
+    radius: float
+    feed: float
+    glitches: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class Machine:
     """A machine: axes by name.
 
@@ -81,13 +99,23 @@ class Machine:
         What the machine is.
     axes
         Its axes.
+    published
+        What is known of its circles.
     """
 
     name: str
     axes: Mapping[str, Axis]
+    published: tuple[Published, ...] = ()
 
     def axis(self, name: str) -> Axis:
         """Return an axis by its name; raise a `FricError` that names those there are."""
         if name not in self.axes:
             raise FricError(f"the machine has no axis '{name}'", mend=f"Its axes are {', '.join(self.axes)}.")
         return self.axes[name]
+
+    def published_glitches(self, radius: float, feed: float) -> Mapping[str, float]:
+        """Return the published glitches by scheme [m] for a circle; empty where there are none."""
+        for test in self.published:
+            if isclose(test.radius, radius, rel_tol=1e-6) and isclose(test.feed, feed, rel_tol=1e-6):
+                return test.glitches
+        return {}

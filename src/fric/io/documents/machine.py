@@ -15,7 +15,7 @@ from fric.io.documents.friction import FrictionDocument
 from fric.io.documents.observer import ObserverDocument, ObserverPart
 from fric.io.documents.plant import PlantDocument, PlantPart
 from fric.io.yaml import read_document
-from fric.simulate.machine import Axis, Believed, Machine
+from fric.simulate.machine import Axis, Believed, Machine, Published
 from fric.units import Motion
 
 
@@ -74,6 +74,23 @@ class AxisPart(Part):
     feedforward: FeedforwardPart = FeedforwardPart()
 
 
+class PublishedPart(Physical):
+    """Glitches that were published for this machine."""
+
+    dimensions: ClassVar[dict[str, str]] = {"radius": "position", "velocity": "velocity"}
+
+    radius: Quantity
+    velocity: Quantity
+    glitch: dict[str, Quantity] = Field(description="glitch by scheme")
+    source: str = ""
+
+    def published(self) -> Published:
+        """Return what was published, in SI."""
+        values = self.values("linear")
+        glitches = {name: float(given.si("position", "linear")) for name, given in self.glitch.items()}
+        return Published(values["radius"], values["velocity"], glitches)
+
+
 class MachineDocument(Document):
     """A machine file: axes with plant, controller, observer, encoder, true and believed friction."""
 
@@ -81,6 +98,7 @@ class MachineDocument(Document):
 
     name: str = ""
     axes: dict[str, AxisPart]
+    published: list[PublishedPart] = Field(default_factory=list, description="glitches to compare with")
 
     @model_validator(mode="before")
     @classmethod
@@ -133,7 +151,8 @@ class MachineDocument(Document):
         FricError
             When a value is missing or not physical: with the axis it is of.
         """
-        return Machine(self.name, {name: _axis(name, part) for name, part in self.axes.items()})
+        axes = {name: _axis(name, part) for name, part in self.axes.items()}
+        return Machine(self.name, axes, tuple(part.published() for part in self.published))
 
 
 def _axis(name: str, part: AxisPart) -> Axis:

@@ -1,0 +1,82 @@
+"""The circular test drawn as machine tool people draw circularity: the radial error magnified on a polar plot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, pi
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+from matplotlib.projections.polar import PolarAxes
+
+from fric.contour import QUADRANTS
+from fric.figures.style import BLUE, GREY, VERMILION, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fric.simulate.circle import CircleRun
+
+
+def polar_figure(runs: Sequence[CircleRun]) -> Figure:
+    """Return the radial error of each scheme on a polar plot, all at one magnification (Figs. 8 and 9 of the paper).
+
+    The heavy grey circle is the one that was asked for; the grid is in µm, outwards positive; the arrow shows the
+    direction of the motion; a number stands at each reversal: its glitch in µm.
+
+    Parameters
+    ----------
+    runs
+        One run per scheme, of one circle.
+    """
+    largest = max(float(np.abs(run.circularity.error).max()) for run in runs) * 1e6
+    grid = _grid(largest)
+    columns = min(3, len(runs))
+    rows = ceil(len(runs) / columns)
+    with new_figure(2.9 * columns, 3.15 * rows + 0.3) as figure:
+        for n, run in enumerate(runs, 1):
+            _draw(cast(PolarAxes, figure.add_subplot(rows, columns, n, projection="polar")), run, grid)
+        test = runs[0].circle
+        figure.suptitle(
+            f"Radial error [µm] of a circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s, grid {grid:g} µm",
+            fontsize=9,
+        )
+    return figure
+
+
+def _grid(largest: float) -> float:
+    """Return a round grid [µm] with two to five lines up to the largest error."""
+    step = 10.0 ** np.floor(np.log10(max(largest, 1e-3) / 2))
+    return float(next(step * factor for factor in (1, 2, 5, 10) if largest <= 4 * step * factor))
+
+
+def _draw(axes: PolarAxes, run: CircleRun, grid: float) -> None:
+    found = run.circularity
+    lines = 4
+    axes.plot(np.linspace(0, 2 * pi, 361), np.zeros(361), color=GREY, linewidth=1.6)
+    axes.plot(found.angle, found.error * 1e6, color=BLUE, linewidth=1.0)
+    axes.set_ylim(-2 * lines * grid, lines * grid * 1.15)
+    ticks = grid * np.arange(-lines, lines + 1, 2)
+    axes.set_yticks(ticks, [f"{tick:+g}" if tick else "0" for tick in ticks], fontsize=6, color=GREY)
+    axes.set_rlabel_position(22.5)
+    axes.set_xticks(np.arange(4) * pi / 2, QUADRANTS)
+    axes.tick_params(axis="x", pad=-1)
+    axes.spines["polar"].set_visible(False)
+    for quarter, glitch in enumerate(found.quadrants):
+        axes.text(
+            quarter * pi / 2 + 0.2,
+            -0.75 * lines * grid,
+            f"{glitch * 1e6:+.1f}",
+            color=VERMILION,
+            fontsize=7,
+            ha="center",
+            va="center",
+        )
+    turn, inside = run.circle.direction * pi / 15, -0.45 * lines * grid
+    axes.annotate(
+        "",
+        xy=(1.25 * pi + turn, inside),
+        xytext=(1.25 * pi - turn, inside),
+        arrowprops={"arrowstyle": "->", "color": GREY, "shrinkA": 0, "shrinkB": 0},
+    )
+    axes.set_title(f"({run.scheme.name}) {run.scheme.title}\nglitch {found.glitch * 1e6:.1f} µm", fontsize=8)

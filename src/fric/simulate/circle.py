@@ -1,0 +1,166 @@
+"""The circular test: two axes, one scheme, and what remains of the circle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fric.contour import Circularity, circularity
+from fric.errors import FricError
+from fric.reference import Reference, circle
+from fric.simulate.axis import SUBSTEPS, Trace, run_axis
+
+if TYPE_CHECKING:
+    from fric.compensation.base import Compensation
+    from fric.simulate.machine import Machine
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A circular test.
+
+    Parameters
+    ----------
+    radius
+        Radius [m].
+    feed
+        Speed along the circle [m/s].
+    revolutions
+        Revolutions at full feed; the last one is looked at.
+    direction
+        1 counter-clockwise, -1 clockwise.
+
+    Raises
+    ------
+    FricError
+        When radius, feed or revolutions are not positive.
+    """
+
+    radius: float = 0.03
+    feed: float = 0.1
+    revolutions: int = 2
+    direction: int = 1
+
+    def __post_init__(self) -> None:
+        for name in ("radius", "feed", "revolutions"):
+            if not getattr(self, name) > 0:
+                raise FricError(f"the {name} of the circle is {getattr(self, name):g}", mend="Give a positive value.")
+
+
+@dataclass(frozen=True)
+class CircleRun:
+    """What one scheme makes of a circle.
+
+    Parameters
+    ----------
+    scheme
+        The compensation scheme.
+    circle
+        The test.
+    traces
+        What each axis recorded, by its name; an axis that is not simulated follows its reference exactly.
+    circularity
+        Radial error and glitches of the last revolution.
+    warnings
+        What the user should know: a drive that saturates.
+    """
+
+    scheme: Compensation
+    circle: Circle
+    traces: Mapping[str, Trace]
+    circularity: Circularity
+    warnings: tuple[str, ...] = ()
+
+
+def run_circle(
+    machine: Machine,
+    scheme: Compensation,
+    test: Circle | None = None,
+    *,
+    only: str | None = None,
+    substeps: int = SUBSTEPS,
+) -> CircleRun:
+    """Run a circle on two axes of a machine under one scheme.
+
+    Parameters
+    ----------
+    machine
+        The machine; its first two axes are x and y of the circle.
+    scheme
+        The compensation scheme.
+    test
+        The circle; that of the paper, 30 mm at 100 mm/s, where it is not given.
+    only
+        Name of the one axis that is simulated, while the other follows its reference exactly.
+    substeps
+        Plant steps a controller sample.
+
+    Raises
+    ------
+    FricError
+        When the machine has no two linear axes at one controller rate, or a run is not possible.
+    """
+    test = test or Circle()
+    first, second = pair(machine)
+    sampling = machine.axes[first].cascade.sampling
+    references = dict(
+        zip(
+            (first, second),
+            circle(test.radius, test.feed, test.revolutions, sampling, direction=test.direction),
+            strict=True,
+        )
+    )
+    moved = [machine.axis(only).name] if only else [first, second]
+    traces = {name: run_axis(machine.axes[name], references[name], scheme, substeps=substeps) for name in moved}
+    x, y = (traces[name].position if name in traces else references[name].position for name in (first, second))
+    return CircleRun(scheme, test, traces, circularity(x, y, test.radius), _saturation(traces, references))
+
+
+def pair(machine: Machine) -> tuple[str, str]:
+    """Return the names of the two axes that make a circle: ``x`` and ``y``, or the first two.
+
+    Raises
+    ------
+    FricError
+        When there are no two linear axes with controllers at one rate.
+    """
+    linear = [name for name, axis in machine.axes.items() if axis.motion == "linear"]
+    names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])
+    if len(names) < 2:
+        raise FricError(
+            f"a circle needs two linear axes, and the machine has {len(linear)}", mend="Add the second to its file."
+        )
+    first, second = names
+    rates = {machine.axes[name].cascade.sampling for name in names}
+    if len(rates) > 1:
+        raise FricError(
+            f"the controllers of {first} and {second} sample at different rates", mend="Give both the same sampling."
+        )
+    return first, second
+
+
+def _saturation(traces: Mapping[str, Trace], references: Mapping[str, Reference]) -> tuple[str, ...]:
+    return tuple(
+        f"axis {name} saturates in {trace.saturated / len(references[name]):.1%} of the samples: "
+        "the feed asks for more voltage than its limit"
+        for name, trace in traces.items()
+        if trace.saturated
+    )
+
+
+def circle_document(runs: Sequence[CircleRun]) -> dict[str, Any]:
+    """Return what schemes leave of one circle as a plain document, for programs."""
+    test = runs[0].circle
+    schemes = {}
+    for run in runs:
+        found = run.circularity
+        schemes[run.scheme.name] = {
+            "title": run.scheme.title,
+            "glitch": found.glitch,
+            "quadrants": list(found.quadrants),
+            "radial_rms": found.rms,
+            "radial_range": found.range,
+            "warnings": list(run.warnings),
+        }
+    return {"velocity": test.feed, "radius": test.radius, "direction": test.direction, "schemes": schemes}

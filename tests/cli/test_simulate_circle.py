@@ -1,0 +1,149 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fric.cli.main import app
+from fric.compensation.base import PAPER_SCHEMES
+from fric.errors import FricError
+from fric.io.machine import read_schemes
+from fric.io.run import read_runs
+
+RUN = CliRunner()
+MACHINE = Path("configs/xy-table.yaml").resolve()
+
+
+def circle(*words: str, machine: Path = MACHINE) -> str:
+    done = RUN.invoke(app, ["simulate", "circle", str(machine), *words])
+    if done.exception is not None:
+        raise done.exception
+    return done.stdout
+
+
+def test_the_table_shows_the_six_schemes_beside_the_paper_s_values() -> None:
+    lines = [line.split() for line in circle().splitlines() if line.startswith("(")]
+    assert [line[0] for line in lines] == [f"({name})" for name in "abcdef"]
+    assert [float(line[-1]) for line in lines] == [22, 7, 6, 8, 5, 3]
+
+
+def test_paper_s_values_stand_beside_its_own_circle_alone() -> None:
+    assert "paper" not in circle("--scheme", "a", "--radius", "20 mm").replace("of the paper", "")
+
+
+def test_json_and_run_file_tell_the_same(tmp_path: Path) -> None:
+    out = tmp_path / "run.h5"
+    told = json.loads(circle("--scheme", "a,f", "--clockwise", "--json", "-o", str(out)))
+    assert (told["velocity"], told["radius"], told["direction"]) == (0.1, 0.03, -1)
+    runs = {run.scheme.name: run for run in read_runs(out)}
+    assert list(runs) == list(told["schemes"]) == ["a", "f"]
+    for name, run in runs.items():
+        found = told["schemes"][name]
+        assert tuple(found["quadrants"]) == run.circularity.quadrants
+        assert found["glitch"] == max(map(abs, run.circularity.quadrants))
+        assert run.scheme == PAPER_SCHEMES[name]
+        assert set(run.traces) == {"x", "y"}
+        x, y = (run.traces[axis].position for axis in "xy")
+        np.testing.assert_allclose(np.hypot(x, y)[-len(run.circularity.error) :] - 0.03, run.circularity.error)
+    with pytest.raises(FricError, match="the output exists"):
+        circle("-o", str(out))
+
+
+def test_a_figure_is_drawn(tmp_path: Path) -> None:
+    circle("--scheme", "a,c,f", "--plot", str(tmp_path / "figure.png"))
+    assert (tmp_path / "figure.png").stat().st_size > 10_000
+
+
+def test_the_schemes_of_the_file_are_those_of_the_paper_and_others_can_be_given(tmp_path: Path) -> None:
+    assert read_schemes(Path("configs/schemes.yaml")) == PAPER_SCHEMES
+    own = tmp_path / "schemes.yaml"
+    own.write_text("fric: schemes/1\nschemes:\n  half: {title: half of it, friction: gms, gain: 0.5}\n")
+    told = json.loads(circle("--schemes", str(own), "--json"))["schemes"]
+    full = json.loads(circle("--scheme", "a,c", "--json"))["schemes"]
+    assert full["c"]["glitch"] < told["half"]["glitch"] < full["a"]["glitch"]
+
+
+def test_believed_friction_is_separate_from_true_friction(tmp_path: Path) -> None:
+    believed = tmp_path / "x.yaml"
+    text = "fric: friction/1\naxis: x\nstatic: {F_c: 105 N, F_s: 165 N, v_s: 1 mm/s, sigma: 40 N*s/m}\n"
+    believed.write_text(text)
+    words = ("--scheme", "a,b", "--json", "--gain", "1", "--axis", "x")
+    own, same = (json.loads(circle(*words, *more))["schemes"] for more in ((), ("--friction", f"x={believed}")))
+    assert own == same
+    believed.write_text(text.replace("105 N", "10 N").replace("165 N", "10 N"))
+    weak = json.loads(circle(*words, "--friction", f"x={believed}"))["schemes"]
+    assert weak["a"] == own["a"]
+    assert weak["b"]["glitch"] > 2 * own["b"]["glitch"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--radius", "0 mm"], "radius of the circle is 0"),
+        (["--velocity", "-1 mm/s"], "feed of the circle"),
+        (["--revolutions", "0"], "revolutions"),
+        (["--scheme", "g"], "no scheme 'g'"),
+        (["--axis", "q"], "no axis 'q'"),
+        (["--velocity", "100 mm"], "velocity"),
+        (["--friction", "x.yaml"], "which axis"),
+    ],
+)
+def test_what_cannot_be_run_is_told(words: list[str], told: str) -> None:
+    with pytest.raises(FricError, match=told):
+        circle(*words)
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "told"),
+    [
+        (
+            "      B: {value: 4.526, unit: m/(s^2*V)",
+            "      X: {value: 4.526, unit: m/(s^2*V)",
+            r"axes.x.plant.B: Field req",
+        ),
+        (
+            "K_f: {value: 548, unit: N/V",
+            "K_f: {value: 548, unit: N",
+            r"line \d+: axes.x.plant.K_f: force per input cannot",
+        ),
+        ("k: {value: [99.94, 1.364", "k: {value: [-99.94, 1.364", "axis x: k of 'gms'"),
+        ("B: {value: 4.526", "B: {value: -4.526", "axis x: B of the plant is -4.526"),
+        ("    observer:\n      filter: binomial2", "    observer:\n      filter: none", "'none' is no Q-filter"),
+        ("axes:\n  x:", "axes:\n  z:", "two linear axes|no axis"),
+    ],
+)
+def test_bad_machine_files_are_told(tmp_path: Path, was: str, now: str, told: str) -> None:
+    text = MACHINE.read_text()
+    assert was in text
+    bad = tmp_path / "machine.yaml"
+    bad.write_text(text.replace(was, now, 1))
+    with pytest.raises(FricError, match=told):
+        circle("--axis", "x", machine=bad)
+
+
+def test_parts_in_files_of_their_own_must_be_of_the_axis(tmp_path: Path) -> None:
+    text = MACHINE.read_text()
+    start, end = text.index("    friction:\n"), text.index("    feedforward:\n")
+    (tmp_path / "machine.yaml").write_text(text[:start] + "    friction: own.yaml\n" + text[end:])
+    static = "static: {F_c: 105 N, F_s: 165 N, v_s: 1 mm/s}\n"
+    body = static + "gms: {alpha: {value: [1.0], unit: '1'}, k: 100 N/um, C: 1e4 N/s}\n"
+    for head, told in (
+        ("axis: y\n", "linear axis y, and this is the linear axis x"),
+        ("axis: x\nmotion: rotary\n", "N"),
+    ):
+        (tmp_path / "own.yaml").write_text("fric: friction/1\n" + head + body)
+        with pytest.raises(FricError, match=told):
+            circle(machine=tmp_path / "machine.yaml")
+    (tmp_path / "own.yaml").write_text("fric: friction/1\naxis: x\n" + body)
+    assert "(a)" in circle("--scheme", "a", machine=tmp_path / "machine.yaml")
+    (tmp_path / "own.yaml").unlink()
+    with pytest.raises(FricError, match=r"own.yaml: there is no such file"):
+        circle(machine=tmp_path / "machine.yaml")
+
+
+def test_a_feed_that_saturates_the_drive_is_told() -> None:
+    done = RUN.invoke(app, ["simulate", "circle", str(MACHINE), "--scheme", "a", "--velocity", "1.5 m/s", "--json"])
+    assert done.exit_code == 0
+    assert "axis x saturates" in done.stderr
+    assert json.loads(done.stdout)["schemes"]["a"]["warnings"]

@@ -1,0 +1,137 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.compensation.base import NONE, PAPER_SCHEMES
+from fric.compensation.feedforward import friction_feedforward
+from fric.drive.cascade import Cascade
+from fric.drive.plant import Plant
+from fric.drive.sensing import Encoder
+from fric.errors import FricError
+from fric.friction.stribeck import StaticMap
+from fric.io.machine import read_machine
+from fric.reference import Reference, sine, strokes
+from fric.simulate.axis import SUBSTEPS, run_axis
+from fric.simulate.machine import Axis, Believed
+from tests.simulate.plain_loop import plain_loop
+
+MACHINE = read_machine(Path("configs/xy-table.yaml"))
+IDEAL = replace(MACHINE.axis("x"), encoder=Encoder())
+REVERSALS = sine(1e-3, 2.9, 1, 4000.0, run_in=0.5)
+"""Three reversals with the acceleration that a circle of 30 mm at 100 mm/s has there, 0.33 m/s²."""
+
+
+@pytest.mark.parametrize("scheme", ["a", "f"])
+def test_the_loop_agrees_with_a_plain_one_written_apart(scheme: str) -> None:
+    chosen = PAPER_SCHEMES[scheme]
+    ahead = np.zeros(len(REVERSALS))
+    if chosen.friction:
+        ahead = friction_feedforward(IDEAL.believed.models["gms"], REVERSALS, IDEAL.plant.K_f, IDEAL.believed.gain)
+    position, voltage = plain_loop(IDEAL, REVERSALS, ahead, observer=chosen.observer)
+    assert np.abs(position - REVERSALS.position).max() > 1e-6
+    usual, fine = (run_axis(IDEAL, REVERSALS, chosen, substeps=n) for n in (SUBSTEPS, 40))
+    assert np.abs(usual.position - position).max() < 5e-9
+    assert np.abs(fine.position - position).max() < 5e-11
+    assert np.abs(fine.input - voltage).max() < 2e-6
+
+
+def test_the_plant_step_converges_with_second_order() -> None:
+    best = run_axis(IDEAL, REVERSALS, substeps=320).position
+    errors = [np.abs(run_axis(IDEAL, REVERSALS, substeps=n).position - best).max() for n in (5, 10, 20, 40)]
+    assert errors[0] < 3e-9
+    assert errors[0] / errors[3] > 8**1.7
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.025e-3, 0.2499e-3, 0.25e-3, 0.525e-3, 0.8123e-3])
+def test_a_delay_that_is_no_number_of_steps_shifts_the_response_by_itself(delay: float) -> None:
+    T = 0.25e-3
+    plant = Plant(A=28.57, B=4.526, T_d=delay + T / 2, K_f=548.0)
+    hands_off = Cascade(K_v=1e-12, K_p=1e-12, K_i=0.0, velocity_filter=500.0, sampling=1 / T)
+    axis = Axis("x", plant, hands_off, StaticMap(0.0, 0.0, 1.0))
+    still = Reference(1 / T, *(np.zeros(200) for _ in range(3)))
+    step = np.where(np.arange(200) >= 10, 1.0, 0.0)
+    found = run_axis(axis, still, excitation=step).position
+    t = np.maximum(still.time - 10 * T - delay, 0.0)
+    exact = plant.B / plant.A * (t - (1 - np.exp(-plant.A * t)) / plant.A)
+    np.testing.assert_allclose(found, exact, atol=1e-6 * exact.max())
+
+
+def test_what_the_motor_gives_is_stored_or_dissipated() -> None:
+    reference = strokes(20e-3, 2e-3, 4000.0)
+    axis = replace(IDEAL, load=20.0)
+    run, plant = run_axis(axis, reference), axis.plant
+    fine = np.arange(0, reference.time[-1], 1e-6)
+    v, F = (np.interp(fine, run.time, values) for values in (run.velocity, run.friction))
+    hold = np.clip(((fine - plant.transport_delay(4000.0)) * 4000.0).astype(int), 0, None)
+    u = np.where(fine >= plant.transport_delay(4000.0), run.input[hold], 0.0)
+    given = np.trapezoid(plant.K_f * u * v, fine)
+    kinetic = 0.5 * plant.M * v[-1] ** 2
+    spent = np.trapezoid((plant.damping * v + F + axis.load) * v, fine)
+    assert given == pytest.approx(kinetic + spent, rel=2e-3)
+    assert np.trapezoid(F * v, fine) > 0.5 * given
+
+
+def test_a_run_repeats_to_the_last_digit() -> None:
+    axis = MACHINE.axis("x")
+    for scheme in PAPER_SCHEMES.values():
+        first, second = (run_axis(axis, REVERSALS, scheme) for _ in range(2))
+        np.testing.assert_array_equal(first.position, second.position)
+        np.testing.assert_array_equal(first.input, second.input)
+
+
+def test_friction_without_memory_holds_below_its_level_and_slides_above() -> None:
+    friction = StaticMap(F_c=105.0, F_s=165.0, v_s=1e-3)
+    hands_off = replace(IDEAL.cascade, K_v=1e-12, K_p=1e-12, K_i=0.0)
+    axis = replace(IDEAL, friction=friction, cascade=hands_off)
+    still = Reference(4000.0, *(np.zeros(2000) for _ in range(3)))
+    for share, moves in ((0.99, False), (-0.99, False), (1.01, True), (-1.01, True)):
+        run = run_axis(axis, still, excitation=np.full(2000, share * 165.0 / axis.plant.K_f))
+        assert bool(np.abs(run.position[-1]) > 1e-4) == moves
+        if moves:
+            assert np.sign(run.position[-1]) == np.sign(share)
+        else:
+            assert np.all(run.position == 0.0)
+            assert run.friction[-1] == pytest.approx(share * 165.0, rel=1e-9)
+
+
+def test_gms_friction_holds_a_load_below_break_away_for_good() -> None:
+    hands_off = replace(IDEAL.cascade, K_v=1e-12, K_p=1e-12, K_i=0.0)
+    axis = replace(IDEAL, cascade=hands_off)
+    still = Reference(4000.0, *(np.zeros(40_000) for _ in range(3)))
+    run = run_axis(axis, still, excitation=np.full(40_000, 100.0 / axis.plant.K_f))
+    assert np.ptp(run.position[20_000:]) < 1e-9
+    assert run.friction[-1] == pytest.approx(100.0, rel=1e-3)
+
+
+def test_the_integral_does_not_wind_up_in_saturation() -> None:
+    fast = strokes(0.2, 0.04, 4000.0, ramp=0.1)
+    free = run_axis(IDEAL, fast)
+    limited = run_axis(replace(IDEAL, cascade=replace(IDEAL.cascade, limit=1.5)), fast)
+    assert free.saturated == 0
+    assert np.abs(free.input).max() > 1.7
+    assert limited.saturated > 100
+    assert np.abs(limited.input).max() == 1.5
+    assert np.abs(limited.position[-1] - fast.position[-1]) < 5e-6
+    assert limited.position.max() < fast.position.max() + 0.25e-3
+
+
+def test_the_observer_finds_the_friction_that_is_left_to_it() -> None:
+    slide = strokes(10e-3, 5e-3, 4000.0)
+    middle = slice(1500, 2000)
+    for gain in (0.0, 0.6):
+        axis = replace(IDEAL, believed=Believed(IDEAL.believed.models, gain))
+        run = run_axis(axis, slide, PAPER_SCHEMES["f"])
+        # d̂ is what acts on the plant besides u_t: friction less what was fed forward, as a voltage that brakes
+        left = float(axis.friction.steady_state(10e-3)) * (1 - gain) / axis.plant.K_f
+        np.testing.assert_allclose(run.disturbance[middle], -left, rtol=1e-3)
+
+
+def test_schemes_that_the_axis_cannot_run_are_told() -> None:
+    with pytest.raises(FricError, match="believes in none"):
+        run_axis(replace(IDEAL, believed=Believed()), REVERSALS, PAPER_SCHEMES["b"])
+    with pytest.raises(FricError, match="has none"):
+        run_axis(replace(IDEAL, observer=None), REVERSALS, PAPER_SCHEMES["d"])
+    with pytest.raises(FricError, match="sampled at 1000 Hz"):
+        run_axis(IDEAL, sine(1e-3, 2.0, 1, 1000.0), NONE)
