@@ -2,8 +2,8 @@ from .compensation.base import choose_schemes as choose_schemes
 from .drive.sensing import Encoder as Encoder
 from .errors import FricError as FricError
 from .estimate import estimate_rows as estimate_rows
-from .figures.static_map import draw_static_map as draw_static_map
 from .figures.circle import polar_figure as polar_figure
+from .figures.static_map import draw_static_map as draw_static_map
 from .figures.style import save_figure as save_figure
 from .identify.static import identify_static as identify_static
 from .io.documents import document_schema as document_schema
