@@ -110,6 +110,11 @@ class FrictionModel(ABC):
             )
         given = {key: estimate.value for key, estimate in section.items() if key in wanted}
         for p in cls.parameters:
+            if p.per_block and isinstance(one := given.get(p.name, ()), float):
+                given[p.name] = (one,)
+            elif not p.per_block and isinstance(given.get(p.name), tuple):
+                raise FricError(f"{p.name} of '{cls.name}' has several values, and there is one", mend=f"{p.doc}.")
+        for p in cls.parameters:
             if p.name in given and not np.all((p.lower <= (value := np.array(given[p.name]))) & (value <= p.upper)):
                 raise FricError(
                     f"{p.name} of '{cls.name}' is {given[p.name]}, but {p.doc} lies between {p.lower:g} and {p.upper:g}"

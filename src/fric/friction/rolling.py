@@ -76,9 +76,11 @@ class Rolling(GMS):
 
     name: ClassVar[str] = "rolling"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("amplitude", "ratio", upper=1.0, doc="relative amplitude along the stroke", typical=()),
-        Parameter("pitch", "position", doc="period along the stroke", typical=()),
-        Parameter("phase", "angle", lower=float("-inf"), doc="phase where the run begins", typical=()),
+        Parameter(
+            "amplitude", "ratio", upper=1.0, doc="relative amplitude along the stroke", per_block=True, typical=()
+        ),
+        Parameter("pitch", "position", doc="period along the stroke", per_block=True, typical=()),
+        Parameter("phase", "angle", lower=float("-inf"), doc="phase where the run begins", per_block=True, typical=()),
     )
     properties: ClassVar[frozenset[Property]] = frozenset({"pre-sliding", "no creep", "frictional lag"})
     step: ClassVar[Step] = _step
@@ -96,14 +98,10 @@ class Rolling(GMS):
     def fields_from(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
         """Return the fields that a friction file gives: its waves, its GMS model, and both static maps."""
         negative = sections.get("static_negative")
-        waves = {
-            key: estimate.value if isinstance(estimate.value, tuple) else (estimate.value,)
-            for key, estimate in sections.get(cls.name, {}).items()
-        }
         return {
             **GMS.fields_from(sections),
+            **super(GMS, cls).fields_from(sections),
             "negative": StaticMap.from_sections({"static": negative}) if negative else None,
-            **waves,
         }
 
     @classmethod
