@@ -3,12 +3,34 @@ from .drive.sensing import Encoder as Encoder
 from .errors import FricError as FricError
 from .estimate import estimate_rows as estimate_rows
 from .figures.circle import polar_figure as polar_figure
+from .compensation.q_filter import QFilter as QFilter
+from .design.cascade import Requirement as Requirement
+from .design.cascade import check_cascade as check_cascade
+from .design.cascade import design_cascade as design_cascade
+from .design.observer import design_observer as design_observer
+from .design.perturbation import Resonance as Resonance
+from .design.perturbation import measured_perturbation as measured_perturbation
+from .design.perturbation import model_perturbation as model_perturbation
+from .drive.cascade import Cascade as Cascade
+from .drive.plant import LinearPlant as LinearPlant
+from .drive.sensing import Encoder as Encoder
+from .errors import FricError as FricError
+from .estimate import estimate_rows as estimate_rows
+from .figures.bode import bode_figure as bode_figure
+from .figures.nyquist import nichols_figure as nichols_figure
+from .figures.nyquist import nyquist_figure as nyquist_figure
+from .figures.qfilter import q_filter_figure as q_filter_figure
 from .figures.static_map import draw_static_map as draw_static_map
 from .figures.style import save_figure as save_figure
 from .identify.static import identify_static as identify_static
 from .io.documents import document_schema as document_schema
 from .io.documents import document_types as document_types
+from .io.documents.controller import ControllerDocument as ControllerDocument
+from .io.documents.controller import controller_tree as controller_tree
 from .io.documents.mapping import MappingDocument as MappingDocument
+from .io.documents.observer import ObserverDocument as ObserverDocument
+from .io.documents.observer import observer_tree as observer_tree
+from .io.documents.plant import PlantDocument as PlantDocument
 from .io.friction import static_tree as static_tree
 from .io.hdf5 import read_logs as read_logs
 from .io.hdf5 import read_records as read_records
@@ -32,5 +54,8 @@ from .simulate.circle import Circle as Circle
 from .simulate.circle import circle_document as circle_document
 from .simulate.circle import run_circle as run_circle
 from .simulate.experiment import experiment as experiment
+from .units import parse as parse
+from .units import parse_gain as parse_gain
+from .units import readable as readable
 
 __version__: str

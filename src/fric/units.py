@@ -157,6 +157,27 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
     return value * (factor(unit, dimension, motion) if unit else 1.0)
 
 
+def parse_gain(text: str | float) -> float:
+    """Parse a ratio of amplitudes, ``"6 dB"`` or ``"2"``.
+
+    Raises
+    ------
+    FricError
+        When it is neither, or not positive.
+    """
+    number, _, unit = str(text).strip().partition(" ")
+    if not unit and number[-2:].lower() == "db":
+        number, unit = number[:-2], "dB"
+    try:
+        value = float(number)
+        ratio = 10 ** (value / 20) if unit.strip().lower() == "db" else value
+    except (ValueError, OverflowError):
+        ratio = 0.0
+    if unit.strip().lower() not in {"", "db"} or not 0 < ratio < float("inf"):
+        raise FricError(f"'{text}' is not a gain", mend="Write a ratio or decibels, as in '2' or '6 dB'.")
+    return ratio
+
+
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 _PREFIXED = {"m", "N", "V", "s", "Hz", "m/s", "m/V", "N*m", "N/m", "N*m/rad", "N/s", "N*m/s", "N*m*s/rad"}
 """Units that people read with a prefix; of the others (rad, kg, N·s/m, …) they do not."""

@@ -7,7 +7,7 @@ import sys
 import typer
 
 import fric
-from fric.cli import identify, ingest, schema, simulate
+from fric.cli import design, identify, ingest, schema, simulate
 from fric.errors import FricError
 
 app = typer.Typer(
@@ -28,6 +28,7 @@ def _version(wanted: bool) -> None:
 
 app.command()(ingest.ingest)
 app.command()(schema.schema)
+app.add_typer(design.app)
 app.add_typer(identify.app)
 app.add_typer(simulate.app)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.design.loop import SampledLoop
-from fric.design.margins import Margins, decibel, margins
+from fric.design.margins import Loop, Margins, decibel, margins
 from fric.drive.cascade import Cascade
 from fric.errors import FricError
 
@@ -62,6 +62,15 @@ class CascadeDesign:
     velocity: Margins
     position: Margins
     input: Margins
+
+    def loops(self) -> dict[str, Loop]:
+        """Return the open loops with their margins, by name."""
+        loop = SampledLoop(self.plant, self.cascade)
+        return {
+            "velocity": Loop("velocity loop", loop.velocity, self.velocity),
+            "position": Loop("position loop", loop.position, self.position),
+            "input": Loop("both, at the plant's input", loop.input, self.input),
+        }
 
 
 def assess_cascade(plant: LinearPlant, cascade: Cascade) -> CascadeDesign:

@@ -66,6 +66,25 @@ class Margins:
         return {name: {"value": value, "unit": unit} for name, (value, unit) in told.items() if np.isfinite(value)}
 
 
+@dataclass(frozen=True)
+class Loop:
+    """An open loop that is looked at: what it is, its response, its margins.
+
+    Parameters
+    ----------
+    title
+        What figures and tables call it.
+    response
+        L at frequencies [Hz], shape (n,).
+    margins
+        Its margins.
+    """
+
+    title: str
+    response: OpenLoop
+    margins: Margins
+
+
 def decibel(ratio: float) -> float:
     """Return a ratio of amplitudes in dB."""
     return float(20 * np.log10(ratio))

@@ -11,11 +11,12 @@ import numpy as np
 from fric.compensation.disturbance_observer import DisturbanceObserver
 from fric.compensation.q_filter import QFilter
 from fric.design.loop import SampledLoop
-from fric.design.margins import Margins, decibel, grid, margins
+from fric.design.margins import Loop, Margins, decibel, grid, margins
 from fric.design.perturbation import Perturbation, RobustLimit, model_perturbation, robust_limit
 from fric.errors import FricError
 
 if TYPE_CHECKING:
+    from fric.design.margins import OpenLoop
     from fric.drive.cascade import Cascade
     from fric.drive.plant import LinearPlant
 
@@ -37,8 +38,10 @@ class ObserverDesign:
         The limit of eq. (8).
     sensitive
         The largest Q for which the whole loop is stable and keeps the peak sensitivity; None where nothing limits it.
-    input
-        Margins of the whole loop, opened at the plant's input.
+    peak_sensitivity
+        What was asked of M_s.
+    input, without
+        Margins of the whole loop, opened at the plant's input, with the observer and without.
     reason
         Why Q is as it is.
     warnings
@@ -51,9 +54,19 @@ class ObserverDesign:
     perturbation: Perturbation
     robust: RobustLimit
     sensitive: QFilter | None
+    peak_sensitivity: float
     input: Margins
+    without: Margins
     reason: str
     warnings: tuple[str, ...] = ()
+
+    def loops(self) -> dict[str, Loop]:
+        """Return the whole loop with its margins, with and without the observer, by name."""
+        whole = WholeLoop(self.plant, self.cascade, self.perturbation)
+        return {
+            "input": Loop("whole loop with observer", whole.response(self.observer.q), self.input),
+            "without": Loop("without observer", whole.response(None), self.without),
+        }
 
 
 class WholeLoop:
@@ -79,10 +92,14 @@ class WholeLoop:
         observer = None if q is None else DisturbanceObserver(q, self.plant.A, self.plant.B)
         return SampledLoop(self.plant, self.cascade, observer)
 
+    def response(self, q: QFilter | None) -> OpenLoop:
+        """Return the open loop with a Q, or without an observer, as a function of the frequencies [Hz]."""
+        loop = self.sampled(q)
+        return lambda f: loop.input(f) * self.perturbation.correction(f)
+
     def margins(self, q: QFilter | None) -> Margins:
         """Return the margins with a Q, or without an observer."""
-        loop = self.sampled(q)
-        return margins(lambda f: loop.input(f) * self.perturbation.correction(f), loop.nyquist)
+        return margins(self.response(q), self.cascade.sampling / 2)
 
     def peak(self, q: QFilter | None) -> float:
         """Return the peak sensitivity; infinite where the loop is unstable.
@@ -167,8 +184,8 @@ def design_observer(
                 mend=f"The nearest that holds is {_floored(bounds[why])} Hz.",
             )
     return ObserverDesign(
-        plant, cascade, DisturbanceObserver(q, plant.A, plant.B), Delta, robust, sensitive, whole.margins(q), reason,
-        _warnings(Delta, q),
+        plant, cascade, DisturbanceObserver(q, plant.A, plant.B), Delta, robust, sensitive, peak_sensitivity,
+        whole.margins(q), whole.margins(None), reason, _warnings(Delta, q),
     )  # fmt: skip
 
 

@@ -1,0 +1,11 @@
+"""The group `fric design`: one subcommand a file."""
+
+from __future__ import annotations
+
+import typer
+
+from fric.cli.design import controller, observer
+
+app = typer.Typer(name="design", help="Design controller and disturbance observer of an axis.", no_args_is_help=True)
+app.command()(controller.controller)
+app.command()(observer.observer)

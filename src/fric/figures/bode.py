@@ -1,0 +1,63 @@
+"""Bode diagram of open loops, with their margins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.design.margins import decibel
+from fric.figures.style import CYCLE, GREY, new_figure
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from matplotlib.figure import Figure
+
+    from fric.design.margins import Loop
+
+
+def bode_figure(loops: Iterable[Loop], nyquist: float, lowest: float = 0.5) -> Figure:
+    """Draw gain and phase of open loops; each margin is a bar from the curve to 0 dB or to −180°.
+
+    Parameters
+    ----------
+    loops
+        The loops with their margins.
+    nyquist
+        Half the sampling rate [Hz], the right end.
+    lowest
+        The left end [Hz].
+    """
+    f = np.geomspace(lowest, nyquist, 2000)
+    with new_figure(6.3, 5.2) as figure:
+        gain, phase = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        gain.axhline(0.0, color=GREY, linewidth=0.8)
+        phase.axhline(-180.0, color=GREY, linewidth=0.8)
+        for loop, color in zip(loops, CYCLE, strict=False):
+            L, found = loop.response(f), loop.margins
+            told = f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
+            gain.semilogx(f, 20 * np.log10(np.abs(L)), color=color, label=told)
+            phase.semilogx(f, unwrapped(L), color=color)
+            if lowest < found.phase_crossover <= nyquist:
+                gain.vlines(found.phase_crossover, -decibel(found.gain_margin), 0.0, color=color, linewidth=2.4)
+                gain.plot(found.phase_crossover, -decibel(found.gain_margin), "o", color=color, markersize=4)
+            if lowest < found.crossover <= nyquist:
+                at = -180.0 + np.degrees(np.angle(-loop.response(np.array([found.crossover]))[0]))
+                phase.vlines(found.crossover, -180.0, at, color=color, linewidth=2.4)
+                phase.plot(found.crossover, at, "o", color=color, markersize=4)
+        gain.set_ylim(-60, 60)
+        gain.set_ylabel("gain |L| / dB")
+        gain.legend(title="phase margin, gain margin", loc="lower left", alignment="left")
+        phase.set_ylim(-400, -40)
+        phase.set_yticks(np.arange(-360, -40, 45))
+        phase.set_ylabel("phase / °")
+        phase.set_xlabel("frequency / Hz")
+        phase.set_xlim(lowest, nyquist)
+    return figure
+
+
+def unwrapped(L: np.ndarray) -> np.ndarray:
+    """Return the phase [°] of an open loop, unwrapped, beginning between −360° and 0°."""
+    angle = np.degrees(np.unwrap(np.angle(L)))
+    return np.asarray(angle - 360.0 * np.ceil(angle[0] / 360.0))
