@@ -144,7 +144,7 @@ def _tustin(
         b = b / (c - pole)
     for _ in range(len(poles) - len(zeros)):
         b = np.convolve(b, [1.0, 1.0])
-    return DifferenceEquation(np.real(b), np.real(a))
+    return DifferenceEquation(b.real.copy(), a.real.copy())
 
 
 def _held(
@@ -161,7 +161,7 @@ def _held(
     held[1:order, : order - 1] = np.eye(order - 1)
     held[0, order] = 1.0
     step = expm(held * scale / sampling)
-    a = np.real(np.poly(np.exp(poles / sampling)))
+    a = np.real(np.poly(np.exp(poles / sampling))).copy()
     state, pulse = step[:order, order], [0.0]
     for _ in range(order):
         pulse.append(float(numerator @ state))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.design.loop import SampledLoop
-from fric.design.margins import Loop, Margins, decibel, margins
+from fric.design.margins import Loop, Margins, decibel, margins, rounded_down
 from fric.drive.cascade import Cascade
 from fric.errors import FricError
 
@@ -69,7 +69,7 @@ class CascadeDesign:
         return {
             "velocity": Loop("velocity loop", loop.velocity, self.velocity),
             "position": Loop("position loop", loop.position, self.position),
-            "input": Loop("both, at the plant's input", loop.input, self.input),
+            "input": Loop("plant input", loop.input, self.input),
         }
 
 
@@ -200,7 +200,7 @@ def _checked(
         complaint = f"{' and '.join(missed)}, where {_wanted(asked)} are asked"
     held = nearest()
     mend = (
-        f"The nearest that holds is {_gains(held)}."
+        f"The nearest that holds is {_gains(held, rounded_down)}."
         if held
         else "No gains of this ratio hold; ask for smaller margins, or for a lower corner of the PI."
     )
@@ -280,5 +280,6 @@ def _wanted(asked: Requirement) -> str:
     return f"{np.degrees(asked.phase_margin):.3g}° and {decibel(asked.gain_margin):.3g} dB"
 
 
-def _gains(cascade: Cascade) -> str:
-    return f"K_p {cascade.K_p:.4g}, K_i {cascade.K_i:.4g}, K_v {cascade.K_v:.4g} (SI)"
+def _gains(cascade: Cascade, told: Callable[[float], str] = "{:.4g}".format) -> str:
+    K_i = told(cascade.K_i) if cascade.K_i else "0"
+    return f"K_p {told(cascade.K_p)}, K_i {K_i}, K_v {told(cascade.K_v)} (SI)"

@@ -90,6 +90,12 @@ def decibel(ratio: float) -> float:
     return float(20 * np.log10(ratio))
 
 
+def rounded_down(value: float) -> str:
+    """Return a positive number cut, not rounded, to four digits: what is named as allowed must be allowed."""
+    scale = 10.0 ** (3 - int(np.floor(np.log10(value))))
+    return f"{np.floor(value * scale) / scale:.4g}"
+
+
 def grid(nyquist: float) -> NDArray[np.float64]:
     """Return the frequencies [Hz] on which crossovers are looked for: five decades up to half the sampling rate."""
     return np.geomspace(nyquist * 10.0**-DECADES, nyquist, POINTS)

@@ -11,7 +11,7 @@ import numpy as np
 from fric.compensation.disturbance_observer import DisturbanceObserver
 from fric.compensation.q_filter import QFilter
 from fric.design.loop import SampledLoop
-from fric.design.margins import Loop, Margins, decibel, grid, margins
+from fric.design.margins import Loop, Margins, decibel, grid, margins, rounded_down
 from fric.design.perturbation import Perturbation, RobustLimit, model_perturbation, robust_limit
 from fric.errors import FricError
 
@@ -64,7 +64,7 @@ class ObserverDesign:
         """Return the whole loop with its margins, with and without the observer, by name."""
         whole = WholeLoop(self.plant, self.cascade, self.perturbation)
         return {
-            "input": Loop("whole loop with observer", whole.response(self.observer.q), self.input),
+            "input": Loop("with observer", whole.response(self.observer.q), self.input),
             "without": Loop("without observer", whole.response(None), self.without),
         }
 
@@ -181,7 +181,7 @@ def design_observer(
         if cutoff > bounds[why] * (1 + 1e-6):
             raise FricError(
                 f"a cutoff of {cutoff:.4g} Hz is beyond the limit by {why}",
-                mend=f"The nearest that holds is {_floored(bounds[why])} Hz.",
+                mend=f"The nearest that holds is {rounded_down(bounds[why])} Hz.",
             )
     return ObserverDesign(
         plant, cascade, DisturbanceObserver(q, plant.A, plant.B), Delta, robust, sensitive, peak_sensitivity,
@@ -209,12 +209,6 @@ def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> 
         middle = float(np.sqrt(above * below))
         below, above = (middle, above) if whole.peak(QFilter(filter, middle)) <= peak_sensitivity else (below, middle)
     return QFilter(filter, below)
-
-
-def _floored(value: float) -> str:
-    """Return a number cut, not rounded, to four digits: what is named as allowed must be allowed."""
-    scale = 10.0 ** (3 - int(np.floor(np.log10(value))))
-    return f"{np.floor(value * scale) / scale:.4g}"
 
 
 def _warnings(Delta: Perturbation, q: QFilter) -> tuple[str, ...]:

@@ -64,8 +64,8 @@ def controller(
         if None in gains or crossover is not None:
             raise FricError("gains are checked all together", mend="Give --K_p, --K_i and --K_v, and no --crossover.")
         dimensions = ("rate", "velocity gain", "position gain")
-        values = [fric.parse(str(gain), kind, motion) for gain, kind in zip(gains, dimensions, strict=True)]
-        design = fric.check_cascade(plant, fric.Cascade(*values, low_pass, rate, largest), asked)
+        v, p, i = (fric.parse(str(gain), kind, motion) for gain, kind in zip(gains, dimensions, strict=True))
+        design = fric.check_cascade(plant, fric.Cascade(v, p, i, low_pass, rate, largest), asked)
     else:
         design = fric.design_cascade(
             plant,
