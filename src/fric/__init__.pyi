@@ -23,13 +23,14 @@ from .figures.qfilter import q_filter_figure as q_filter_figure
 from .figures.static_map import draw_static_map as draw_static_map
 from .figures.style import save_figure as save_figure
 from .identify.static import identify_static as identify_static
+from .io.design import controller_tree as controller_tree
+from .io.design import observer_tree as observer_tree
+from .io.design import refuse_other_axis as refuse_other_axis
 from .io.documents import document_schema as document_schema
 from .io.documents import document_types as document_types
 from .io.documents.controller import ControllerDocument as ControllerDocument
-from .io.documents.controller import controller_tree as controller_tree
 from .io.documents.mapping import MappingDocument as MappingDocument
 from .io.documents.observer import ObserverDocument as ObserverDocument
-from .io.documents.observer import observer_tree as observer_tree
 from .io.documents.plant import PlantDocument as PlantDocument
 from .io.friction import static_tree as static_tree
 from .io.hdf5 import read_logs as read_logs

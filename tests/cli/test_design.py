@@ -138,5 +138,8 @@ def test_what_cannot_be_designed_is_refused(plant: str, controller: str) -> None
     assert "nearest that holds is 65" in refused([*observer, "--cutoff", "200 Hz"]).mend
     assert "nearest that holds is 65" in refused([*observer, "--bandwidth", "60 Hz"]).mend
     assert "two names" in str(refused([*observer, "--bandwidth", "30 Hz", "--cutoff", "60 Hz"]))
+    other = Path(controller).with_name("y.yaml")
+    other.write_text(Path(controller).read_text().replace("axis: x", "axis: y"))
+    assert "of the linear axis y" in str(refused(["design", "observer", plant, "--controller", str(other)]))
     assert "no resonance" in str(refused([*observer, "--resonance", "300 Hz"]))
     assert "--resonance" not in str(refused([*observer, "--resonance", "300 Hz, 0, 0.1"]))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from math import inf
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 import fric
 from fric.cli.console import OUT, print_json
-from fric.cli.design.shared import LoopView, PlantArgument, print_margins
+from fric.cli.design.shared import PlantArgument, print_margins, print_written
 from fric.cli.options import Force, Json, Plot
 from fric.errors import FricError
 
@@ -42,7 +42,7 @@ def controller(
     K_i: Annotated[str | None, typer.Option("--K_i", metavar="GAIN", help="As in '3156 V/m'.")] = None,
     K_v: Annotated[str | None, typer.Option("--K_v", metavar="GAIN", help="As in '126 1/s'.")] = None,
     plot: Plot = None,
-    view: Annotated[LoopView, typer.Option(help="The figure that --plot draws.")] = LoopView.bode,
+    view: Annotated[Literal["bode", "nyquist", "nichols"], typer.Option(help="The figure that --plot draws.")] = "bode",
     as_json: Json = False,
     force: Force = False,
 ) -> None:
@@ -77,7 +77,7 @@ def controller(
             separation=separation,
             crossover=None if crossover is None else fric.parse(crossover, "frequency"),
         )
-    tree = fric.controller_tree(design, document.axis, motion) | {"provenance": fric.provenance()}
+    tree = fric.controller_tree(design, document.axis, motion)
     loops = design.loops()
     if output:
         fric.write_document(output, tree, force=force)
@@ -90,3 +90,4 @@ def controller(
     for name in ("K_p", "K_i", "K_v"):
         OUT.print(f"{name}  {fric.readable(tree[name]['value'], tree[name]['unit'], 4)}")
     print_margins(tree["margins"], {name: loop.title for name, loop in loops.items()})
+    print_written(output, plot)

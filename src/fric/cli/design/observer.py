@@ -2,37 +2,18 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
 import fric
 from fric.cli.console import OUT, print_json, print_table, print_warnings
-from fric.cli.design.shared import PlantArgument, print_margins
+from fric.cli.design.shared import PlantArgument, print_margins, print_written
 from fric.cli.options import Force, Json, Plot
 from fric.errors import FricError
 
-
-class Filter(StrEnum):
-    """Shapes of Q."""
-
-    binomial2 = "binomial2"
-    binomial3 = "binomial3"
-    binomial4 = "binomial4"
-    butterworth2 = "butterworth2"
-    butterworth3 = "butterworth3"
-    umeno_hori = "umeno-hori"
-
-
-class View(StrEnum):
-    """Figures of an observer."""
-
-    q = "q"
-    bode = "bode"
-    nyquist = "nyquist"
-    nichols = "nichols"
+Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
 
 
 def observer(
@@ -44,7 +25,7 @@ def observer(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="OBSERVER.yaml", help="The observer file to write.")
     ] = None,
-    filter_name: Annotated[Filter, typer.Option("--filter", help="The shape of Q.")] = Filter.binomial2,
+    filter_name: Annotated[Filter, typer.Option("--filter", help="The shape of Q.")] = "binomial2",
     controller: Annotated[
         Path | None,
         typer.Option(metavar="CONTROLLER.yaml", help="The controller; by `fric design controller` where not given."),
@@ -72,7 +53,9 @@ def observer(
         int, typer.Option(min=1, help="Records that a table's coherence was averaged over, for its confidence.")
     ] = 1,
     plot: Plot = None,
-    view: Annotated[View, typer.Option(help="The figure that --plot draws; q is Fig. 7.")] = View.q,
+    view: Annotated[
+        Literal["q", "bode", "nyquist", "nichols"], typer.Option(help="The figure that --plot draws; q is Fig. 7.")
+    ] = "q",
     as_json: Json = False,
     force: Force = False,
 ) -> None:
@@ -84,16 +67,20 @@ def observer(
     fric.refuse_existing(output, plot, force=force)
     document = fric.read_document(plant_file, fric.PlantDocument)
     motion, plant = document.motion, document.linear(document.motion)
-    warnings, logs = [], []
+    warnings: list[str] = []
+    logs: list[fric.FrequencyResponse] = []
     if controller is None:
         cascade = fric.design_cascade(plant).cascade
         warnings.append("no controller was given: taken is the one that `fric design controller` gives by default")
     else:
-        cascade = fric.read_document(controller, fric.ControllerDocument).cascade(motion)
+        given = fric.read_document(controller, fric.ControllerDocument)
+        fric.refuse_other_axis("controller", (given.axis, given.motion), (document.axis, motion), str(controller))
+        cascade = given.cascade(motion)
     if log is not None:
         if resonances:
             raise FricError("a measured response has its resonances", mend="Leave LOG.h5 or --resonance out.")
         response = _response(log, record)
+        fric.refuse_other_axis("log", (response.axis, response.motion), (document.axis, motion), str(log))
         logs.append(response)
         Delta = fric.measured_perturbation(response, plant, averages=averages)
     else:
@@ -102,24 +89,24 @@ def observer(
         raise FricError("cutoff and bandwidth are two names of one choice", mend="Give one of them.")
     wanted = fric.parse(cutoff, "frequency") if cutoff else None
     if bandwidth:
-        wanted = fric.QFilter.of_bandwidth(filter_name.value, fric.parse(bandwidth, "frequency")).cutoff
+        wanted = fric.QFilter.of_bandwidth(filter_name, fric.parse(bandwidth, "frequency")).cutoff
     design = fric.design_observer(
         plant,
         cascade,
-        filter_name.value,
+        filter_name,
         cutoff=wanted,
         peak_sensitivity=fric.parse_gain(peak_sensitivity),
         perturbation=Delta,
     )
-    tree = fric.observer_tree(design, document.axis, motion)
-    tree |= {"warnings": [*warnings, *tree["warnings"]], "provenance": fric.provenance(logs)}
+    tree = fric.observer_tree(design, document.axis, motion, logs)
+    tree["warnings"] = [*warnings, *tree["warnings"]]
     loops = design.loops()
     if output:
         fric.write_document(output, tree, force=force)
     if plot:
         draw = {"bode": fric.bode_figure, "nyquist": fric.nyquist_figure, "nichols": fric.nichols_figure}
         nyquist = cascade.sampling / 2
-        figure = fric.q_filter_figure(design) if view is View.q else draw[view](loops.values(), nyquist)
+        figure = fric.q_filter_figure(design) if view == "q" else draw[view](loops.values(), nyquist)
         fric.save_figure(figure, plot, force=force)
     print_warnings(tree["warnings"])
     if as_json:
@@ -136,6 +123,7 @@ def observer(
         ],
     )
     print_margins(tree["margins"], {name: loop.title for name, loop in loops.items()})
+    print_written(output, plot)
 
 
 def _hertz(quantity: dict[str, Any] | None) -> str:

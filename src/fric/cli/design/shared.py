@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from fric.cli.console import print_table
+from fric.cli.console import OUT, print_table
 
 PlantArgument = Annotated[Path, typer.Argument(metavar="PLANT.yaml", help="The plant, eq. (1): A, B, T_d.")]
 
@@ -20,14 +19,6 @@ MARGINS = (
     ("crossover", "crossover", " Hz", 4),
     ("bandwidth", "bandwidth", " Hz", 4),
 )
-
-
-class LoopView(StrEnum):
-    """Figures of an open loop."""
-
-    bode = "bode"
-    nyquist = "nyquist"
-    nichols = "nichols"
 
 
 def print_margins(margins: Mapping[str, Mapping[str, Any]], titles: Mapping[str, str]) -> None:
@@ -46,3 +37,10 @@ def _told(quantity: Mapping[str, Any] | None, unit: str, digits: int) -> str:
         return "–"
     value = quantity["value"]
     return f"{value:.{digits}g}{unit}" if digits > 1 else f"{value:.1f}{unit}"
+
+
+def print_written(*paths: Path | None) -> None:
+    """Print which files were written."""
+    written = [str(path) for path in paths if path is not None]
+    if written:
+        OUT.print(f"wrote {' and '.join(written)}")

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from pydantic import Field
 
 from fric.drive.cascade import Cascade
 from fric.io.documents.base import AxisDocument, Physical, Quantity
-from fric.units import Motion, si_unit
-
-if TYPE_CHECKING:
-    from fric.design.cascade import CascadeDesign
+from fric.units import Motion
 
 
 class ControllerPart(Physical):
@@ -47,20 +43,3 @@ class ControllerDocument(AxisDocument, ControllerPart):
     margins: dict[str, Any] = Field(
         default_factory=dict, description="margins of velocity loop, position loop, plant input"
     )
-
-
-def controller_tree(design: CascadeDesign, axis: str, motion: Motion) -> dict[str, Any]:
-    """Return a cascade with its margins as a controller document."""
-    values = {name: getattr(design.cascade, name) for name in ControllerPart.dimensions}
-    return {
-        "fric": ControllerDocument.type_name(),
-        "axis": axis,
-        "motion": motion,
-        **{
-            name: {"value": value, "unit": si_unit(ControllerPart.dimensions[name], motion)}
-            for name, value in values.items()
-            if isfinite(value)
-        },
-        "margins": {name: loop.margins.as_dict() for name, loop in design.loops().items()},
-        "warnings": [],
-    }
