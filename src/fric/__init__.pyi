@@ -1,8 +1,4 @@
 from .compensation.base import choose_schemes as choose_schemes
-from .drive.sensing import Encoder as Encoder
-from .errors import FricError as FricError
-from .estimate import estimate_rows as estimate_rows
-from .figures.circle import polar_figure as polar_figure
 from .compensation.q_filter import QFilter as QFilter
 from .design.cascade import Requirement as Requirement
 from .design.cascade import check_cascade as check_cascade
@@ -17,6 +13,7 @@ from .drive.sensing import Encoder as Encoder
 from .errors import FricError as FricError
 from .estimate import estimate_rows as estimate_rows
 from .figures.bode import bode_figure as bode_figure
+from .figures.circle import polar_figure as polar_figure
 from .figures.nyquist import nichols_figure as nichols_figure
 from .figures.nyquist import nyquist_figure as nyquist_figure
 from .figures.qfilter import q_filter_figure as q_filter_figure
