@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.static import MapFit, StaticFit
+    from fric.identify.map_fit import MapFit
+    from fric.identify.static import StaticFit
 
 _VELOCITY_SCALES = {"linear": (1e3, "mm/s"), "rotary": (1.0, "rad/s")}
 

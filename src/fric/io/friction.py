@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from fric.estimate import Estimate
-from fric.identify.static import MapFit, StaticFit
+from fric.identify.map_fit import MapFit
+from fric.identify.static import StaticFit
 from fric.io.documents.friction import FrictionDocument
 from fric.io.provenance import provenance
 from fric.log import Log
