@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numba import types
 
+from fric.friction import FrictionModel
 from fric.kernels.signatures import STEP_FUNCTION, compiled
 from tests.friction.instances import INSTANCES, static_of, with_property
 
@@ -23,29 +26,33 @@ def _push(step, mass, dt, load, state, parameters, position):
         position[n] = z
 
 
-def push(name: str, load: np.ndarray, dt: float) -> np.ndarray:
+def push(model: FrictionModel, load: np.ndarray, dt: float) -> np.ndarray:
     """Return the position [m] of a mass at rest that is pushed by a load [N]."""
-    model, position = INSTANCES[name], np.empty(load.size)
+    position = np.empty(load.size)
     _push(type(model).step, MASS, dt, load, model.initial_state(), model.packed(), position)
     return position
 
 
 @pytest.mark.parametrize("name", with_property("pre-sliding"))
-def test_break_away_load_does_not_depend_on_the_step(name):
-    """It is F_s, or less where friction falls with speed and a mass on the last soft spring runs away before."""
-    m = static_of(INSTANCES[name])
+@pytest.mark.parametrize("weakening", [True, False])
+def test_break_away_load_does_not_depend_on_the_step(name, weakening):
+    """It is F_s; or less where friction falls with speed, and the mass on the last soft spring runs away before.
+
+    That running away is an oscillation that grows, whose phase is a matter of luck.
+    """
+    model = INSTANCES[name]
+    if not weakening:
+        model = replace(model, static=replace(static_of(model), F_c=static_of(model).F_s))  # type: ignore[call-arg]
+    m = static_of(model)
     broke_away = {}
     for dt in (2e-5, 1e-4, 5e-4):
         time = np.arange(0.0, 20.0, dt)
         load = m.F_s * np.minimum(0.8 * time, 0.8 + (time - 1.0) / 75)
-        position = push(name, load, dt)
-        speed = np.gradient(position, dt)
-        broke_away[dt] = load[np.argmax(speed > 1e-3)]
-    assert m.F_c < broke_away[2e-5] < 1.01 * m.F_s
-    if m.F_c == m.F_s:
-        assert broke_away[2e-5] == pytest.approx(m.F_s, rel=0.01)
-    for dt in (1e-4, 5e-4):  # to the phase of the oscillation that runs away
-        assert broke_away[dt] == pytest.approx(broke_away[2e-5], rel=5e-3)
+        position = push(model, load, dt)
+        broke_away[dt] = load[np.argmax(np.gradient(position, dt) > 1e-3)]
+    assert m.F_c <= broke_away[2e-5] < 1.01 * m.F_s
+    for dt in (1e-4, 5e-4):
+        assert broke_away[dt] == pytest.approx(broke_away[2e-5], rel=0.02 if weakening else 1e-4)
 
 
 @pytest.mark.parametrize("name", with_property("no creep"))
@@ -55,7 +62,7 @@ def test_a_vibrating_load_below_break_away_does_not_creep(name, mean, swing):
     cycles = 500  # in all 1e6 steps
     vibration = np.sin(2 * np.pi * np.arange(cycles * per_cycle) / per_cycle)
     ramp = np.minimum(np.arange(vibration.size) / (10 * per_cycle), 1.0)
-    position = push(name, ramp * m.F_s * (mean + swing * vibration), dt).reshape(cycles, per_cycle)
+    position = push(INSTANCES[name], ramp * m.F_s * (mean + swing * vibration), dt).reshape(cycles, per_cycle)
     excursion = np.ptp(position[-1])
     drift = position[-10:].mean() - position[50:60].mean()
     assert abs(drift) < 1e-3 * excursion

@@ -22,23 +22,23 @@ if TYPE_CHECKING:
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
 
 
-@compiled(_FLOAT(_FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT))
-def _slip(u: float, alpha: float, s_0: float, s_1: float, C: float, dt: float) -> float:
-    """Return the load of a block that slips for a time dt while the level goes linearly from s_0 to s_1.
+@compiled("UniTuple(f8, 2)(f8, f8, f8, f8)", makes_arrays=False)
+def _slip(s_0: float, s_1: float, C: float, dt: float) -> tuple[float, float]:
+    """Return what a slip of time dt leaves of a block's load, and pulls it to per alpha.
 
-    ``du/dt = C·(alpha - u/s)``, with 1/s taken at the middle: second order in dt, exact for a constant level. What it
-    returns is a weighted mean of u, alpha·s_0 and alpha·s_1, so it stays among them for any dt and any C.
+    ``u(dt) = left·u(0) + alpha·pull`` solves ``du/dt = C·(alpha - u/s)`` for a level that goes linearly from s_0 to s_1
+    and 1/s taken at the middle: second order in dt, exact for a constant level. It is a weighted mean of u(0),
+    alpha·s_0 and alpha·s_1, so the load stays among them for any dt and any C.
     """
     x = 2.0 * C * dt / (s_0 + s_1)
     if not x > 0.0:
-        return u
+        return 1.0, 0.0
     gone = -expm1(-x)
-    mean = gone / x
-    left = 1.0 - gone
-    return left * u + alpha * ((mean - left) * s_0 + (1.0 - mean) * s_1)
+    left, mean = 1.0 - gone, gone / x
+    return left, (mean - left) * s_0 + (1.0 - mean) * s_1
 
 
-@compiled(types.void(_FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT, _ARRAY, _ARRAY))
+@compiled(types.void(_FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT, _ARRAY, _ARRAY), makes_arrays=False)
 def _advance(
     dz: float,
     direction: float,
@@ -50,24 +50,26 @@ def _advance(
 ) -> None:
     """Advance all blocks by a motion without reversal, while the level goes linearly from s_0 to s_1."""
     C, blocks = parameters[5], (parameters.size - 6) // 2
+    left, pull = _slip(s_0, s_1, C, dt)
     for i in range(blocks):
         alpha, k = parameters[6 + i], parameters[6 + blocks + i]
         u = direction * state[2 + i]
         if state[2 + blocks + i] == direction:
-            u = _slip(u, alpha, s_0, s_1, C, dt)
+            u = left * u + alpha * pull
         elif dz != 0.0:
             stretched = u + k * abs(dz)
             before, after = alpha * s_0 - u, alpha * s_1 - stretched
-            if after > 0.0 and before > 0.0:
+            if before > 0.0 and after > 0.0:
                 u = stretched
                 state[2 + blocks + i] = 0.0
             else:
                 if before > 0.0:  # it breaks away inside the step, where its load meets alpha·s
                     x = before / (before - after)
                     s_x = s_0 + x * (s_1 - s_0)
-                    u = _slip(alpha * s_x, alpha, s_x, s_1, C, (1.0 - x) * dt)
+                    left_x, pull_x = _slip(s_x, s_1, C, (1.0 - x) * dt)
+                    u = alpha * (left_x * s_x + pull_x)
                 else:
-                    u = _slip(u, alpha, s_0, s_1, C, dt)
+                    u = left * u + alpha * pull
                 state[2 + blocks + i] = direction
         state[2 + i] = direction * u
 
@@ -83,10 +85,8 @@ def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters
         overshoot = 0.5 * v_0 * before * dt
         _advance(overshoot, copysign(1.0, v_0), before * dt, s_0, F_s, state, parameters)
         dz, dt, s_0 = dz - overshoot, (1.0 - before) * dt, F_s
-    if dz != 0.0:
-        _advance(dz, copysign(1.0, dz), dt, s_0, s_1, state, parameters)
-    elif v != 0.0:
-        _advance(0.0, copysign(1.0, v), dt, s_0, s_1, state, parameters)
+    if dz != 0.0 or v != 0.0:
+        _advance(dz, copysign(1.0, dz if dz != 0.0 else v), dt, s_0, s_1, state, parameters)
     state[0], state[1] = v, s_1
     force = sigma * v
     for i in range(blocks):

@@ -11,7 +11,7 @@ from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 _ARRAY = types.float64[::1]
 
 
-@compiled(types.void(STEP_FUNCTION, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY))
+@compiled(types.void(STEP_FUNCTION, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY), makes_arrays=False)
 def _replay(
     step: Step,
     position: NDArray[np.float64],
