@@ -1,7 +1,7 @@
 /* The step of fric/friction/gms.py, line by line in C: the baseline of benchmarks/gms.py. */
 #include <math.h>
 
-static void slip(double s_0, double s_1, double C, double dt, double *left, double *pull)
+static void relax(double s_0, double s_1, double C, double dt, double *left, double *pull)
 {
     double x = 2.0 * C * dt / (s_0 + s_1);
     *left = 1.0;
@@ -17,7 +17,7 @@ static void advance(double dz, double direction, double dt, double s_0, double s
                     const double *parameters, int blocks)
 {
     double C = parameters[5], left, pull;
-    slip(s_0, s_1, C, dt, &left, &pull);
+    relax(s_0, s_1, C, dt, &left, &pull);
     for (int i = 0; i < blocks; i++) {
         double alpha = parameters[6 + i], k = parameters[6 + blocks + i];
         double u = direction * state[2 + i];
@@ -33,7 +33,7 @@ static void advance(double dz, double direction, double dt, double s_0, double s
                 if (before > 0.0) {
                     double x = before / (before - after), s_x = s_0 + x * (s_1 - s_0);
                     double left_x, pull_x;
-                    slip(s_x, s_1, C, (1.0 - x) * dt, &left_x, &pull_x);
+                    relax(s_x, s_1, C, (1.0 - x) * dt, &left_x, &pull_x);
                     u = alpha * (left_x * s_x + pull_x);
                 } else {
                     u = left * u + alpha * pull;
@@ -51,10 +51,10 @@ static double step(double dz, double v, double dt, double *state, const double *
     double v_0 = state[0], s_0 = state[1];
     double s_1 = F_c + (F_s - F_c) * exp(-pow(fabs(v / v_s), delta));
     if (v_0 * v < 0.0) {
-        double before = v_0 / (v_0 - v), overshoot = 0.5 * v_0 * before * dt;
-        advance(overshoot, copysign(1.0, v_0), before * dt, s_0, F_s, state, parameters, blocks);
+        double share = v_0 / (v_0 - v), before = share * dt, overshoot = 0.5 * v_0 * before;
+        advance(overshoot, copysign(1.0, v_0), before, s_0, F_s, state, parameters, blocks);
         dz -= overshoot;
-        dt *= 1.0 - before;
+        dt -= before;
         s_0 = F_s;
     }
     if (dz != 0.0 || v != 0.0)

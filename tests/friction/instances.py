@@ -59,6 +59,13 @@ def with_viscous(model: FrictionModel, sigma: float) -> FrictionModel:
     )
 
 
+def without_weakening(model: FrictionModel) -> FrictionModel:
+    """Return a model whose friction does not fall with speed."""
+    return (
+        replace(model, static=replace(model.static, F_c=model.static.F_s)) if isinstance(model, OnStaticMap) else model
+    )
+
+
 def stiffness_of(model: FrictionModel) -> float:
     """Return the slope of the virgin curve at its start [N/m], measured."""
     z = 1e-12

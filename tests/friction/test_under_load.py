@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from numba import types
 
 from fric.friction import FrictionModel
 from fric.kernels.signatures import STEP_FUNCTION, compiled
-from tests.friction.instances import INSTANCES, static_of, with_property
+from tests.friction.instances import INSTANCES, static_of, with_property, without_weakening
 
 MASS = 121.0
 _ARRAY = types.float64[::1]
@@ -40,9 +38,7 @@ def test_break_away_load_does_not_depend_on_the_step(name, weakening):
 
     That running away is an oscillation that grows, whose phase is a matter of luck.
     """
-    model = INSTANCES[name]
-    if not weakening:
-        model = replace(model, static=replace(static_of(model), F_c=static_of(model).F_s))  # type: ignore[call-arg]
+    model = INSTANCES[name] if weakening else without_weakening(INSTANCES[name])
     m = static_of(model)
     broke_away = {}
     for dt in (2e-5, 1e-4, 5e-4):

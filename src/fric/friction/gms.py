@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import copysign, expm1
+from math import copysign
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from fric.errors import FricError
 from fric.friction.base import Parameter, Property
 from fric.friction.blocks import OnBlocks
 from fric.friction.stribeck import stribeck_level
+from fric.kernels.increments import relax, turn
 from fric.kernels.signatures import Step, compiled, compiled_step
 
 if TYPE_CHECKING:
@@ -20,22 +21,6 @@ if TYPE_CHECKING:
 
 
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
-
-
-@compiled("UniTuple(f8, 2)(f8, f8, f8, f8)", makes_arrays=False)
-def _slip(s_0: float, s_1: float, C: float, dt: float) -> tuple[float, float]:
-    """Return what a slip of time dt leaves of a block's load, and pulls it to per alpha.
-
-    ``u(dt) = left·u(0) + alpha·pull`` solves ``du/dt = C·(alpha - u/s)`` for a level that goes linearly from s_0 to s_1
-    and 1/s taken at the middle: second order in dt, exact for a constant level. It is a weighted mean of u(0),
-    alpha·s_0 and alpha·s_1, so the load stays among them for any dt and any C.
-    """
-    x = 2.0 * C * dt / (s_0 + s_1)
-    if not x > 0.0:
-        return 1.0, 0.0
-    gone = -expm1(-x)
-    left, mean = 1.0 - gone, gone / x
-    return left, (mean - left) * s_0 + (1.0 - mean) * s_1
 
 
 @compiled(types.void(_FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT, _ARRAY, _ARRAY), makes_arrays=False)
@@ -50,7 +35,7 @@ def _advance(
 ) -> None:
     """Advance all blocks by a motion without reversal, while the level goes linearly from s_0 to s_1."""
     C, blocks = parameters[5], (parameters.size - 6) // 2
-    left, pull = _slip(s_0, s_1, C, dt)
+    left, pull = relax(s_0, s_1, C, dt)
     for i in range(blocks):
         alpha, k = parameters[6 + i], parameters[6 + blocks + i]
         u = direction * state[2 + i]
@@ -66,7 +51,7 @@ def _advance(
                 if before > 0.0:  # it breaks away inside the step, where its load meets alpha·s
                     x = before / (before - after)
                     s_x = s_0 + x * (s_1 - s_0)
-                    left_x, pull_x = _slip(s_x, s_1, C, (1.0 - x) * dt)
+                    left_x, pull_x = relax(s_x, s_1, C, (1.0 - x) * dt)
                     u = alpha * (left_x * s_x + pull_x)
                 else:
                     u = left * u + alpha * pull
@@ -80,11 +65,10 @@ def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters
     blocks = (parameters.size - 6) // 2
     v_0, s_0 = state[0], state[1]
     s_1 = stribeck_level(v, F_c, F_s, v_s, delta)
-    if v_0 * v < 0.0:  # the motion turns inside the step: where v, taken as linear, is zero
-        before = v_0 / (v_0 - v)
-        overshoot = 0.5 * v_0 * before * dt
-        _advance(overshoot, copysign(1.0, v_0), before * dt, s_0, F_s, state, parameters)
-        dz, dt, s_0 = dz - overshoot, (1.0 - before) * dt, F_s
+    overshoot, before = turn(v_0, v, dt)
+    if before > 0.0:
+        _advance(overshoot, copysign(1.0, v_0), before, s_0, F_s, state, parameters)
+        dz, dt, s_0 = dz - overshoot, dt - before, F_s
     if dz != 0.0 or v != 0.0:
         _advance(dz, copysign(1.0, dz if dz != 0.0 else v), dt, s_0, s_1, state, parameters)
     state[0], state[1] = v, s_1
@@ -110,7 +94,7 @@ class GMS(OnBlocks):
     The springs are driven by position increments, and the sign of an increment is the direction of motion; the
     velocity enters s(v), the viscous part, and where inside a step the motion turns. So an encoder that flickers by
     one count makes a small elastic excursion, and the force does not drift. A step in which the motion turns or a
-    block breaks away is split there; slip is integrated to second order in the step (see `_slip`).
+    block breaks away is split there; slip is integrated to second order in the step (see `relax`).
 
     Eq. (4) is taken as printed. Where s(v) rises while the motion all but stops, it lets a slipping block load its
     spring by time alone: a cycle of about the length of a slip displacement, fast there and back with a wait of many
