@@ -108,3 +108,11 @@ def test_an_integral_free_loop_has_no_lower_gain_limit() -> None:
     assert "gain_reduction" not in design.velocity.as_dict()
     assert assess_cascade(X, CASCADE_X).input.gain_reduction > 0.0
     assert design.velocity.bandwidth < inf
+
+
+@pytest.mark.parametrize(
+    ("phase", "gain"), [(0.0, 2.0), (-10.0, 2.0), (190.0, 2.0), (60.0, 1.0), (60.0, 0.7), (60.0, inf)]
+)
+def test_what_is_no_margin_is_refused(phase: float, gain: float) -> None:
+    with pytest.raises(FricError, match="are no margins"):
+        Requirement(radians(phase), gain)

@@ -149,3 +149,22 @@ def test_no_resonance_is_refused() -> None:
     for wrong in ((0.0, 0.1, 1.0), (10.0, 0.0, 1.0), (10.0, 1.5, 1.0), (10.0, 0.1, 0.0)):
         with pytest.raises(FricError):
             Resonance(*wrong)
+
+
+def test_a_peak_sensitivity_that_no_loop_has_is_refused() -> None:
+    with pytest.raises(FricError, match="above 0 dB"):
+        design_observer(X, CASCADE_X, peak_sensitivity=1.0)
+
+
+@pytest.mark.parametrize("name", Q_FILTERS)
+def test_t_of_the_observer_loop_is_q(name: str) -> None:
+    """Plant and observer alone, at the plant's input, are L = F·G/(1 − Q): T = L/(1 + L) is Q for the nominal G.
+
+    The nominal plant behind a hold is G with T_d = T_s/2, and F and Q are here the difference equations that run.
+    """
+    observer = DisturbanceObserver(QFilter(name, 60.0), X.A, X.B)
+    loop = SampledLoop(replace(X, T_d=0.5 / 4000), CASCADE_X, observer)
+    f = np.geomspace(1.0, 400.0, 50)
+    F, Q = (equation.response(f, 4000.0) for equation in (loop.filters.inverse, loop.filters.low_pass))
+    L = F * loop.G(f) / (1 - Q)
+    assert np.abs(L / (1 + L)) == pytest.approx(np.abs(observer.q.response(f)), abs=0.01)

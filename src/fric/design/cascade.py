@@ -31,10 +31,22 @@ class Requirement:
         Phase margin [rad].
     gain_margin
         Gain margin, a factor above 1.
+
+    Raises
+    ------
+    FricError
+        When they leave no room for stability.
     """
 
     phase_margin: float = radians(60.0)
     gain_margin: float = 10 ** (13.8 / 20)
+
+    def __post_init__(self) -> None:
+        if not (0 < self.phase_margin < pi and 1 < self.gain_margin < inf):
+            raise FricError(
+                f"{np.degrees(self.phase_margin):.3g}° and {decibel(self.gain_margin):.3g} dB are no margins",
+                mend="Give a phase margin between 0° and 180°, and a gain margin above 0 dB.",
+            )
 
     def met(self, found: Margins) -> bool:
         """Return whether the margins are met, to nine digits."""
