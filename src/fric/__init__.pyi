@@ -16,9 +16,15 @@ from .figures.bode import bode_figure as bode_figure
 from .figures.circle import polar_figure as polar_figure
 from .figures.nyquist import nichols_figure as nichols_figure
 from .figures.nyquist import nyquist_figure as nyquist_figure
+from .figures.plant import draw_motion as draw_motion
+from .figures.plant import draw_plant as draw_plant
 from .figures.qfilter import q_filter_figure as q_filter_figure
 from .figures.static_map import draw_static_map as draw_static_map
 from .figures.style import save_figure as save_figure
+from .identify.choose import plant_records as plant_records
+from .identify.frequency_response import measure_response as measure_response
+from .identify.plant import identify_plant as identify_plant
+from .identify.rigid_body import identify_motion as identify_motion
 from .identify.static import identify_static as identify_static
 from .io.design import controller_tree as controller_tree
 from .io.design import observer_tree as observer_tree
@@ -33,6 +39,7 @@ from .io.friction import static_tree as static_tree
 from .io.hdf5 import read_logs as read_logs
 from .io.hdf5 import read_records as read_records
 from .io.hdf5 import write_logs as write_logs
+from .io.identified_plant import plant_tree as plant_tree
 from .io.ingest import Ingested as Ingested
 from .io.ingest import ingest as ingest
 from .io.ingest import sizes as sizes

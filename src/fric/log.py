@@ -24,6 +24,7 @@ RESPONSE_DIMENSIONS = {
     "magnitude": "position per input",
     "phase": "angle",
     "coherence": "ratio",
+    "deviation": "ratio",
 }
 """The columns of a measured frequency response, and the dimension of each."""
 
@@ -144,6 +145,8 @@ class FrequencyResponse:
         Phase [rad], unwrapped, shape (n,).
     coherence
         Coherence at each frequency (0 to 1), shape (n,), where it was measured.
+    deviation
+        Standard deviation of the magnitude over the magnitude, and of the phase [rad], shape (n,), where it is known.
     name, axis, motion, source, sha256
         As in `Log`.
     """
@@ -152,6 +155,7 @@ class FrequencyResponse:
     magnitude: NDArray[np.float64]
     phase: NDArray[np.float64]
     coherence: NDArray[np.float64] | None = None
+    deviation: NDArray[np.float64] | None = None
     name: str = "response"
     axis: str = "x"
     motion: Motion = "linear"

@@ -13,6 +13,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.conditioning import Conditioning, kept, thinned, zero_phase
 from fric.identify.covariance import hac_covariance
+from fric.identify.force_constant import force_constant as slope_of_force
 from fric.identify.sampling import even_sampling
 from fric.units import Motion, si_unit
 
@@ -144,7 +145,7 @@ def identify_motion(
         for name, v, h, unit in zip(names, values, half, units, strict=True)
     }
 
-    K_f = _force_constant(logs, force_constant, motion)
+    K_f = slope_of_force(logs, force_constant, motion)
     plant = _plant(values, covariance, reach, direction, channel, K_f, delay, max(rates), motion)
     time = np.concatenate([c.time[kept(len(c.time), s.decimation)] for c, s in zip(raw, settings, strict=True)])
     lag = float(residual[1:] @ residual[:-1] / (residual @ residual))
@@ -212,26 +213,6 @@ def _unit(name: str, channel: str, motion: Motion) -> str:
         return si_unit(dimension, motion)
     length = si_unit("position", motion)
     return {"mass": f"V*s^2/{length}", "viscous": f"V*s/{length}", "force": "V"}[dimension]
-
-
-def _force_constant(logs: Sequence[Log], given: float | None, motion: Motion) -> Estimate | None:
-    """Return K_f: as given, or the slope of force over input where both were logged."""
-    unit = si_unit("force per input", motion)
-    if given is not None:
-        return Estimate(given, unit, fixed=True)
-    pairs = [(log.input, log.force) for log in logs if log.input is not None and log.force is not None]
-    if not pairs:
-        return None
-    u, F = (np.concatenate(columns) for columns in zip(*pairs, strict=True))
-    X = np.column_stack([u, np.ones_like(u)])
-    if np.ptp(u) == 0:
-        return None
-    slope, offset = np.linalg.lstsq(X, F, rcond=None)[0]
-    residual = F - slope * u - offset
-    half = 0.0
-    if np.any(residual):
-        half = 1.96 * float(np.sqrt(hac_covariance(X, residual, [len(p[0]) for p in pairs])[0, 0]))
-    return Estimate(float(slope), unit, (float(slope) - half, float(slope) + half))
 
 
 def _plant(

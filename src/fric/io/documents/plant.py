@@ -23,15 +23,26 @@ class PlantPart(Physical):
     }
 
     A: Quantity = Field(description="linear damping of the drive [1/s]")
-    B: Quantity = Field(description="acceleration per volt [m/(s^2*V)]")
+    B: Quantity | None = Field(
+        None, description="acceleration per volt [m/(s^2*V)]; left out where no input was logged"
+    )
     T_d: Quantity = Field(description="delay of the measured response, half a sample of hold included [s]")
     K_f: Quantity | None = Field(None, description="force constant [N/V]; left out where no force was logged")
 
     def linear(self, motion: Motion) -> LinearPlant:
-        """Return eq. (1) in SI, without a force scale; a value that is not physical raises a `FricError`."""
-        values = self.values(motion)
+        """Return eq. (1) in SI, without a force scale; a value that is missing or not physical raises a `FricError`."""
+        values = self._with_B(motion)
         values.pop("K_f", None)
         return LinearPlant(**values)
+
+    def _with_B(self, motion: Motion) -> dict[str, float]:
+        values = self.values(motion)
+        if "B" not in values:
+            raise FricError(
+                "the acceleration per volt B is not given",
+                mend="Identify the plant again from a log with input, or with --force-constant.",
+            )
+        return values
 
     def plant(self, motion: Motion) -> Plant:
         """Return the plant in SI.
@@ -39,9 +50,9 @@ class PlantPart(Physical):
         Raises
         ------
         FricError
-            When K_f is not given, or a value is not physical.
+            When B or K_f is not given, or a value is not physical.
         """
-        values = self.values(motion)
+        values = self._with_B(motion)
         if "K_f" not in values:
             raise FricError(
                 "the force constant K_f is not given",

@@ -1,0 +1,193 @@
+"""Bode diagram of an identified plant, and a motion with what the rigid axis makes of it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.figures.style import BLACK, BLUE, CYCLE, GREY, VERMILION, new_figure
+from fric.units import si_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from fric.identify.plant import PlantFit, ResponseFit
+    from fric.identify.rigid_body import MotionFit
+
+MARKERS = "osD^v"
+
+
+def draw_plant(fit: PlantFit) -> Figure:
+    """Draw measured responses with 95 % bars and eq. (1) with its band; below, what eq. (1) leaves.
+
+    Where two amplitudes were compared, a further panel shows A over the gain of Coulomb friction.
+
+    Parameters
+    ----------
+    fit
+        What `fric.identify.plant.identify_plant` found.
+    """
+    compared = fit.friction.compared
+    with new_figure(7.2 if compared else 6.3, 5.6) as figure:
+        grid = figure.add_gridspec(
+            3, 2 if compared else 1, height_ratios=(3, 3, 2), width_ratios=(3, 2)[: 1 + compared]
+        )
+        top = figure.add_subplot(grid[0, 0])
+        middle = figure.add_subplot(grid[1, 0], sharex=top)
+        bottom = figure.add_subplot(grid[2, 0], sharex=top)
+        for n, response in enumerate(fit.responses):
+            name = response.measured.table.name if len(fit.responses) > 1 else "measured, 95 %"
+            _measured(top, middle, response, CYCLE[n % len(CYCLE)], MARKERS[n % len(MARKERS)], name)
+        _model(top, middle, fit)
+        for n, response in enumerate(fit.responses):
+            _left(bottom, fit, response, CYCLE[n % len(CYCLE)], MARKERS[n % len(MARKERS)], label=n == 0)
+        top.set(ylabel=f"|Z/U| [dB of {si_unit('position per input', fit.motion)}]", xscale="log")
+        middle.set(ylabel="phase [°]")
+        bottom.set(xlabel="frequency [Hz]", ylabel="measured / fit [%, °]")
+        top.legend()
+        bottom.legend(ncols=2)
+        for axes in (top, middle):
+            axes.tick_params(labelbottom=False)
+        if compared:
+            _influence(figure.add_subplot(grid[:, 1]), fit)
+        return figure
+
+
+def _measured(top: Axes, middle: Axes, response: ResponseFit, colour: str, marker: str, name: str) -> None:
+    table, used = response.measured.table, response.used
+    f = table.frequency
+    deviation = np.zeros_like(f) if response.measured.method == "table" else 1.96 * np.asarray(table.deviation)
+    deviation = np.where(np.isfinite(deviation), deviation, 0.0)
+    decibel, degrees = 20 * np.log10(np.maximum(table.magnitude, 1e-300)), np.degrees(_branch(response))
+    look: dict[str, Any] = {"fmt": marker, "markersize": 3, "markerfacecolor": "white", "elinewidth": 0.7, "zorder": 3}
+    dense = f.size > 300  # a Welch spectrum: points alone
+    for axes, values, error in (
+        (top, decibel, 20 / np.log(10) * deviation),
+        (middle, degrees, np.degrees(deviation)),
+    ):
+        if dense:
+            axes.plot(f[used], values[used], ".", markersize=2, color=colour, label=name, zorder=3)
+        else:
+            axes.errorbar(f[used], values[used], yerr=error[used], color=colour, label=name, **look)
+        axes.plot(f[~used], values[~used], "x", markersize=3, color=GREY, zorder=2,
+                  label="left out" if axes is top and np.any(~used) else None)  # fmt: skip
+
+
+def _branch(response: ResponseFit) -> NDArray[np.float64]:
+    """Return the measured phase [rad] on the branch of the model, which no noise has unwrapped."""
+    model = _phase(response.model(response.measured.table.frequency))
+    return model + np.angle(response.measured.response / response.model(response.measured.table.frequency))
+
+
+def _phase(G: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Return an unwrapped phase [rad] that starts between -270° and -90°, as eq. (1) does."""
+    phase = np.unwrap(np.angle(G))
+    return phase - 2 * np.pi * np.ceil((phase[0] + np.pi / 4) / (2 * np.pi))
+
+
+def _model(top: Axes, middle: Axes, fit: PlantFit) -> None:
+    from_, to = _range(fit)
+    f = np.geomspace(from_, to, 400)
+    first, values = fit.responses[0], fit.solution.values[:3]
+    G, draws = first.of(values, f), _draws(fit, f)
+    if fit.friction.differs:
+        for n, response in enumerate(fit.responses):
+            seen = response.of(fit.solution.values, f)
+            top.plot(f, 20 * np.log10(np.abs(seen)), color=CYCLE[n % len(CYCLE)], linewidth=0.8, linestyle="--")
+            middle.plot(f, np.degrees(_phase(seen)), color=CYCLE[n % len(CYCLE)], linewidth=0.8, linestyle="--")
+    top.plot(f, 20 * np.log10(np.abs(G)), color=BLACK, label="eq. (1), 95 %", zorder=4)
+    A, B, T_d = (fit.estimates[name] for name in ("A", "B", "T_d"))
+    unit = B.unit.replace("*", "·")
+    top.set_title(f"A {float(A):.4g} 1/s, B {float(B):.4g} {unit}, T_d {1e3 * float(T_d):.3g} ms")
+    middle.plot(f, np.degrees(_phase(G)), color=BLACK, zorder=4)
+    ratio = draws / G
+    size = np.percentile(20 * np.log10(np.abs(ratio)), [2.5, 97.5], axis=0) + 20 * np.log10(np.abs(G))
+    angle = np.degrees(np.percentile(np.angle(ratio), [2.5, 97.5], axis=0) + _phase(G))
+    top.fill_between(f, *size, color=BLACK, alpha=0.15, linewidth=0)
+    middle.fill_between(f, *angle, color=BLACK, alpha=0.15, linewidth=0)
+
+
+def _range(fit: PlantFit) -> tuple[float, float]:
+    used = np.concatenate([r.measured.table.frequency[r.used] for r in fit.responses])
+    return float(used.min()), float(used.max())
+
+
+def _draws(fit: PlantFit, f: NDArray[np.float64], count: int = 200) -> NDArray[np.complex128]:
+    """Return responses of parameters drawn from their joint normal distribution, shape (count, n)."""
+    values = np.random.default_rng(0).multivariate_normal(fit.solution.values, fit.solution.covariance, count)
+    return np.array([fit.responses[0].of(v[:3], f) for v in values])
+
+
+def _left(axes: Axes, fit: PlantFit, response: ResponseFit, colour: str, marker: str, *, label: bool) -> None:
+    f = response.measured.table.frequency[response.used]
+    ratio = np.log(response.measured.response[response.used] / response.of(fit.solution.values, f))
+    axes.plot(f, 100 * ratio.real, marker, markersize=2.5, color=colour, label="magnitude [%]" if label else None)
+    axes.plot(
+        f, np.degrees(ratio.imag), marker, markersize=2.5, color=colour, markerfacecolor="none", alpha=0.8,
+        label="phase [°]" if label else None,
+    )  # fmt: skip
+    axes.axhline(0, color=BLACK, linewidth=0.6)
+
+
+def _influence(axes: Axes, fit: PlantFit) -> None:
+    """Show A as each response alone gives it over the gain of Coulomb friction, and the line to no friction."""
+    friction = fit.friction
+    for n, (gain, seen, half) in enumerate(zip(friction.gains, friction.seen, friction.half, strict=True)):
+        axes.errorbar(gain, seen, yerr=half, fmt=MARKERS[n % len(MARKERS)], color=CYCLE[n % len(CYCLE)], capsize=2,
+                      markerfacecolor="white")  # fmt: skip
+    low, high = (float(v) for v in fit.estimates["A"].ci95 or (0.0, 0.0))  # type: ignore[arg-type]
+    A = float(fit.estimates["A"])
+    axes.errorbar(0, A, yerr=[[A - low], [high - A]], fmt="*", color=BLACK, markersize=9, capsize=2,
+                  label="A without friction" if friction.differs else "A of all")  # fmt: skip
+    if friction.differs and friction.coulomb is not None:
+        g = np.array([0.0, float(np.max(friction.gains))])
+        axes.plot(g, A + float(friction.coulomb) * g, color=BLACK, linewidth=0.8, label="A + F_c/M · gain")
+    length = si_unit("position", fit.motion)
+    axes.set(xlabel=f"friction's gain [s/{length}]", ylabel="A of each response [1/s]", title="friction's share in A")
+    axes.legend()
+
+
+def draw_motion(fit: MotionFit) -> Figure:
+    """Draw the logged force with that of the fitted rigid axis, and what is left.
+
+    Parameters
+    ----------
+    fit
+        What `fric.identify.rigid_body.identify_motion` found.
+    """
+    unit = si_unit("force", fit.motion) if fit.channel == "force" else "V"
+    with new_figure(6.3, 4.2) as figure:
+        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.5))
+        for n, (start, stop) in enumerate(_runs(fit.time)):
+            part = slice(start, stop)
+            t = fit.time[part]
+            first = n == 0
+            top.plot(t, fit.measured[part], color=BLUE, linewidth=1.0, label="measured" if first else None)
+            top.plot(
+                t, fit.fitted[part], color=VERMILION, linewidth=1.0, linestyle="--", label="fit" if first else None
+            )
+            bottom.plot(t, fit.measured[part] - fit.fitted[part], color=GREY, linewidth=0.8)
+        quantity = "force" if fit.channel == "force" else "input"
+        top.set(ylabel=f"{quantity} [{unit.replace('*', '·')}]")
+        top.set_title(_told(fit))
+        top.legend(ncols=2, loc="upper right", bbox_to_anchor=(1.0, 1.12), borderaxespad=0.0)
+        title = f"relative error {100 * fit.relative_error:.2f} %, autocorrelation {fit.autocorrelation:.2f}"
+        bottom.set(xlabel="time [s]", ylabel=f"residual [{unit.replace('*', '·')}]", title=title)
+        return figure
+
+
+def _runs(time: NDArray[np.float64]) -> list[tuple[int, int]]:
+    """Return start and stop of the stretches in which time rises: the records, when several were fitted."""
+    cuts = [0, *(np.flatnonzero(np.diff(time) <= 0) + 1).tolist(), len(time)]
+    return list(pairwise(cuts))
+
+
+def _told(fit: MotionFit) -> str:
+    names = ["M", "F_v", "F_c"] if "F_v" in fit.estimates else ["M", "F_c_positive", "F_c_negative"]
+    return ", ".join(
+        f"{name} {float(fit.estimates[name]):.4g} {fit.estimates[name].unit.replace('*', '·')}" for name in names
+    )

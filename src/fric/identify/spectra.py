@@ -1,0 +1,228 @@
+"""Spectra of an excited axis: the period of the excitation, averages over periods, Welch's segments."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy import fft, ndimage, signal, special
+
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Real = NDArray[np.float64]
+    Complex = NDArray[np.complex128]
+
+ALIKE = 0.5
+"""Autocorrelation from which on a signal counts as periodic; noise in the loop takes from it."""
+
+ALONE = 0.9
+"""Share of the driver's power from which on a segment stands alone at a line, as at a step in the reference."""
+
+HANN_CORRELATION = 1 + 2 * ((2 / 3) ** 2 + (1 / 6) ** 2)
+"""Lines of Hann's window that tell as much as one: errors and driver of neighbouring lines correlate by 2/3, 1/6."""
+
+
+class Spectra(NamedTuple):
+    """Spectra of driver, input and position at the lines k ≥ 1, one row a period or segment.
+
+    Parameters
+    ----------
+    frequency
+        Frequencies [Hz], shape (n,).
+    driver, input, position
+        Complex amplitudes, each of shape (p, n).
+    averages
+        Independent rows, p less what overlapping segments share.
+    correlation
+        Neighbouring lines that tell as much as one.
+    """
+
+    frequency: Real
+    driver: Complex
+    input: Complex
+    position: Complex
+    averages: float
+    correlation: float
+
+    def at(self, lines: NDArray[np.bool_]) -> Spectra:
+        """Return the chosen lines, shape (n,)."""
+        driver, input, position = (x[:, lines] for x in (self.driver, self.input, self.position))
+        return Spectra(self.frequency[lines], driver, input, position, self.averages, self.correlation)
+
+
+def coherence_of(X: Complex, Y: Complex) -> Real:
+    """Return the coherence of two signals from their spectra, each of shape (p, n)."""
+    power = np.sum(np.abs(X) ** 2, axis=0) * np.sum(np.abs(Y) ** 2, axis=0)
+    return np.asarray(np.abs(np.sum(X * Y.conj(), axis=0)) ** 2 / np.maximum(power, 1e-300))
+
+
+def find_period(values: Real) -> int | None:
+    """Return the period of a signal in samples, None where there are not two that are alike.
+
+    The smallest lag at which the autocorrelation has a peak about as high as the highest, once it has been
+    below zero.
+    """
+    n = len(values)
+    x = signal.detrend(values)
+    power = np.abs(fft.rfft(x, fft.next_fast_len(2 * n))) ** 2
+    r = fft.irfft(power)[: n // 2 + 1]
+    if r[0] <= 1e-24 * n * max(float(np.max(np.abs(values))), 1e-300) ** 2:
+        return None
+    r = r / r[0] * (n / (n - np.arange(len(r))))  # of as many products as each lag has
+    below = np.flatnonzero(r < 0)
+    if below.size == 0:
+        return None
+    r[: below[0]] = 0.0
+    peaks, _ = signal.find_peaks(np.append(r, 0.0), height=max(ALIKE, float(r.max()) - 0.05))
+    return int(peaks[0]) if peaks.size else None
+
+
+def period_spectra(input: Real, position: Real, period: int, sampling: float) -> Spectra:
+    """Return the spectra of whole periods, counted back from the end, mean drifts taken off.
+
+    The driver is 1: the excitation is the same in each period.
+
+    Parameters
+    ----------
+    input, position
+        Control voltage [V] and position [m], each of shape (n,).
+    period
+        Samples a period.
+    sampling
+        Samples a second [Hz].
+
+    Raises
+    ------
+    FricError
+        When there are fewer than two periods.
+    """
+    count = len(input) // period
+    if count < 2:
+        raise FricError(
+            f"a record of {len(input)} samples holds {count} period(s) of {period}",
+            mend="Log two periods or more, ten are good; or give the right --period.",
+        )
+    U, Z = (periods(x, period) for x in (input, position))
+    if count > 2 and _swings_in(U, Z):
+        U, Z = U[1:], Z[1:]
+    frequency = np.arange(1, U.shape[1] + 1) * sampling / period
+    return Spectra(frequency, np.ones_like(U), U, Z, len(U), 1.0)
+
+
+def periods(values: Real, period: int) -> Complex:
+    """Return the lines k ≥ 1 of each whole period, counted back from the end, without the mean drift: (p, n)."""
+    count = len(values) // period
+    x = values[-count * period :]
+    x = x - drift(values, period) * np.arange(len(x))
+    return np.asarray(fft.rfft(x.reshape(count, period))[:, 1 : (period + 1) // 2] / period)
+
+
+def drift(values: Real, period: int) -> float:
+    """Return by how much a signal that repeats itself rises in one sample, on average."""
+    return float(np.mean(values[period:] - values[:-period])) / period
+
+
+def _swings_in(U: Complex, Z: Complex) -> bool:
+    """Tell whether the first period is still unlike those that follow it: ten times their variance."""
+    first, others = 0.0, 0.0
+    for X in (U, Z):
+        rest = X[1:]
+        variance = np.mean(np.abs(rest - rest.mean(axis=0)) ** 2, axis=0) + 1e-30 * np.abs(rest.mean(axis=0)) ** 2
+        weight = 1 / np.maximum(variance, 1e-12 * variance.max())
+        first += float(np.sum(np.abs(X[0] - rest.mean(axis=0)) ** 2 * weight))
+        others += float(np.sum(variance * weight))
+    return first > 10 * others
+
+
+def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sampling: float) -> Spectra:
+    """Return the spectra of segments under Hann's window that overlap by half (Welch 1967).
+
+    The position is differenced first and the lines divided by what that does to them: an integrating plant's
+    position wanders, and would leak into every line.
+
+    Parameters
+    ----------
+    input, position, driver
+        Control voltage [V], position [m], and what drives both: the reference, or the input itself, each shape (n,).
+    segment
+        Samples a segment.
+    sampling
+        Samples a second [Hz].
+    """
+    n = len(input) - 1
+    starts = np.arange(0, n - segment + 1, max(segment // 2, 1))
+    window = signal.windows.hann(segment, sym=False)
+    pick = starts[:, None] + np.arange(segment)
+    rows = [signal.detrend(x[pick]) * window for x in (driver[1:], input[1:], np.diff(position))]
+    R, U, dZ = (fft.rfft(x)[:, 3 : segment // 2] / segment for x in rows)  # the window smears 0 Hz over the first two
+    frequency = np.arange(3, segment // 2) * sampling / segment
+    Z = dZ / -np.expm1(-2j * np.pi * frequency / sampling)
+    averages = len(starts) / (1 + 2 / 36 * (1 - 1 / len(starts)))
+    return Spectra(frequency, R, U, Z, averages, HANN_CORRELATION)
+
+
+def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:
+    """Return Z/U [m/V], its relative deviation, and the coherence that goes with it, each of shape (n,).
+
+    Input and position are each regressed on the driver, and the response is the quotient of both (joint input-output;
+    Pintelon and Schoukens, System Identification, 2nd ed., section 2.5). What noise the loop feeds back is in
+    both regressions and averages out; with the input itself as driver this is the ordinary quotient of spectra.
+
+    The deviation is that of real and imaginary part over |Z/U|, smoothed over neighbouring lines; the coherence
+    is the one at which an ordinary response of as many averages has that deviation.
+    """
+    R, p = spectra.driver, len(spectra.driver)
+    power = np.sum(np.abs(R) ** 2, axis=0)
+    power = np.maximum(power, 1e-300)
+    T_u, T_z = (np.sum(X * R.conj(), axis=0) / power for X in (spectra.input, spectra.position))
+    e_u, e_z = spectra.input - T_u * R, spectra.position - T_z * R
+    with np.errstate(divide="ignore", invalid="ignore"):
+        G = T_z / T_u
+        spread = np.sum(np.abs(e_z / T_z - e_u / T_u) ** 2, axis=0) / (p - 1)
+    variance = spread / power * (p / spectra.averages)
+    alone = np.max(np.abs(R) ** 2, axis=0) > ALONE * power  # one row fits itself, and says nothing of its error
+    usable = np.isfinite(variance) & np.isfinite(G) & (np.abs(G) > 0) & ~alone
+    variance = _smoothed(np.where(usable, variance, np.inf), 2 * (p - 1))
+    deviation = np.sqrt(variance / 2)
+    return np.where(usable, G, 0.0), deviation, 1 / (1 + spectra.averages * variance)
+
+
+def _smoothed(variance: Real, freedom: int, reach: int = 4) -> Real:
+    """Return geometric means over neighbouring lines, symmetric, made true for chi-squared values."""
+    n = len(variance)
+    log = np.log(np.maximum(variance, 1e-300))
+    total = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(log), log, 0.0))])
+    count = np.concatenate([[0], np.cumsum(np.isfinite(log))])
+    at = np.arange(n)
+    wide = np.minimum(np.minimum(at, n - 1 - at), reach)
+    low, high = at - wide, at + wide + 1
+    mean = (total[high] - total[low]) / np.maximum(count[high] - count[low], 1)
+    bias = float(special.digamma(freedom / 2) - np.log(freedom / 2))
+    return np.where(np.isfinite(log), np.exp(mean - bias), np.inf)
+
+
+def excited(spectra: Spectra, tall: float = 0.05) -> NDArray[np.bool_]:
+    """Return which lines of a periodic excitation are driven.
+
+    At a line that is not driven a closed loop shows the controller, the encoder's steps or friction's harmonics, and
+    these may repeat themselves as exactly as the excitation. A driven line is tall among its neighbours in input and
+    position together, not small against the input at any lower frequency, and above the noise.
+
+    Parameters
+    ----------
+    spectra
+        Spectra of whole periods.
+    tall
+        Share of the tallest that a driven line has at least.
+    """
+    U, Z = (np.abs(np.mean(x, axis=0)) for x in (spectra.input, spectra.position))
+    variance = np.var(spectra.input, axis=0, ddof=1) / len(spectra.input)
+    noise = np.sqrt(ndimage.median_filter(variance, size=21, mode="nearest"))
+    both = np.sqrt(U * Z)
+    reach = np.maximum(2, np.arange(len(U)) // 4)
+    around = np.array([both[max(0, k - r) : k + r + 1].max() for k, r in enumerate(reach)])
+    driven: NDArray[np.bool_] = (both > tall * around) & (tall * np.maximum.accumulate(U) < U) & (5 * noise < U)
+    return driven

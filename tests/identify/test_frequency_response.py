@@ -1,0 +1,155 @@
+"""The empirical frequency response: periods, segments, closed loops, tables."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import chirp, lfilter
+
+from fric.drive.sampled import SampledPlant
+from fric.errors import FricError
+from fric.identify.frequency_response import measure_response
+from fric.identify.spectra import find_period
+from fric.log import FrequencyResponse, Log
+from tests.identify.excited_axis import RATE, X, excite, multisine, shaken
+
+
+def truth(f: np.ndarray) -> np.ndarray:
+    return SampledPlant.of(X, RATE).response(f, RATE)
+
+
+def noise(seconds: float, size: float, seed: int = 3) -> np.ndarray:
+    return size * lfilter([0.05], [1, -0.95], np.random.default_rng([seed, 3]).normal(size=round(seconds * RATE)))
+
+
+def z_scores(log: Log, **options: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return real and imaginary errors over the deviation that is told, at coherent lines."""
+    m = measure_response(log, **options)
+    assert m.table.coherence is not None
+    assert m.table.deviation is not None
+    sure = m.table.coherence > 0.5
+    ratio = m.response[sure] / truth(m.table.frequency[sure]) - 1
+    return ratio.real / m.table.deviation[sure], ratio.imag / m.table.deviation[sure]
+
+
+def test_the_response_of_a_quiet_axis_is_that_of_the_held_plant() -> None:
+    """Without noise and encoder only rounding is left, in a closed loop, around a moving mean."""
+    log = shaken(X, seed=1, position_noise=0.0, voltage_noise=0.0, resolution=0.0)
+    m = measure_response(log)
+    assert m.method == "periods"
+    np.testing.assert_allclose(m.response, truth(m.table.frequency), rtol=1e-4)
+
+
+@pytest.mark.parametrize("through", ["voltage", "reference", "reference, not logged"])
+def test_errors_are_as_large_as_told_in_a_closed_loop(through: str) -> None:
+    scores = []
+    for seed in range(12):
+        if through == "voltage":
+            log = shaken(X, seed=seed)
+        else:
+            tall = multisine(
+                np.unique(np.rint(np.geomspace(1, 200, 60)).astype(int)), 2000, np.random.default_rng(seed)
+            )
+            r = np.tile(tall / np.abs(tall).max() * 2e-4, 9)
+            log = excite(X, seed=seed, reference=r, skip=2000, log_reference=through == "reference")
+        scores.append(z_scores(log))
+    both = np.concatenate([np.concatenate(pair) for pair in scores])
+    assert len(both) > 800
+    assert np.abs(both.mean()) < 4 / np.sqrt(len(both))
+    assert both.std() == pytest.approx(1.0, abs=0.12)
+
+
+@pytest.mark.parametrize("kind", ["noise"])
+def test_segments_with_the_reference_as_driver(kind: str) -> None:
+    n = round(30 * RATE)
+    r = (
+        noise(30, 6e-4)
+        if kind == "noise"
+        else 1e-3 * np.linspace(1, 0.1, n) * chirp(np.arange(n) / RATE, 1, 30, 300, "log")
+    )
+    log = excite(X, seed=4, reference=r)
+    m = measure_response(log)
+    assert m.method == "segments"
+    assert "reference as driver" in m.told
+    assert not m.warnings
+    real, imag = z_scores(log)
+    assert np.concatenate([real, imag]).std() < 1.6  # leakage of a sweep counts, too
+    sure = m.table.coherence > 0.9
+    assert np.count_nonzero(sure) > 100
+    assert np.median(np.abs(m.response[sure] / truth(m.table.frequency[sure]) - 1)) < 0.01
+
+
+def test_without_its_reference_a_noisy_closed_loop_is_biased_and_that_is_told() -> None:
+    """The direct quotient is drawn to the controller's inverse; through the reference it is not (20 to 40 Hz)."""
+    log = excite(X, seed=4, reference=noise(60, 3e-4), voltage_noise=1.0)
+    joint, direct = measure_response(log), measure_response(replace(log, reference=None))
+    assert any("controller's inverse" in warning for warning in direct.warnings)
+    f = joint.table.frequency
+    band = (f > 20) & (f < 40)
+    error = [abs(np.mean(m.response[band] / truth(f[band])) - 1) for m in (joint, direct)]
+    assert error[0] < 0.06
+    assert error[1] > 0.3
+
+
+def test_the_period_is_found_whatever_lies_beneath() -> None:
+    rng = np.random.default_rng(1)
+    tall = np.tile(multisine(np.arange(2, 150, 3), 1500, rng), 7)[:9999]
+    for period in (find_period(tall), find_period(tall + rng.normal(0, 2, tall.size) + 1e-2 * np.arange(tall.size))):
+        assert period == 1500 or period == 500  # lines 2 + 3n repeat, up to a phase, within a third
+    assert find_period(rng.normal(size=9999)) is None
+    assert find_period(np.ones(999)) is None
+
+
+def test_a_period_that_swings_in_is_left_out() -> None:
+    log = shaken(X, seed=1, voltage_noise=0.0)
+    whole = replace(log, position=log.position + 1e-4 * np.exp(-np.arange(len(log)) / 300))
+    assert measure_response(whole).averages == measure_response(log).averages - 1
+
+
+def test_only_driven_lines_are_told_although_the_encoder_repeats_itself() -> None:
+    """30 mm/s over half a second are whole encoder steps, so that rounding repeats in each period."""
+    m = measure_response(shaken(X, seed=1, position_noise=0.0, voltage_noise=0.0))
+    assert m.table.frequency.max() == pytest.approx(400)
+    np.testing.assert_allclose(m.response[5:], truth(m.table.frequency[5:]), rtol=0.05)
+
+
+def test_friction_gain_of_a_motion() -> None:
+    """4/(π·V) for a sine of amplitude V, √(2/π)/σ for noise, nothing around a motion that never turns."""
+    t = np.arange(40_000) / RATE
+    V = 0.02
+    u = np.sin(2 * np.pi * 5 * t)
+    z = -V / (2 * np.pi * 5) * np.cos(2 * np.pi * 5 * t)
+    log = Log(t, position=z + 1e-12 * u, input=u + 0.1 * np.sin(2 * np.pi * 10 * t) + 0.1 * np.sin(2 * np.pi * 15 * t))
+    m = measure_response(log, segment=1.0)
+    assert m.reversing == pytest.approx(4 / (np.pi * V), rel=0.02)
+    assert measure_response(replace(log, position=z + 2 * V * t), segment=1.0).reversing == 0.0
+    assert shaken(X, seed=2).input is not None
+    assert measure_response(shaken(X, seed=2)).reversing == 0.0
+    assert (measure_response(shaken(X, seed=2, mean=0.0)).reversing or 0.0) > 10
+
+
+def test_a_table_is_unwrapped() -> None:
+    f = np.geomspace(2, 900, 80)
+    G = X.response(f)
+    m = measure_response(FrequencyResponse(f, np.abs(G), np.angle(G)))
+    assert np.all(np.diff(m.table.phase) < 0)
+    assert m.warnings
+    assert m.reversing is None
+    with pytest.raises(FricError, match="increasing"):
+        measure_response(FrequencyResponse(f[::-1], np.abs(G), np.angle(G)))
+    with pytest.raises(FricError, match="not positive"):
+        measure_response(FrequencyResponse(f, 0 * f, np.angle(G)))
+
+
+def test_what_gives_no_response_is_refused() -> None:
+    log = shaken(X, seed=1)
+    with pytest.raises(FricError, match="no input"):
+        measure_response(replace(log, input=None))
+    with pytest.raises(FricError, match="does not move"):
+        measure_response(replace(log, input=np.zeros(len(log))))
+    with pytest.raises(FricError, match="period"):
+        measure_response(log, period=3.0)
+    with pytest.raises(FricError, match="segment"):
+        measure_response(log, segment=3.9)

@@ -1,0 +1,177 @@
+"""Eq. (1) from frequency responses: accuracy, intervals that cover, what friction does to A."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fric.drive.plant import LinearPlant
+from fric.errors import FricError
+from fric.identify.plant import PlantFit, identify_plant
+from fric.identify.response_fit import modelled
+from fric.log import FrequencyResponse, Log
+from tests.identify.excited_axis import RATE, X, Y, excite, multisine, shaken
+
+F_C = 0.19  # volts: 105 N over 548 N/V
+
+
+def resting(amplitude: float, **options: float) -> Log:
+    """Return an axis whose reference is a multisine around a resting mean [m]."""
+    lines = np.unique(np.rint(np.geomspace(2, 400, 60)).astype(int))
+    tall = multisine(lines, 4000, np.random.default_rng(3))
+    r = np.tile(tall / np.abs(tall).max() * amplitude, 7)
+    return replace(excite(X, seed=5, reference=r, skip=4000, **options), name=f"{amplitude}")
+
+
+def inside(fit: PlantFit, plant: LinearPlant) -> list[bool]:
+    return [fit.estimates[n].ci95[0] <= getattr(plant, n) <= fit.estimates[n].ci95[1] for n in ("A", "B", "T_d")]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("plant", [X, Y], ids="xy")
+def test_accuracy_and_cover_of_200_seeds(plant: LinearPlant) -> None:
+    """A within 2 %, B within 1 %, T_d within 20 µs for each seed; 95 % intervals cover in 93 to 97 % of them."""
+    covered = np.zeros(3)
+    for seed in range(200):
+        fit = identify_plant([shaken(plant, seed=seed)])
+        assert pytest.approx(plant.A, rel=0.02) == fit.plant.A
+        assert pytest.approx(plant.B, rel=0.01) == fit.plant.B
+        assert fit.plant.T_d == pytest.approx(plant.T_d, abs=20e-6)
+        covered += inside(fit, plant)
+    assert np.all(covered >= 0.93 * 200)
+    assert np.all(covered <= 0.97 * 200)
+
+
+@pytest.mark.parametrize("plant", [X, Y], ids="xy")
+def test_a_few_seeds(plant: LinearPlant) -> None:
+    for seed in range(3):
+        fit = identify_plant([shaken(plant, seed=1000 + seed)])
+        assert pytest.approx(plant.A, rel=0.02) == fit.plant.A
+        assert pytest.approx(plant.B, rel=0.01) == fit.plant.B
+        assert fit.plant.T_d == pytest.approx(plant.T_d, abs=20e-6)
+
+
+def test_hold_and_transport_make_up_the_delay() -> None:
+    fit = identify_plant([shaken(X, seed=1)])
+    assert fit.hold == pytest.approx(RATE)
+    assert float(fit.transport) + 0.5 / RATE == pytest.approx(float(fit.estimates["T_d"]))
+    assert float(fit.transport) == pytest.approx(X.transport_delay(RATE), abs=5e-6)
+
+
+def test_the_hold_is_more_than_its_delay() -> None:
+    """A sampled response is the sum of all its images behind the hold; eq. (1) alone does not fit it as well."""
+    f, T_s = np.array([3.0, 50.0, 500.0, 1500.0]), 1 / RATE
+    images = f[:, None] + RATE * np.arange(-4000, 4001)
+    s = 2j * np.pi * images
+    held = (1 - np.exp(-s * T_s)) / (s * T_s) * replace(X, T_d=X.transport_delay(RATE)).response(images)
+    np.testing.assert_allclose(modelled(X, f, RATE), held.sum(axis=1), rtol=1e-6)
+    log = shaken(X, seed=1, position_noise=0.0, voltage_noise=0.0, resolution=0.0)
+    held, plain = identify_plant([log]), identify_plant([log], continuous=True)
+    assert plain.hold is None
+    assert plain.solution.misfit > 10 * held.solution.misfit
+
+
+def test_a_noiseless_table_gives_its_plant_exactly() -> None:
+    f = np.geomspace(1, 800, 60)
+    G = Y.response(f)
+    fit = identify_plant([FrequencyResponse(f, np.abs(G), np.angle(G), np.full(60, 0.99))])
+    for name in ("A", "B", "T_d"):
+        assert float(fit.estimates[name]) == pytest.approx(getattr(Y, name), rel=1e-6)
+    assert fit.hold is None
+    assert float(fit.transport) == float(fit.estimates["T_d"])
+
+
+@pytest.mark.parametrize("T_d", [0.0, 0.2e-3, 3e-3, 12e-3])
+def test_a_phase_that_wraps_often_is_followed(T_d: float) -> None:
+    plant = replace(X, T_d=T_d)
+    f = np.geomspace(1, 800, 60)
+    G = plant.response(f)
+    fit = identify_plant([FrequencyResponse(f, np.abs(G), np.angle(G))])
+    assert fit.plant.T_d == pytest.approx(T_d, abs=1e-8)
+    assert pytest.approx(X.A, rel=1e-4) == fit.plant.A
+
+
+def test_incoherent_frequencies_are_left_out() -> None:
+    f = np.geomspace(1, 800, 60)
+    G = X.response(f)
+    coherence = np.where(f > 300, 0.3, 0.98)
+    spoilt = np.where(f > 300, 5.0, 1.0)
+    fit = identify_plant([FrequencyResponse(f, spoilt * np.abs(G), np.angle(G), coherence)])
+    assert pytest.approx(X.B, rel=1e-6) == fit.plant.B
+    with pytest.raises(FricError, match="coherence"):
+        identify_plant([FrequencyResponse(f, np.abs(G), np.angle(G), np.full(60, 0.2))])
+    with pytest.raises(FricError, match=r"between 1 and 1\.1 Hz"):
+        identify_plant([FrequencyResponse(f, np.abs(G), np.angle(G))], band=(1.0, 1.1))
+
+
+def test_a_mode_that_eq_1_does_not_have_is_told_and_widens_the_intervals() -> None:
+    f = np.geomspace(1, 800, 200)
+    s = 1j * f / 250
+    mode = 1 + 0.3 * s**2 / (s**2 + 0.06 * s + 1)
+    noisy = np.exp(np.random.default_rng(1).normal(0, [[1e-4], [1e-4]], (2, 200)).T @ [1, 1j])
+    G = X.response(f) * mode * noisy
+    table = FrequencyResponse(f, np.abs(G), np.angle(G), np.full(200, 0.999), np.full(200, 1e-4))
+    wide, narrow = identify_plant([table]), identify_plant([table], band=(0.0, 60.0))
+    assert pytest.approx(X.B, rel=0.03) == narrow.plant.B
+    assert abs(wide.plant.B / X.B - 1) < 0.3
+    half = [float(np.ptp(fit.estimates["B"].ci95)) for fit in (wide, narrow)]
+    assert half[0] > half[1]
+
+
+def test_friction_raises_A_at_a_resting_mean_and_that_is_told() -> None:
+    fit = identify_plant([resting(2e-3, friction=F_C)])
+    assert fit.plant.A > 1.2 * X.A
+    told = " ".join(fit.warnings)
+    assert "reverses" in told
+    assert "volt of Coulomb friction adds" in told
+
+
+def test_a_moving_mean_keeps_coulomb_friction_out() -> None:
+    fit = identify_plant([shaken(X, seed=2, friction=F_C, mean=0.05)])
+    assert pytest.approx(X.A, rel=0.02) == fit.plant.A
+    assert "reverses" not in " ".join(fit.warnings)
+
+
+def test_two_amplitudes_take_friction_out_of_A() -> None:
+    fit = identify_plant([resting(a, friction=F_C) for a in (2e-3, 6e-3)])
+    assert fit.friction.differs
+    assert fit.friction.seen[0] > fit.friction.seen[1] > X.A
+    assert inside(fit, X)[0]
+    assert pytest.approx(X.A, rel=0.1) == fit.plant.A
+    assert fit.friction.coulomb is not None
+    assert float(fit.friction.coulomb) == pytest.approx(F_C * X.B, rel=0.25)
+    assert any("describing function" in warning for warning in fit.warnings)
+
+
+def test_two_amplitudes_without_friction_agree() -> None:
+    fit = identify_plant([resting(a) for a in (2e-4, 6e-4)])
+    assert fit.friction.compared
+    assert not fit.friction.differs
+    assert pytest.approx(X.A, rel=0.02) == fit.plant.A
+    low, high = fit.friction.coulomb.ci95
+    assert low < 0 < high
+
+
+def test_a_turned_sign_is_refused_with_the_mend() -> None:
+    log = shaken(X, seed=1)
+    with pytest.raises(FricError, match="sign"):
+        identify_plant([replace(log, position=-log.position)])
+
+
+def test_the_force_scale_comes_from_a_force_or_from_the_user() -> None:
+    log = shaken(X, seed=1)
+    assert "K_f" not in identify_plant([log]).estimates
+    assert float(identify_plant([log], given_force_constant=548.0).estimates["K_f"]) == 548.0
+    noisy = 548.0 * log.input + np.random.default_rng(1).normal(0, 5, len(log))
+    low, high = identify_plant([replace(log, force=noisy)]).estimates["K_f"].ci95
+    assert low < 548 < high
+    assert high - low < 2.0
+
+
+def test_a_delay_shorter_than_the_hold_is_told() -> None:
+    log = shaken(X, seed=1, mean=0.0)
+    early = replace(log, position=np.roll(log.position, -3)).slice(0, len(log) - 4)
+    fit = identify_plant([early])
+    assert any("bound" in warning for warning in fit.warnings)
