@@ -140,8 +140,11 @@ class Memory(Table):
     said: dict[str, str] = field(default_factory=dict)
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
-        """Slice the columns."""
+        """Slice the columns; raise a `FricError` when they differ in length."""
         samples = len(self.data[wanted[0]])
+        if any(len(self.data[n]) != samples for n in wanted):
+            told = ", ".join(f"'{self.columns[n].name}' {len(self.data[n])}" for n in dict.fromkeys(wanted))
+            raise FricError(f"the columns differ in length: {told}", where=str(self.path), mend="Map others.")
         for start in range(0, samples, BLOCK):
             part = [self.data[n][start : start + BLOCK].astype("f8") for n in wanted]
             yield Block(start, part, sum(values.nbytes for values in part))

@@ -1,0 +1,123 @@
+"""MATLAB files: v5 through SciPy, v7.3 (which is HDF5) through h5py. Structs are taken apart to ``a.b(2).c``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from fric.errors import FricError
+from fric.io.readers.base import Column, Layout, Memory, Table
+
+_V73 = b"MATLAB 7.3 MAT-file"
+_V5 = b"MATLAB 5.0 MAT-file"
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """Both versions say so in their first bytes; version 4 has its ending alone."""
+    return head.startswith((_V5, _V73)) or (path.suffix.lower() == ".mat" and not head.startswith(b"\x89HDF"))
+
+
+def tables(path: Path, layout: Layout) -> Iterator[Table]:
+    """Read a MATLAB file: its vectors, and the columns of its matrices, are one table; scalars are constants."""
+    with path.open("rb") as file:
+        new = file.read(len(_V73)) == _V73
+    if not new:
+        yield _table(path, _load(path))
+        return
+    try:
+        source = h5py.File(path, "r")
+    except OSError:
+        raise FricError("is no whole MATLAB file (cut short?)", where=str(path), mend="Save it again.") from None
+    with source:
+        yield _table(path, {name: _tree(node, source) for name, node in source.items() if not name.startswith("#")})
+
+
+def _load(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat  # 200 ms: only when there is such a file
+
+    try:
+        found: dict[str, Any] = loadmat(path, simplify_cells=True, mat_dtype=True)
+    except Exception as error:  # whatever SciPy meets in a damaged file: it has no exception of its own for that
+        raise FricError(
+            f"is no whole MATLAB file ({error})", where=str(path), mend="Save it again, with -v7 or -v7.3."
+        ) from None
+    return {name: value for name, value in found.items() if not name.startswith("__")}
+
+
+@dataclass(frozen=True)
+class _Line:
+    """One line of a dataset of v7.3, which stores matrices transposed: read as it is sliced."""
+
+    data: Any
+    at: int
+
+    def __len__(self) -> int:
+        return int(self.data.shape[1])
+
+    def __getitem__(self, part: slice) -> Any:
+        return self.data[self.at, part]
+
+
+def _tree(node: Any, file: h5py.File) -> Any:
+    """Return a group, a dataset or a reference of v7.3 as dicts, lists, lines and scalars."""
+    if isinstance(node, h5py.Group):
+        fields = {name: _tree(child, file) for name, child in node.items()}
+        lists = [value for value in fields.values() if isinstance(value, list)]
+        if lists and len(lists) == len(fields) and len({len(value) for value in lists}) == 1:  # a struct array
+            return [dict(zip(fields, values, strict=True)) for values in zip(*lists, strict=True)]
+        return fields
+    if node.dtype == h5py.ref_dtype:
+        return [_tree(file[reference], file) for reference in node[()].ravel(order="F")]
+    if node.attrs.get("MATLAB_class") == b"char":
+        return "" if "MATLAB_empty" in node.attrs else "".join(map(chr, node[()].ravel(order="F")))
+    if node.dtype.kind not in "fiub" or "MATLAB_empty" in node.attrs:
+        return None
+    if node.size == 1:
+        return float(node[()].item())
+    if node.ndim == 2 and node.shape[1] == 1:
+        return node[:, 0]
+    return [_Line(node, n) for n in range(node.shape[0])] if node.ndim == 2 else None
+
+
+def _table(path: Path, variables: Mapping[str, Any]) -> Table:
+    columns: dict[str, Any] = {}
+    constants: dict[str, str] = {}
+    for name, value in variables.items():
+        _take_apart(name, value, columns, constants)
+    if not columns:
+        raise FricError(
+            "holds no vector of numbers", where=str(path),
+            mend="Objects such as timeseries and timetable are not read: save their arrays.",
+        )  # fmt: skip
+    return Memory(path, tuple(map(Column, columns)), list(columns.values()), constants)
+
+
+def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[str, str]) -> None:
+    """Sort a variable into columns and constants."""
+    if isinstance(value, Mapping):
+        label = value.get("Name")
+        if isinstance(label, str) and "Data" in value:  # as dSPACE writes signals
+            _take_apart(label, value["Data"], columns, constants)
+            return
+        for key, child in value.items():
+            _take_apart(f"{name}.{key}", child, columns, constants)
+    elif isinstance(value, str):
+        constants[name] = value
+    elif isinstance(value, _Line) or (isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub"):
+        if len(value) > 1:
+            columns[name] = value
+    elif isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "fiub":
+        for n in range(value.shape[1]):
+            _take_apart(f"{name}(:,{n + 1})", value[:, n], columns, constants)
+    elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
+        lines = len(value) > 0 and all(isinstance(child, _Line) for child in value)
+        for n, child in enumerate(value, 1):
+            alone = lines and len(value) == 1
+            _take_apart(name if alone else f"{name}(:,{n})" if lines else f"{name}({n})", child, columns, constants)
+    elif isinstance(value, int | float | np.integer | np.floating):
+        constants[name] = repr(float(value))
