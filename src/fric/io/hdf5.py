@@ -12,16 +12,17 @@ import h5py
 import numpy as np
 
 from fric.errors import FricError
+from fric.io.chunks import GrowingColumn, compressor
 from fric.io.output import staged
 from fric.log import CHANNELS, KINDS, RESPONSE_DIMENSIONS, FrequencyResponse, Kind, Log, channel_dimension
 from fric.units import SI_UNITS, Motion, factor, si_unit
 
 if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
+
     from numpy.typing import NDArray
 
 FORMAT = "log/1"
-CHUNK = 65_536
-"""Samples a chunk: half a MiB of doubles."""
 
 
 class LogWriter:
@@ -33,10 +34,12 @@ class LogWriter:
         The open HDF5 file.
     axis, motion
         Name of the axis, and whether it is linear or rotary.
+    threads
+        Those that compress.
     """
 
-    def __init__(self, file: h5py.File, axis: str, motion: Motion) -> None:
-        self._file = file
+    def __init__(self, file: h5py.File, axis: str, motion: Motion, threads: ThreadPoolExecutor) -> None:
+        self._threads = threads
         if "fric" in file.attrs:
             if (file.attrs["axis"], file.attrs["motion"]) != (axis, motion):
                 raise FricError(
@@ -62,7 +65,7 @@ class LogWriter:
             unique = f"{name}-{n}"
         group = self._records.create_group(unique)
         group.attrs.update({key: value for key, value in attributes.items() if value is not None})
-        return RecordWriter(group, self._motion)
+        return RecordWriter(group, self._motion, self._threads)
 
     def write(self, log: Log | FrequencyResponse) -> None:
         """Append one whole record."""
@@ -71,35 +74,34 @@ class LogWriter:
                 log.name, kind=log.kind, source=log.source, sha256=log.sha256, dropped=log.dropped or None
             )
             record.extend(log.channels())
+            record.close()
             return
         record = self.create(log.name, kind="frequency-response", source=log.source, sha256=log.sha256)
         values = {name: getattr(log, name) for name in RESPONSE_DIMENSIONS}
         record.extend({name: column for name, column in values.items() if column is not None})
+        record.close()
 
 
 class RecordWriter:
     """One record that is being written."""
 
-    def __init__(self, group: h5py.Group, motion: Motion) -> None:
-        self._group, self._motion = group, motion
+    def __init__(self, group: h5py.Group, motion: Motion, threads: ThreadPoolExecutor) -> None:
+        self._group, self._motion, self._threads = group, motion, threads
+        self._columns: dict[str, GrowingColumn] = {}
         self.name = str(group.name).rpartition("/")[2]
 
     def extend(self, block: Mapping[str, NDArray[np.float64]]) -> None:
         """Append the same number of samples to each channel (or column of a response), in SI."""
         for channel, values in block.items():
-            if channel not in self._group:
-                dataset = self._group.create_dataset(
-                    channel, shape=(0,), maxshape=(None,), dtype="f8", chunks=(min(max(len(values), 64), CHUNK),),
-                    compression="gzip", compression_opts=1, shuffle=True,
-                )  # fmt: skip
-                dataset.attrs["unit"] = si_unit(channel_dimension(channel), self._motion)
-            dataset = self._group[channel]
-            start = dataset.shape[0]
-            dataset.resize((start + len(values),))
-            dataset[start:] = values
+            if channel not in self._columns:
+                unit = si_unit(channel_dimension(channel), self._motion)
+                self._columns[channel] = GrowingColumn(self._group, channel, unit, len(values), self._threads)
+            self._columns[channel].append(values)
 
     def close(self, **attributes: str | int | None) -> None:
-        """End the record, with attributes that are known only now."""
+        """End the record, with attributes that are known only now; it is in the file from here on."""
+        for column in self._columns.values():
+            column.close()
         self._group.attrs.update({key: value for key, value in attributes.items() if value is not None})
 
 
@@ -134,8 +136,8 @@ def log_writer(
             with open_file(path) as existing:
                 check_format(existing, path)
             shutil.copyfile(path, draft)
-        with h5py.File(draft, "a" if adding else "w") as file:
-            yield LogWriter(file, axis, motion)
+        with compressor() as threads, h5py.File(draft, "a" if adding else "w") as file:
+            yield LogWriter(file, axis, motion, threads)
 
 
 def write_logs(path: Path, logs: Sequence[Log | FrequencyResponse], *, force: bool = False) -> None:

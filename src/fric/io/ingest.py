@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
@@ -127,14 +128,15 @@ def ingest(
     if kind is not None and kind not in KINDS:
         raise FricError(f"'{kind}' is not a kind of record", mend=f"Kinds are {', '.join(KINDS)}.")
     held = header_of(output) if append and output.exists() else None
-    session = _Session(mapping, kind, axis, motion, bad_cells, progress or (lambda _: None))
-    first = next(iter(_tables(sources[0], mapping)))
-    chosen_axis, chosen_motion = session.of_axis(first, held)
-    with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
-        session.known = writer.digests()
-        for source in sources:
-            session.read(source, writer, chosen_axis, chosen_motion)
-        session.check_signs()
+    with ThreadPoolExecutor(1) as beside:  # digests are taken while the file is read
+        session = _Session(mapping, kind, axis, motion, bad_cells, progress or (lambda _: None), beside)
+        first = next(iter(_tables(sources[0], mapping)))
+        chosen_axis, chosen_motion = session.of_axis(first, held)
+        with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
+            session.known = writer.digests()
+            for source in sources:
+                session.read(source, writer, chosen_axis, chosen_motion)
+            session.check_signs()
     return Ingested(
         str(output), chosen_axis, chosen_motion, tuple(session.records), tuple(session.skipped),
         tuple(session.warnings),
@@ -165,10 +167,11 @@ class _Session:
         motion: Motion | None,
         bad_cells: BadCells,
         progress: Progress,
+        beside: ThreadPoolExecutor,
     ) -> None:
         self._mapping, self._kind, self._axis, self._motion = mapping, kind, axis, motion
         self._drop, self._progress = bad_cells == "drop", progress
-        self._signs = Signs()
+        self._signs, self._beside = Signs(), beside
         self._stated: set[str] = set()
         self.known: dict[str, str] = {}
         self.records: list[IngestedRecord] = []
@@ -188,9 +191,9 @@ class _Session:
 
     def read(self, path: Path, writer: LogWriter, axis: str, motion: Motion) -> None:
         """Add the records of one file."""
-        digest = digest_of(path)
-        if digest in self.known:
-            self.skipped.append((str(path), self.known[digest]))
+        digest = self._beside.submit(digest_of, path)
+        if self.known and digest.result() in self.known:
+            self.skipped.append((str(path), self.known[digest.result()]))
             self._progress(path.stat().st_size)
             return
         for table in _tables(path, self._mapping):
@@ -200,12 +203,12 @@ class _Session:
                     f"is of the {own[1]} axis {own[0]}, and the log file of the {motion} axis {axis}", where=str(path),
                     mend="Keep each axis in a file of its own, or say --axis.",
                 )  # fmt: skip
-            sha256 = table.said.get("sha256") or (f"{digest}:{table.said['name']}" if "name" in table.said else digest)
-            if sha256 in self.known:
-                self.skipped.append((f"{path}, record '{table.said.get('name', '')}'", self.known[sha256]))
+            own_digest = table.said.get("sha256")
+            if own_digest in self.known:
+                self.skipped.append((f"{path}, record '{table.said.get('name', '')}'", self.known[own_digest]))
                 continue
-            record = self._add(table, writer, motion, sha256)
-            self.known[sha256] = record.name
+            record = self._add(table, writer, motion, digest)
+            self.known[record.sha256] = record.name
             self.records.append(record)
 
     def check_signs(self) -> None:
@@ -227,7 +230,7 @@ class _Session:
         own = {"stem": stem, "name": table.path.name, "parent": table.path.absolute().parent.name, **table.constants}
         return self._mapping.fields(own, str(table.path)) if self._mapping else own
 
-    def _add(self, table: Table, writer: LogWriter, motion: Motion, sha256: str) -> IngestedRecord:
+    def _add(self, table: Table, writer: LogWriter, motion: Motion, digest: Future[str]) -> IngestedRecord:
         fields = self._fields(table)
         chosen = plan(table, self._mapping, self._kind, motion, fields)
         said = table.said
@@ -235,7 +238,7 @@ class _Session:
         kind = self._kind or (self._mapping.kind if self._mapping else None) or cast("Kind | None", said.get("kind"))
         kind = "frequency-response" if chosen.response else kind
         source = said.get("source") or str(table.path)
-        record = writer.create(name.replace("/", "-"), kind=kind, source=source, sha256=sha256)
+        record = writer.create(name.replace("/", "-"), kind=kind, source=source)
         rows_of, clock, samples, dropped = _Rows(table, chosen, self._drop), Clock(table.place), 0, 0
         for block in table.blocks(chosen.wanted):
             good, rows = rows_of.good(block)
@@ -252,7 +255,8 @@ class _Session:
             self.warnings.append(told)
         self._stated |= chosen.stated
         total = dropped + int(said.get("dropped", 0))
-        record.close(dropped=total or None)
+        sha256 = said.get("sha256") or digest.result() + (f":{said['name']}" if "name" in said else "")
+        record.close(sha256=sha256, dropped=total or None)
         if dropped:
             self.warnings.append(f"{table.path}: {dropped} of {samples + dropped} samples dropped: a cell is no number")
         left_out = tuple(column.name for n, column in enumerate(table.columns) if n not in chosen.wanted)

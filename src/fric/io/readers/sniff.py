@@ -13,8 +13,8 @@ from fric.errors import FricError
 from fric.io.readers.base import Column, Layout, named
 from fric.units import is_unit
 
-LOOK = 2000
-"""Lines that are looked at."""
+LOOK = 300
+"""Lines that tell the delimiter and the decimal mark."""
 DELIMITERS = (";", "\t", ",", "|", "whitespace")
 _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE),
@@ -124,8 +124,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     above = max((n for n in (layout.header or 0, layout.units or 0) if n), default=0)
     start = max(start, above)
     delimiter, decimal, rows = _reading(lines[start:], layout)
-    fixed = layout.data_after is not None or above > 0
-    first = start + (_leading(rows) if fixed else _data_start(rows))
+    first = start + (_leading(rows) if layout.data_after is not None else _data_start(rows))
     width = len(rows[first - start].cells)
     table = [split(line, delimiter) for line in lines[:first]]
     names, units = _header(table, width, decimal, layout)
@@ -152,25 +151,26 @@ def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
     """Return delimiter, decimal mark and rows of the reading that makes most numbers of the lines."""
     if not any(line.strip() for line in lines):
         raise FricError("there is a header and no data", mend="Export the log again, with its samples.")
-    best: tuple[tuple[int, int], str, str, list[_Row]] | None = None
+    best: tuple[int, int, str, str] = (0, 0, "", "")
     for delimiter in [layout.delimiter] if layout.delimiter else DELIMITERS:
         for decimal in [layout.decimal] if layout.decimal else [".", ","]:
             if decimal == delimiter:
                 continue
-            rows = [_row(line, delimiter, decimal, layout.comment) for line in lines[:LOOK]]
             scores: dict[int, int] = {}
-            for row in rows:
+            for line in lines[-LOOK:]:  # the preamble is above
+                row = _row(line, delimiter, decimal, layout.comment)
                 scores[len(row.cells)] = scores.get(len(row.cells), 0) + max(row.score, 0)
             width = max(scores, key=lambda n: (scores[n], n))
-            rank = (scores[width], width)
-            if scores[width] > 0 and (best is None or rank > best[0]):
-                best = rank, delimiter, decimal, [row if len(row.cells) == width else _Row([], []) for row in rows]
-    if best is None:
+            if (scores[width], width) > best[:2]:
+                best = scores[width], width, delimiter, decimal
+    _, width, delimiter, decimal = best
+    if not width:
         raise FricError(
             "there are no rows of numbers",
             mend="A header alone is no log; if there are data, say in a mapping how they are written (`format:`).",
         )
-    return best[1:]
+    rows = [_row(line, delimiter, decimal, layout.comment) for line in lines]
+    return delimiter, decimal, [row if len(row.cells) == width else _Row([], []) for row in rows]
 
 
 def _row(line: str, delimiter: str, decimal: str, comment: str | None) -> _Row:

@@ -19,7 +19,7 @@ from fric.io.readers.sniff import Shape, is_number, shape_of, split
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-LOOK = 65_536
+LOOK = 32_768
 """Bytes at the beginning that are looked at to find how the file is written."""
 
 _GZIP = b"\x1f\x8b"
