@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+from types import FrameType
 
 import typer
 
@@ -40,14 +42,30 @@ def _root(
     pass
 
 
+class _InterruptedError(BaseException):
+    """Ctrl-C, or a polite kill: passes through every handler of errors, and outputs are cleaned up on its way."""
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise _InterruptedError
+
+
 def main() -> None:
     """Run the command line; a `FricError` is told on standard error and ends with exit status 1."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _interrupt)
     try:
         app()
     except FricError as error:
-        typer.secho("error: ", fg=typer.colors.RED, bold=True, nl=False, err=True)
-        typer.echo(str(error), err=True)
-        sys.exit(1)
+        _tell(str(error))
+    except _InterruptedError:
+        _tell("interrupted\nOutputs that were not finished are not there.")
+
+
+def _tell(error: str) -> None:
+    typer.secho("error: ", fg=typer.colors.RED, bold=True, nl=False, err=True)
+    typer.echo(error, err=True)
+    sys.exit(1)
 
 
 if __name__ == "__main__":

@@ -20,13 +20,15 @@ AHEAD = 4
 LEVEL = 1
 """Of deflate: logs are mostly noise in their last digits, which a higher level does not shorten."""
 
-SAMPLE = 4096
-"""Bytes that tell whether more of their kind can be shortened."""
+SAMPLE = 2048
+"""Bytes that tell how far more of their kind can be shortened."""
+WORTH = 0.8
+"""What cannot be shortened to this is stored as it is."""
 
 
 def compressor() -> ThreadPoolExecutor:
-    """Return the threads that compress; zlib lets go of the interpreter meanwhile."""
-    return ThreadPoolExecutor(2, thread_name_prefix="compress")
+    """Return the thread that compresses; zlib lets go of the interpreter meanwhile."""
+    return ThreadPoolExecutor(1, thread_name_prefix="compress")
 
 
 class GrowingColumn:
@@ -101,7 +103,7 @@ def _compressed(values: NDArray[np.float64]) -> bytes:
     for significance in range(8):
         plane = raw[significance * len(values) : (significance + 1) * len(values)]
         sample = plane[:SAMPLE]
-        noise = len(zlib.compress(sample, LEVEL)) > 0.97 * len(sample)
+        noise = len(zlib.compress(sample, LEVEL)) > WORTH * len(sample)
         deflate = zlib.compressobj(0 if noise else LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
         last = zlib.Z_FINISH if significance == 7 else zlib.Z_FULL_FLUSH
         stream += [deflate.compress(plane), deflate.flush(last)]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -13,7 +12,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.io.chunks import GrowingColumn, compressor
-from fric.io.output import staged
+from fric.io.staged_hdf5 import staged_hdf5
 from fric.log import CHANNELS, KINDS, RESPONSE_DIMENSIONS, FrequencyResponse, Kind, Log, channel_dimension
 from fric.units import SI_UNITS, Motion, factor, si_unit
 
@@ -36,10 +35,14 @@ class LogWriter:
         Name of the axis, and whether it is linear or rotary.
     threads
         Those that compress.
+    check
+        Raises when a write has failed.
     """
 
-    def __init__(self, file: h5py.File, axis: str, motion: Motion, threads: ThreadPoolExecutor) -> None:
-        self._threads = threads
+    def __init__(
+        self, file: h5py.File, axis: str, motion: Motion, threads: ThreadPoolExecutor, check: Callable[[], None]
+    ) -> None:
+        self._threads, self._check = threads, check
         if "fric" in file.attrs:
             if (file.attrs["axis"], file.attrs["motion"]) != (axis, motion):
                 raise FricError(
@@ -65,7 +68,7 @@ class LogWriter:
             unique = f"{name}-{n}"
         group = self._records.create_group(unique)
         group.attrs.update({key: value for key, value in attributes.items() if value is not None})
-        return RecordWriter(group, self._motion, self._threads)
+        return RecordWriter(group, self._motion, self._threads, self._check)
 
     def write(self, log: Log | FrequencyResponse) -> None:
         """Append one whole record."""
@@ -85,8 +88,10 @@ class LogWriter:
 class RecordWriter:
     """One record that is being written."""
 
-    def __init__(self, group: h5py.Group, motion: Motion, threads: ThreadPoolExecutor) -> None:
-        self._group, self._motion, self._threads = group, motion, threads
+    def __init__(
+        self, group: h5py.Group, motion: Motion, threads: ThreadPoolExecutor, check: Callable[[], None]
+    ) -> None:
+        self._group, self._motion, self._threads, self._check = group, motion, threads, check
         self._columns: dict[str, GrowingColumn] = {}
         self.name = str(group.name).rpartition("/")[2]
 
@@ -97,6 +102,7 @@ class RecordWriter:
                 unit = si_unit(channel_dimension(channel), self._motion)
                 self._columns[channel] = GrowingColumn(self._group, channel, unit, len(values), self._threads)
             self._columns[channel].append(values)
+        self._check()
 
     def close(self, **attributes: str | int | None) -> None:
         """End the record, with attributes that are known only now; it is in the file from here on."""
@@ -131,13 +137,10 @@ def log_writer(
     """
     path = Path(path)
     adding = append and path.exists()
-    with staged(path, force=force or adding) as draft:
-        if adding:
-            with open_file(path) as existing:
-                check_format(existing, path)
-            shutil.copyfile(path, draft)
-        with compressor() as threads, h5py.File(draft, "a" if adding else "w") as file:
-            yield LogWriter(file, axis, motion, threads)
+    if adding:
+        header_of(path)
+    with compressor() as threads, staged_hdf5(path, force=force, add=adding) as (file, check):
+        yield LogWriter(file, axis, motion, threads, check)
 
 
 def write_logs(path: Path, logs: Sequence[Log | FrequencyResponse], *, force: bool = False) -> None:
