@@ -84,6 +84,14 @@ def test_a_measured_response_of_the_model_gives_the_limit_of_the_model(name: str
     assert measured.q.cutoff == pytest.approx(model.q.cutoff, rel=1e-4)
 
 
+def test_a_response_from_sample_to_sample_has_the_hold_in_it_and_leaves_nothing_unmodelled() -> None:
+    f = np.arange(1.0, 1500.0, 1.0)
+    G = SampledLoop(X, CASCADE_X).G(f)
+    Delta = measured_perturbation(response(f, G), X, sampling=4000.0)
+    np.testing.assert_allclose(Delta.ratio, 1.0, atol=1e-9)
+    assert np.abs(measured_perturbation(response(f, G), X).ratio[-1] - 1.0) > 0.1
+
+
 def test_less_coherence_means_less_bandwidth() -> None:
     f = np.arange(1.0, 1500.0, 1.0)
     limits = []

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.compensation.q_filter import QFilter
+from fric.design.loop import SampledPlant
 from fric.errors import FricError
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ class Perturbation:
     radius
         Radius of the 95 % confidence circle of Delta, shape (n,); 0 for a model.
     ratio
-        G_m over eq. (1) with its delay, shape (n,): what is unmodelled besides the delay.
+        G_m over eq. (1) with its delay, shape (n,): what is unmodelled besides delay and hold.
     measured
         True where it comes from a measured response.
     """
@@ -123,6 +124,7 @@ def measured_perturbation(
     plant: LinearPlant,
     deviation: NDArray[np.float64] | None = None,
     averages: int = 1,
+    sampling: float | None = None,
 ) -> Perturbation:
     """Return Delta from a measured response.
 
@@ -139,6 +141,9 @@ def measured_perturbation(
         Standard deviation of real and imaginary part over |G_m|, shape (n,).
     averages
         Records that the coherence was averaged over.
+    sampling
+        Sampling rate [Hz] of a response that was measured from sample to sample of the controller, hold and images
+        in it; None for a response in continuous time.
 
     Raises
     ------
@@ -163,7 +168,8 @@ def measured_perturbation(
                 )
             deviation = np.sqrt((1 - coherence) / (2 * averages * coherence))
     radius = CIRCLE_95 * deviation * np.abs(G_m / G_n)
-    return Perturbation(f, G_m / G_n - 1.0, radius, G_m / plant.response(f), measured=True)
+    expected = plant.response(f) if sampling is None else SampledPlant.of(plant, sampling).response(f, sampling)
+    return Perturbation(f, G_m / G_n - 1.0, radius, G_m / expected, measured=True)
 
 
 @dataclass(frozen=True)
