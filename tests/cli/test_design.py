@@ -99,7 +99,7 @@ def test_a_measured_response_with_its_confidence_sets_the_limit(plant: str, cont
     assert limits[1] == pytest.approx(585.5, rel=0.1)
     tree = told([*words, "--record", "frf"])
     assert tree["provenance"]["logs"][0]["record"] == "frf"
-    assert "0 frequency responses of the name 'other'" in str(refused([*words, "--record", "other"]))
+    assert "0 records of the name 'other'" in str(refused([*words, "--record", "other"]))
     assert "--resonance" in str(refused([*words, "--resonance", "300 Hz, 0.02, 0.1"]))
 
 
@@ -143,3 +143,19 @@ def test_what_cannot_be_designed_is_refused(plant: str, controller: str) -> None
     assert "of the linear axis y" in str(refused(["design", "observer", plant, "--controller", str(other)]))
     assert "no resonance" in str(refused([*observer, "--resonance", "300 Hz"]))
     assert "--resonance" not in str(refused([*observer, "--resonance", "300 Hz, 0, 0.1"]))
+
+
+def test_a_record_in_time_serves_as_well_as_a_measured_table(tmp_path: Path) -> None:
+    """From an experiment on the paper's table to its observer: the limits are those of the model it was made with."""
+    machine = str(Path("configs/xy-table.yaml").resolve())
+    log, plant, controller = (str(tmp_path / name) for name in ("log.h5", "plant.yaml", "controller.yaml"))
+    for words in (
+        ["simulate", "experiment", machine, "--kind", "frequency-response", "-o", log],
+        ["identify", "plant", log, "-o", plant],
+        ["design", "controller", plant, "-o", controller],
+    ):
+        assert RUN.invoke(app, words).exit_code == 0
+    tree = told(["design", "observer", plant, log, "--controller", controller])
+    assert tree["limits"]["robust"]["bandwidth"]["value"] == pytest.approx(377, rel=0.03)
+    assert tree["limits"]["sensitive"]["cutoff"]["value"] == pytest.approx(66, rel=0.03)
+    assert tree["provenance"]["logs"][0]["record"] == "frequency-response"

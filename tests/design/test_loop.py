@@ -8,10 +8,11 @@ from hypothesis import strategies as st
 
 from fric.compensation.disturbance_observer import DifferenceEquation, DisturbanceObserver
 from fric.compensation.q_filter import Q_FILTERS, QFilter
-from fric.design.loop import SampledLoop, SampledPlant
+from fric.design.loop import SampledLoop
 from fric.design.margins import margins
 from fric.drive.cascade import Cascade
 from fric.drive.plant import LinearPlant
+from fric.drive.sampled import SampledPlant
 from tests.design.plants import CASCADE_X, CASCADE_Y, X, Y
 
 AXES = pytest.mark.parametrize(("plant", "cascade"), [(X, CASCADE_X), (Y, CASCADE_Y)], ids=["x", "y"])

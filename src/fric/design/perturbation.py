@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.compensation.q_filter import QFilter
-from fric.design.loop import SampledPlant
+from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
 
 if TYPE_CHECKING:
@@ -122,14 +122,13 @@ def model_perturbation(plant: LinearPlant, nyquist: float, resonances: Sequence[
 def measured_perturbation(
     response: FrequencyResponse,
     plant: LinearPlant,
-    deviation: NDArray[np.float64] | None = None,
     averages: int = 1,
     sampling: float | None = None,
 ) -> Perturbation:
     """Return Delta from a measured response.
 
-    Where no deviation is known it follows from the coherence γ²: the relative deviation of the real and of the
-    imaginary part of a response averaged over n records is √((1 − γ²)/(2 n γ²)) (Bendat and Piersol, Random Data).
+    Where the response tells no deviation, it follows from the coherence γ²: the relative deviation of the real and of
+    the imaginary part of a response averaged over n records is √((1 − γ²)/(2 n γ²)) (Bendat and Piersol, Random Data).
 
     Parameters
     ----------
@@ -137,8 +136,6 @@ def measured_perturbation(
         The measured response Z/U, hold of the controller's output included.
     plant
         Eq. (1) as it was fitted; its A and B are those of G_n.
-    deviation
-        Standard deviation of real and imaginary part over |G_m|, shape (n,).
     averages
         Records that the coherence was averaged over.
     sampling
@@ -156,6 +153,7 @@ def measured_perturbation(
     G_m = response.magnitude * np.exp(1j * response.phase)
     s = 2j * np.pi * f
     G_n = plant.B / (s * (s + plant.A))
+    deviation = response.deviation
     if deviation is None:
         deviation = np.zeros(f.size)
         if response.coherence is not None:

@@ -12,7 +12,7 @@ from fric.errors import FricError
 from fric.io.documents.controller import ControllerDocument, ControllerPart
 from fric.io.documents.observer import ObserverDocument
 from fric.io.provenance import provenance
-from fric.log import FrequencyResponse
+from fric.log import FrequencyResponse, Log
 from fric.units import Motion, si_unit
 
 
@@ -45,7 +45,7 @@ def controller_tree(design: CascadeDesign, axis: str, motion: Motion) -> dict[st
 
 
 def observer_tree(
-    design: ObserverDesign, axis: str, motion: Motion, responses: Sequence[FrequencyResponse] = ()
+    design: ObserverDesign, axis: str, motion: Motion, logs: Sequence[Log | FrequencyResponse] = ()
 ) -> dict[str, Any]:
     """Return an observer with its limits and margins as an observer document."""
     observer = design.observer
@@ -70,7 +70,7 @@ def observer_tree(
         "limits": limits,
         "margins": {name: loop.margins.as_dict() for name, loop in design.loops().items()},
         "warnings": list(design.warnings),
-        "provenance": provenance(responses),
+        "provenance": provenance(logs),
     }
 
 

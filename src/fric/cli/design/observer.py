@@ -20,7 +20,10 @@ def observer(
     plant_file: PlantArgument,
     log: Annotated[
         Path | None,
-        typer.Argument(metavar="[LOG.h5]", help="A measured frequency response; without it the plant's delay is all."),
+        typer.Argument(
+            metavar="[LOG.h5]",
+            help="A frequency response, or a record to take it from; without it the plant's delay is all.",
+        ),
     ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="OBSERVER.yaml", help="The observer file to write.")
@@ -68,7 +71,7 @@ def observer(
     document = fric.read_document(plant_file, fric.PlantDocument)
     motion, plant = document.motion, document.linear(document.motion)
     warnings: list[str] = []
-    logs: list[fric.FrequencyResponse] = []
+    logs: list[fric.Log | fric.FrequencyResponse] = []
     if controller is None:
         cascade = fric.design_cascade(plant).cascade
         warnings.append("no controller was given: taken is the one that `fric design controller` gives by default")
@@ -79,10 +82,15 @@ def observer(
     if log is not None:
         if resonances:
             raise FricError("a measured response has its resonances", mend="Leave LOG.h5 or --resonance out.")
-        response = _response(log, record)
-        fric.refuse_other_axis("log", (response.axis, response.motion), (document.axis, motion), str(log))
-        logs.append(response)
-        Delta = fric.measured_perturbation(response, plant, averages=averages)
+        measured = _record(log, record)
+        fric.refuse_other_axis("log", (measured.axis, measured.motion), (document.axis, motion), str(log))
+        logs.append(measured)
+        if isinstance(measured, fric.FrequencyResponse):
+            Delta = fric.measured_perturbation(measured, plant, averages=averages)
+        else:
+            response = fric.measure_response(measured)
+            warnings += response.warnings
+            Delta = fric.measured_perturbation(response.table, plant, sampling=response.sampling)
     else:
         Delta = fric.model_perturbation(plant, cascade.sampling / 2, [_resonance(text) for text in resonances or []])
     if cutoff and bandwidth:
@@ -130,13 +138,15 @@ def _hertz(quantity: dict[str, Any] | None) -> str:
     return "–" if quantity is None else f"{quantity['value']:.4g} Hz"
 
 
-def _response(path: Path, name: str | None) -> fric.FrequencyResponse:
-    """Return the measured response of a log file, by name where it has several."""
-    found = [one for one in fric.read_records(path) if isinstance(one, fric.FrequencyResponse)]
-    if name is not None:
-        found = [one for one in found if one.name == name]
+def _record(path: Path, name: str | None) -> fric.Log | fric.FrequencyResponse:
+    """Return the record with the measured response or its excitation, by name where there are several."""
+    found = [
+        one
+        for one in fric.read_records(path)
+        if (one.name == name if name else isinstance(one, fric.FrequencyResponse) or one.kind == "frequency-response")
+    ]
     if len(found) != 1:
-        told = f"{len(found)} frequency responses" + (f" of the name '{name}'" if name else "")
+        told = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")
         raise FricError(
             f"there are {told}, where one is asked", where=str(path), mend="Name the one with --record, or ingest it."
         )
