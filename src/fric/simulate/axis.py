@@ -94,7 +94,7 @@ def run_axis(
             f"the controller of axis {axis.name} at {cascade.sampling:g} Hz"
         )
     feedforward = _feedforward(axis, reference, compensation)
-    model = inverse_model(plant, reference)
+    model = inverse_model(axis.nominal or plant, reference)
     friction = axis.friction
     state = friction.initial_state()
     traces, saturated = closed_loop(
@@ -146,7 +146,8 @@ def _feedforward(axis: Axis, reference: Reference, compensation: Compensation) -
             mend=f"Identify it: fric identify {compensation.friction}.",
         )
     gain = believed.gain if compensation.gain is None else compensation.gain
-    return friction_feedforward(believed.models[compensation.friction], reference, axis.plant.K_f, gain)
+    K_f = (axis.nominal or axis.plant).K_f
+    return friction_feedforward(believed.models[compensation.friction], reference, K_f, gain)
 
 
 def _observer(axis: Axis, compensation: Compensation) -> ObserverFilters:

@@ -52,6 +52,9 @@ class Axis:
         A constant force against positive motion: gravity, or the bias of an amplifier [N].
     believed
         The friction that its controller believes.
+    nominal
+        The plant that its controller believes: in the inverse model, and from friction to voltage. The true one where
+        it is not given.
     observer
         Its disturbance observer, for the schemes that use one.
     encoder
@@ -66,6 +69,7 @@ class Axis:
     friction: FrictionModel
     load: float = 0.0
     believed: Believed = field(default_factory=Believed)
+    nominal: Plant | None = None
     observer: DisturbanceObserver | None = None
     encoder: Encoder = field(default_factory=Encoder)
     force_noise: float = 0.0

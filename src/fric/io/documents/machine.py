@@ -64,6 +64,9 @@ class AxisPart(Part):
 
     motion: Motion = "linear"
     plant: Annotated[PlantPart, _from_file(PlantDocument)]
+    nominal: Annotated[PlantPart | None, _from_file(PlantDocument)] = Field(
+        None, description="the plant that the controller believes, as identified; the true one where left out"
+    )
     controller: Annotated[ControllerPart, _from_file(ControllerDocument)]
     observer: Annotated[ObserverPart | None, _from_file(ObserverDocument)] = None
     encoder: EncoderPart | None = Field(None, description="not quantised where left out")
@@ -125,7 +128,8 @@ class MachineDocument(Document):
     def _parts_are_of_their_axis(self) -> Self:
         for name, axis in self.axes.items():
             parts = {
-                key: getattr(axis, key) for key in ("plant", "controller", "observer", "encoder", "noise", "friction")
+                key: getattr(axis, key)
+                for key in ("plant", "nominal", "controller", "observer", "encoder", "noise", "friction")
             }
             parts |= {"feedforward": axis.feedforward, "feedforward.friction": axis.feedforward.friction}
             for key, part in parts.items():
@@ -161,6 +165,8 @@ def _axis(name: str, part: AxisPart) -> Axis:
         plant = part.plant.plant(motion)
         believed = part.feedforward.friction or part.friction
         gain = part.feedforward.values(motion).get("gain", 1.0)
+        nominal = part.nominal.plant(motion) if part.nominal else None
+        G_n = nominal or plant
         return Axis(
             name=name,
             motion=motion,
@@ -171,7 +177,8 @@ def _axis(name: str, part: AxisPart) -> Axis:
             if "offset" in (part.friction.static or {})
             else 0.0,
             believed=Believed(believed_models(believed), gain),
-            observer=part.observer.observer(motion, plant.A, plant.B) if part.observer else None,
+            nominal=nominal,
+            observer=part.observer.observer(motion, G_n.A, G_n.B) if part.observer else None,
             encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),
             force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
         )
