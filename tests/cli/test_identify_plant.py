@@ -17,7 +17,7 @@ from fric.errors import FricError
 from fric.io.documents.plant import PlantDocument
 from fric.log import FrequencyResponse, Log
 from tests.identify.excited_axis import X, shaken
-from tests.identify.test_rigid_body import F_C, F_V, OFFSET, M, motion
+from tests.identify.test_rigid_body import EMPS, F_C, F_V, OFFSET, M, motion
 
 RUN = CliRunner()
 
@@ -80,6 +80,41 @@ def test_a_motion_gives_mass_and_friction(tmp_path: Path) -> None:
     assert told["fit"]["condition_number"] > 1
     each = identified(tmp_path, [log], "--direction", "each")
     assert "F_c_negative" in each["fit"]["parameters"]
+
+
+@pytest.mark.real
+def test_the_published_benchmark_from_file_to_plant(tmp_path: Path) -> None:
+    if not EMPS.parent.exists():
+        pytest.skip("the real logs are not in ../shared/data")
+    mapping = Path("configs/mappings/emps.yaml").resolve()
+    log, out = tmp_path / "emps.h5", tmp_path / "plant.yaml"
+    assert RUN.invoke(app, ["ingest", str(EMPS), "--map", str(mapping), "--kind", "motion", "-o", str(log)]).exit_code == 0
+    done = RUN.invoke(app, ["identify", "plant", str(log), "-o", str(out), "--json"])
+    told = json.loads(done.stdout)
+    parameters = told["fit"]["parameters"]
+    assert {name: round(p["value"], 4) for name, p in parameters.items()} == {
+        "M": 95.1089, "F_v": 203.5034, "F_c": 20.3935, "offset": -3.1648,
+    }  # fmt: skip
+    assert {name: round(p["deviation"], 4) for name, p in parameters.items()} == {
+        "M": 0.1085, "F_v": 1.1460, "F_c": 0.1012, "offset": 0.0444,
+    }  # fmt: skip
+    assert told["K_f"]["value"] == pytest.approx(35.15065, rel=1e-6)
+    assert told["B"]["value"] == pytest.approx(35.15065 / 95.1089, rel=1e-6)
+
+
+def test_a_table_in_decibels_and_wrapped_degrees_is_ingested_and_fitted(tmp_path: Path) -> None:
+    f = np.geomspace(2, 400, 40)
+    G = X.response(f)
+    rows = zip(f, 20 * np.log10(np.abs(G)), np.degrees(np.angle(G)), strict=True)
+    text = "frequency [Hz], magnitude [dB(m/V)], phase [deg]\n"
+    (tmp_path / "table.csv").write_text(text + "".join(f"{a:.6f}, {b:.6f}, {c:.6f}\n" for a, b, c in rows))
+    log, out = tmp_path / "log.h5", tmp_path / "plant.yaml"
+    done = RUN.invoke(app, ["ingest", str(tmp_path / "table.csv"), "-o", str(log)])
+    assert done.exit_code == 0, done.exception
+    done = RUN.invoke(app, ["identify", "plant", str(log), "-o", str(out), "--json"])
+    told = json.loads(done.stdout)
+    for name in ("A", "B", "T_d"):
+        assert told[name]["value"] == pytest.approx(getattr(X, name), rel=1e-4)
 
 
 def test_people_read_a_table(tmp_path: Path) -> None:

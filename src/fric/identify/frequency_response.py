@@ -17,9 +17,12 @@ from fric.identify.spectra import (
     estimate,
     excited,
     find_period,
+    moved_at,
+    neighbour_spectra,
     period_spectra,
     periods,
     segment_spectra,
+    swept,
 )
 from fric.log import FrequencyResponse, Log
 
@@ -198,13 +201,18 @@ def _over_segments(
             where=record.where,
             mend="Log a longer excitation, or give another --segment.",
         )
-    direct = segment_spectra(u, z, u, length, sampling)
-    spectra, told = direct, "the input as driver"
+    spectra, driver, told = segment_spectra(u, z, u, length, sampling), u, "the input as driver"
     if record.reference is not None and _accelerates(record.reference):
         joint = segment_spectra(u, z, record.reference, length, sampling)
         moved = joint.frequency[coherence_of(joint.driver, joint.input) > COHERENT]
         if moved.size >= 20 and moved.max() > 10 * moved.min():  # more than a slow motion besides the excitation
-            spectra, told = joint, "the reference as driver, so that what a closed loop feeds back averages out"
+            spectra, driver = joint, record.reference
+            told = "the reference as driver, so that what a closed loop feeds back averages out"
+    manner = f"{len(spectra.input)} Welch segments of {length / sampling:.4g} s"
+    if segment is None and swept(spectra.at(moved_at(spectra, is_input=driver is u))):
+        spectra = neighbour_spectra(u, z, driver, sampling)
+        manner = f"a single sweep, averaged over {len(spectra.input)} neighbouring lines"
+    spectra = spectra.at(moved_at(spectra, is_input=driver is u))
     G, deviation, coherence = estimate(spectra)
     sure = spectra.frequency[coherence > COHERENT]
     top = min(float(sure.max()) if sure.size else 0.1 * sampling, 0.4 * sampling)
@@ -212,12 +220,12 @@ def _over_segments(
     return MeasuredResponse(
         as_table(record, spectra.frequency, G, deviation, coherence),
         "segments",
-        f"{len(spectra.input)} Welch segments of {length / sampling:.4g} s, {told}",
+        f"{manner}, {told}",
         spectra.averages,
         spectra.correlation,
         sampling,
         *_motion(np.gradient(smooth, 1 / sampling)),
-        (DIRECT,) if spectra is direct else (),
+        (DIRECT,) if driver is u else (),
     )
 
 

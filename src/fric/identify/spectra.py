@@ -164,6 +164,53 @@ def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sam
     return Spectra(frequency, R, U, Z, averages, HANN_CORRELATION)
 
 
+def neighbour_spectra(input: Real, position: Real, driver: Real, sampling: float, count: int = 16) -> Spectra:
+    """Return the lines of a whole record, ``count`` neighbours each as the rows of one frequency.
+
+    For a single sweep, which is at each frequency but once: segments of it would stand alone there. The position is
+    differenced twice, after which an integrating plant is smooth over neighbouring lines, and the result divided
+    by what that does to it. The first and last fortieth of the record are faded in and out.
+
+    Parameters
+    ----------
+    input, position, driver
+        As in `segment_spectra`, each shape (n,).
+    sampling
+        Samples a second [Hz].
+    count
+        Lines to each frequency.
+    """
+    n = len(input) - 2
+    fade = signal.windows.tukey(n, 0.05)
+    rows = [signal.detrend(x) * fade for x in (driver[1:-1], input[1:-1], np.diff(position, 2))]
+    bands = (n // 2 - 3) // count
+    R, U, ddZ = (fft.rfft(x)[3 : 3 + bands * count].reshape(bands, count).T / n for x in rows)
+    frequency = (3 + (count - 1) / 2 + count * np.arange(bands)) * sampling / n
+    shift = np.exp(2j * np.pi * frequency / sampling)  # the second difference is centred
+    return Spectra(frequency, R, U, ddZ / (shift - 2 + 1 / shift), float(count), 1.0)
+
+
+def swept(spectra: Spectra, share: float = 0.4) -> bool:
+    """Tell whether single segments hold most of the driver's power at its lines, as those of a sweep do."""
+    power = np.abs(spectra.driver) ** 2
+    return bool(np.median(power.max(axis=0) / power.sum(axis=0)) > share)
+
+
+def moved_at(spectra: Spectra, *, is_input: bool) -> NDArray[np.bool_]:
+    """Return the lines at which the driver has power of its own, and not what the window smears from lower lines.
+
+    Parameters
+    ----------
+    spectra
+        Spectra of segments or neighbouring lines.
+    is_input
+        Whether the driver is the input; a reference, which falls with frequency, is looked at by its speed.
+    """
+    size = np.sqrt(np.mean(np.abs(spectra.driver) ** 2, axis=0)) * (1.0 if is_input else spectra.frequency)
+    driven: NDArray[np.bool_] = size > (0.05 if is_input else 0.01) * np.maximum.accumulate(size)
+    return driven
+
+
 def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:
     """Return Z/U [m/V], its relative deviation, and the coherence that goes with it, each of shape (n,).
 
