@@ -88,7 +88,9 @@ def test_the_published_benchmark_from_file_to_plant(tmp_path: Path) -> None:
         pytest.skip("the real logs are not in ../shared/data")
     mapping = Path("configs/mappings/emps.yaml").resolve()
     log, out = tmp_path / "emps.h5", tmp_path / "plant.yaml"
-    assert RUN.invoke(app, ["ingest", str(EMPS), "--map", str(mapping), "--kind", "motion", "-o", str(log)]).exit_code == 0
+    assert (
+        RUN.invoke(app, ["ingest", str(EMPS), "--map", str(mapping), "--kind", "motion", "-o", str(log)]).exit_code == 0
+    )
     done = RUN.invoke(app, ["identify", "plant", str(log), "-o", str(out), "--json"])
     told = json.loads(done.stdout)
     parameters = told["fit"]["parameters"]

