@@ -19,6 +19,8 @@ class Cascade:
                  ^-                            ^-
                  z                             ż  (first difference and low-pass of z)
 
+    Against wind-up the integral waits while the voltage is limited, unless it leads out of the limit.
+
     Parameters
     ----------
     K_v
