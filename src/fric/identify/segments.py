@@ -207,9 +207,10 @@ def _trimmed(path: _Path, start: int, stop: int) -> tuple[int, int]:
         return start, stop
     t, z = path.time, path.position
     inner = slice(start + edge, stop - edge)
-    line = np.polynomial.Polynomial.fit(t[inner], z[inner], 1)
+    t_inner, z_inner = t[inner] - t[inner].mean(), z[inner] - z[inner].mean()
+    slope = float(t_inner @ z_inner) / float(t_inner @ t_inner)
     first, last = max(start - n, 0), min(stop + n, len(t))
-    residual = z[first:last] - line(t[first:last])
+    residual = z[first:last] - z[inner].mean() - slope * (t[first:last] - t[inner].mean())
     usual = 5.0 * float(np.median(np.abs(residual[start + edge - first : stop - edge - first])))
     allowed = max(path.grain if path.velocity is None else path.explained(n), usual)
     way = abs(_way(path, start + edge, stop - edge)) / (n - 2 * edge)
