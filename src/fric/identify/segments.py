@@ -22,6 +22,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.identify.resolution import lattice_step, noise_level
+from fric.identify.settling import settled_from
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,10 +35,6 @@ TREND = 0.01
 """Change of velocity over a stretch, as a share of it, that is not taken for an acceleration."""
 SHORTEST = 16
 """Samples, and counts of the encoder, that a stretch has at least."""
-SETTLING = 0.5
-"""Share of a stretch that is given up at most until the force has settled."""
-BATCHES = 64
-"""Batches of a stretch that the settling of its force is looked for in."""
 
 
 @dataclass(frozen=True)
@@ -133,15 +130,21 @@ def steady_stretches(log: Log) -> list[Stretch]:
     Parameters
     ----------
     log
-        A record with position or, failing that, velocity. Where it holds the force, its settling is cut off.
+        A record with position or, failing that, velocity. Where it holds the force, its settling is cut off. A record
+        that says it is a sine or a frequency response has no stretch.
 
     Raises
     ------
     FricError
         When position, velocity or time is not a number somewhere.
     """
+    return stretches_and_rests(log)[0]
+
+
+def stretches_and_rests(log: Log) -> tuple[list[Stretch], list[tuple[int, int]]]:
+    """Return the stretches as `steady_stretches` does, and where the axis stands still: first sample, one past last."""
     if len(log) < SHORTEST or log.kind in {"presliding-sine", "sliding-sine", "frequency-response"}:
-        return []
+        return [], []
     path = _path(log)
     pieces = [piece for piece in _joined(path, _split(path)) if piece[1] - piece[0] >= SHORTEST]
     kept = (_trimmed(path, *_trimmed(path, *piece)) for piece in pieces)
@@ -152,9 +155,10 @@ def steady_stretches(log: Log) -> list[Stretch]:
     ]
     while moments := [stretch for stretch in found if not _lasts(stretch, found, moves, len(log))]:
         found.remove(min(moments, key=len))
-    if log.force is None or not np.isfinite(log.force).all():
-        return found
-    return [_settled(path, log.force, stretch) for stretch in found]
+    rests = [(start, stop) for start, stop, way, rest, _ in moves if way <= rest]
+    if log.force is not None and np.isfinite(log.force).all():
+        found = [_settled(path, log.force, stretch) for stretch in found]
+    return found, rests
 
 
 def _way(path: _Path, start: int, stop: int) -> float:
@@ -212,7 +216,7 @@ def _trimmed(path: _Path, start: int, stop: int) -> tuple[int, int]:
     first, last = max(start - n, 0), min(stop + n, len(t))
     residual = z[first:last] - z[inner].mean() - slope * (t[first:last] - t[inner].mean())
     usual = 5.0 * float(np.median(np.abs(residual[start + edge - first : stop - edge - first])))
-    allowed = max(path.grain if path.velocity is None else path.explained(n), usual)
+    allowed = max(1.5 * path.grain if path.velocity is None else path.explained(n), usual)
     way = abs(_way(path, start + edge, stop - edge)) / (n - 2 * edge)
     blind = int(min(2.0 * allowed / way, n)) if way > 0.0 else n
     middle = (start + stop) // 2 - first
@@ -311,115 +315,10 @@ def _lasts(
 
 
 def _settled(path: _Path, force: NDArray[np.float64], stretch: Stretch) -> Stretch:
-    """Cut the settling of the force off a stretch, where it is seen.
-
-    The cut minimises the marginal standard error of what is left, ``S(k)/(n - k)²`` with S the sum of squares about
-    the mean of the batches k to n (White, Simulation 69(6), 1997: MSER), and is made only where what it takes off is a
-    transient: a stationary force is left whole.
-    """
-    n = len(stretch)
-    batches = min(BATCHES, n // 4)
-    if batches < 8:
-        return stretch
-    y = force[stretch.start : stretch.stop]
-    late = y[n // 2 :]
-    middle = float(np.median(late))
-    spread = 1.4826 * float(np.median(np.abs(late - middle))) or float(late.std())
-    edges = np.linspace(0, n, batches, endpoint=False).astype(int)
-    # a glitch must not look like a transient: it counts as twenty standard deviations at most
-    y = np.clip(y, middle - 20.0 * spread, middle + 20.0 * spread)
-    means = np.add.reduceat(y, edges) / np.diff(np.append(edges, n))
-    last = int(SETTLING * batches)
-    left = batches - np.arange(batches)
-    total, squares = np.cumsum(means[::-1])[::-1], np.cumsum((means - middle)[::-1] ** 2)[::-1]
-    scatter = np.maximum(squares - left * (total / left - middle) ** 2, 0.0)
-    cut = int(np.argmin((scatter / left**2)[: last + 1]))
+    """Cut the settling of the force off a stretch."""
+    cut, settled = settled_from(force[stretch.start : stretch.stop])
     if cut == 0:
         return stretch
-    if not _is_transient(means[:cut], means[cut:]):
-        return stretch
-    quarter = batches // 4
-    settled = cut < last or not _is_transient(means[-2 * quarter : -quarter], means[-quarter:])
-    start = stretch.start + int(edges[cut])
+    start = stretch.start + cut
     shorter = _judged(path, start, stretch.stop) or stretch
     return Stretch(start, stretch.stop, shorter.velocity, shorter.velocity_se, stretch.onset, settled)
-
-
-def _is_transient(head: NDArray[np.float64], tail: NDArray[np.float64]) -> bool:
-    """Say whether the head settles into the tail, rather than being part of how the force wanders.
-
-    It differs from the tail by more than four standard errors, and begins outside the range that the tail keeps to.
-    """
-    difference = float(head.mean() - tail.mean())
-    if abs(difference) <= 4.0 * _mean_se(tail) * np.sqrt(1.0 + len(tail) / len(head)):
-        return False
-    toward = np.sign(difference)
-    return bool((toward * head[:3]).max() > (toward * tail).max())
-
-
-def _mean_se(batches: NDArray[np.float64]) -> float:
-    """Return the standard error of the mean of batch means that may be correlated, by their initial positive sum."""
-    centred = batches - batches.mean()
-    n = len(centred)
-    covariance = np.correlate(centred, centred, "full")[n - 1 : n - 1 + n // 4] / n
-    negative = np.flatnonzero(covariance <= 0.0)
-    upto = int(negative[0]) if len(negative) else len(covariance)
-    return float(np.sqrt(max(covariance[0] + 2.0 * covariance[1:upto].sum(), 0.0) / max(n - 1, 1)))
-
-
-def reversals(position: NDArray[np.float64], threshold: float | None = None) -> NDArray[np.intp]:
-    """Return the samples at which a motion turns round, in the order of time.
-
-    A reversal is an extreme from which the motion comes back by more than the threshold: the flicker of an encoder is
-    none. Where the extreme lasts (a dwell, a flat crest of counts), its middle is given.
-
-    Parameters
-    ----------
-    position
-        Position [m], shape (n,).
-    threshold
-        Way back [m] that makes a reversal; two counts of the encoder or eight standard deviations of the noise where
-        it is not given.
-    """
-    z = np.asarray(position, float)
-    if len(z) < 3:
-        return np.zeros(0, dtype=np.intp)
-    count = lattice_step(z) or 0.0
-    if threshold is None:
-        threshold = max(2.0 * count, 8.0 * noise_level(z), 1e-9 * float(np.ptp(z)))
-    flat = 0.5 * count
-    found: list[int] = []
-    direction, begin = 0, 0
-    while (turn := _next_turn(z, begin, direction, threshold)) is not None:
-        extreme, passed, turned = turn
-        if direction:
-            level = np.flatnonzero(np.abs(z[begin:passed] - z[extreme]) <= flat) + begin
-            found.append(int(level[0] + level[-1]) // 2)
-        direction, begin = turned, extreme
-    return np.array(found, dtype=np.intp)
-
-
-def _next_turn(z: NDArray[np.float64], begin: int, direction: int, threshold: float) -> tuple[int, int, int] | None:
-    """Return the extreme after ``begin``, the sample that is past it by the threshold, and the direction from there."""
-    stop = begin
-    block = 1024
-    high = low = z[begin]
-    at_high = at_low = begin
-    while stop < len(z):
-        start, stop = stop, min(stop + block, len(z))
-        part = z[start:stop]
-        highest = np.maximum(np.maximum.accumulate(part), high)
-        lowest = np.minimum(np.minimum.accumulate(part), low)
-        down = np.flatnonzero(highest - part > threshold) if direction >= 0 else np.zeros(0, int)
-        up = np.flatnonzero(part - lowest > threshold) if direction <= 0 else np.zeros(0, int)
-        first_down, first_up = (int(k[0]) if len(k) else len(part) for k in (down, up))
-        k = min(first_down, first_up)
-        seen = part[: k + 1]
-        if seen.max() > high:
-            high, at_high = seen.max(), start + int(seen.argmax())
-        if seen.min() < low:
-            low, at_low = seen.min(), start + int(seen.argmin())
-        if k < len(part):
-            return (at_high, start + k, -1) if first_down < first_up else (at_low, start + k, 1)
-        block *= 2
-    return None

@@ -1,0 +1,130 @@
+"""`fric inspect`: what log files hold, and what they are good for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import fric
+from fric.cli.console import OUT, print_json, print_table
+from fric.cli.options import Force, Json, LogFiles, Plot
+
+if TYPE_CHECKING:
+    from fric.identify.inspection import Channel, Inspection, ResponseInspection, Use
+
+FEW = 4
+"""Records that are told one by one; more are told in a table, a line each."""
+
+
+def inspect(logs: LogFiles, plot: Plot = None, json: Json = False, force: Force = False) -> None:
+    """Tell what each record of log files holds, and what it is good for."""
+    fric.refuse_existing(plot, force=force)
+    records = [record for path in logs for record in fric.read_records(path)]
+    found = [fric.inspect(record) for record in records]
+    if plot:
+        fric.save_figure(fric.draw_record(records, found), plot, force=force)
+    if json:
+        print_json({"records": [inspected.as_dict() for inspected in found]})
+        return
+    if len(found) <= FEW:
+        for inspected in found:
+            _tell(inspected)
+    else:
+        _tell_briefly(found)
+    if plot:
+        OUT.print(f"wrote {plot}")
+
+
+def _tell(found: Inspection | ResponseInspection) -> None:
+    """Print all that was found in one record."""
+    OUT.print(f"[bold]{found.name}[/]: {_kind(found)}, {found.motion} axis {found.axis}")
+    if isinstance(found, fric.ResponseInspection):
+        OUT.print(f"{found.points} frequencies from {found.low:.4g} to {found.high:.4g} Hz")
+        if found.coherence is not None:
+            OUT.print(f"least coherence {found.coherence:.2f}")
+    else:
+        print_table(("", ""), [(name, told) for name, told in _log_rows(found) if told])
+        rows = [_channel_row(name, channel) for name, channel in found.channels.items() if name != "time"]
+        print_table(("channel", "from", "to", "step", "no number", "clipped"), rows)
+    for use in found.uses:
+        OUT.print(_use(use))
+    OUT.print()
+
+
+def _kind(found: Inspection | ResponseInspection) -> str:
+    return f"{found.kind} ({'stated' if found.stated else 'recognised'})"
+
+
+def _use(use: Use) -> str:
+    return f"{'[green]good[/]' if use.good else '[yellow]not good[/]'} for identify {use.purpose}: {use.why}"
+
+
+def _log_rows(found: Inspection) -> list[tuple[str, str]]:
+    """Return what is told of a record in time, by name; empty where there is nothing to tell."""
+    length, speed = ("rad", "rad/s") if found.motion == "rotary" else ("m", "m/s")
+    rows = [
+        ("source", found.source),
+        ("samples", f"{found.samples} in {found.duration:.4g} s"),
+        ("sampling", f"{found.sampling:.6g} Hz, jitter {_value(found.jitter, 's')}" if found.sampling else ""),
+        ("gaps", _gaps(found)),
+        ("dropped", f"{found.dropped} samples when ingested" if found.dropped else ""),
+        ("encoder step", _value(found.encoder_step, length) if found.encoder_step else ""),
+        ("reversals", str(len(found.turns)) if "position" in found.channels else ""),
+        ("stretches", str(len(found.stretches)) if found.stretches else ""),
+        ("speeds", _speeds(found, speed)),
+    ]
+    if sine := found.sine:
+        told = f"{_value(sine.amplitude, length)}, {sine.frequency:.4g} Hz, {sine.cycles:.3g} cycles"
+        rows.append(("sine", told + (f", at {_value(sine.mean_velocity, speed)}" if sine.mean_velocity else "")))
+    if found.rise is not None and found.turns:
+        rows.append(("force rises in", f"{100 * found.rise:.3g} % of a stroke"))
+    return rows
+
+
+def _value(value: float, unit: str) -> str:
+    return str(fric.readable(value, unit, 4))
+
+
+def _speeds(found: Inspection, unit: str) -> str:
+    if len(found.speeds) <= 12:
+        return ", ".join(_value(speed, unit) for speed in found.speeds)
+    return f"{len(found.speeds)} from {_value(found.speeds[0], unit)} to {_value(found.speeds[-1], unit)}"
+
+
+def _gaps(found: Inspection) -> str:
+    if not found.gaps:
+        return ""
+    longest = max(found.gaps, key=lambda gap: gap.intervals)
+    return f"{len(found.gaps)}, the longest of {longest.intervals:.4g} samples after {longest.time:.6g} s"
+
+
+def _channel_row(name: str, channel: Channel) -> tuple[str, ...]:
+    if channel.low is None or channel.high is None:
+        return name, "", "", "", str(channel.not_a_number), ""
+    step = _value(channel.step, channel.unit) if channel.step else ""
+    counts = (str(count) if count else "" for count in (channel.not_a_number, channel.clipped))
+    return name, _value(channel.low, channel.unit), _value(channel.high, channel.unit), step, *counts
+
+
+def _tell_briefly(found: Sequence[Inspection | ResponseInspection]) -> None:
+    """Print a line for each record, and what they are good for together."""
+    rows = []
+    for one in found:
+        good = " ".join(use.purpose for use in one.uses if use.good)
+        if isinstance(one, fric.ResponseInspection):
+            rows.append((one.name, _kind(one), "", "", "", f"{one.points} frequencies", good))
+            continue
+        speed = "rad/s" if one.motion == "rotary" else "m/s"
+        flaws = [f"{len(one.gaps)} gaps"] if one.gaps else []
+        flaws += [f"{name} clipped" for name, channel in one.channels.items() if channel.clipped]
+        flaws += [f"{channel.not_a_number} no number" for channel in one.channels.values() if channel.not_a_number]
+        rate = f"{one.sampling:.4g} Hz" if one.sampling else ""
+        what = _speeds(one, speed) or (f"{len(one.turns)} reversals" if one.turns else "")
+        rows.append((one.name, _kind(one), f"{one.duration:.4g} s", rate, ", ".join(flaws), what, good))
+    print_table(("record", "kind", "duration", "sampling", "flaws", "what", "good for"), rows)
+    uses = {use.purpose: 0 for one in found for use in one.uses}
+    for one in found:
+        for use in one.uses:
+            uses[use.purpose] += use.good
+    told = ", ".join(f"{purpose} {count}" for purpose, count in uses.items())
+    OUT.print(f"{len(found)} records; good for identify: {told}")

@@ -1,0 +1,184 @@
+"""A record as it was logged, with what `fric inspect` found in it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.figures.style import BLUE, GREY, ORANGE, VERMILION, new_figure
+from fric.log import FrequencyResponse, Log
+from fric.units import si_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from fric.identify.inspection import Inspection, ResponseInspection
+
+SCALES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+POINTS = 4000
+"""Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest."""
+MOST = 6
+"""Records that each get a row of panels of their own; more are drawn over one another."""
+
+
+def draw_record(
+    records: Sequence[Log | FrequencyResponse], found: Sequence[Inspection | ResponseInspection]
+) -> Figure:
+    """Draw records with stretches and reversals marked.
+
+    A few records get a row each: the channels over time to the left; to the right force over position (a motion that
+    turns) or over velocity (strokes). Many are drawn as an overview: speeds and forces of all stretches, and each
+    record's path.
+
+    Parameters
+    ----------
+    records
+        The records, of one axis.
+    found
+        What `fric.identify.inspection.inspect` found in each.
+    """
+    pairs = list(zip(records, found, strict=True))
+    if len(pairs) > MOST:
+        return _overview(pairs)
+    height = sum(2.2 if isinstance(record, FrequencyResponse) else 3.6 for record in records)
+    with new_figure(7.4, max(height, 3.0)) as figure:
+        rows = np.atleast_1d(np.asarray(figure.subfigures(len(pairs), 1), dtype=object))
+        for row, (record, inspected) in zip(rows, pairs, strict=True):
+            row.suptitle(f"{inspected.name} – {inspected.kind}", fontsize=10, x=0.01, ha="left")
+            if isinstance(record, FrequencyResponse):
+                _draw_response(row.subplots(1, 2), record)
+            else:
+                _draw_log(row, record, inspected)  # type: ignore[arg-type]
+        return figure
+
+
+def scaled(values: NDArray[np.float64], unit: str) -> tuple[float, str]:
+    """Return the factor and the unit with prefix that bring values to a readable size; rotary units stay."""
+    size = float(np.nanmax(np.abs(values), initial=0.0))
+    if unit not in {"m", "m/s", "N", "N*m", "V", "s"} or size == 0.0:
+        return 1.0, unit.replace("*", "·")
+    scale, prefix = next(((s, p) for s, p in SCALES if size >= s), SCALES[-1])
+    if unit == "s":
+        scale, prefix = 1.0, ""
+    return 1.0 / scale, prefix + unit.replace("*", "·")
+
+
+def thinned(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the curve by the least and greatest value in each of `POINTS` columns, where there are many samples."""
+    n = len(y)
+    if n <= 2 * POINTS:
+        return x, y
+    width = n // POINTS
+    blocks = y[: width * POINTS].reshape(POINTS, width)
+    both = np.sort(np.stack([blocks.argmin(axis=1), blocks.argmax(axis=1)], axis=1), axis=1)
+    index = (both + width * np.arange(POINTS)[:, None]).ravel()
+    return x[index], y[index]
+
+
+def _velocity(log: Log) -> NDArray[np.float64]:
+    """Return the velocity; of a position log, its slope over about a hundredth part of a second or ten samples."""
+    if log.velocity is not None:
+        return log.velocity
+    assert log.position is not None  # a Log holds one of them
+    span = max(min(10, len(log) // 20), 1)
+    ends = np.clip(np.arange(len(log))[:, None] + np.array([-span, span]), 0, len(log) - 1)
+    return np.asarray(np.diff(log.position[ends])[:, 0] / np.diff(log.time[ends])[:, 0])
+
+
+def _draw_log(row: Figure, log: Log, found: Inspection) -> None:
+    force = log.force
+    panels = [("position", log.position), ("velocity", _velocity(log)), ("force", force)]
+    panels = [(name, values) for name, values in panels if values is not None]
+    if force is None and log.input is not None:
+        panels.append(("input", log.input))
+    left, right = row.subfigures(1, 2, width_ratios=[1.5, 1])
+    axes = np.atleast_1d(left.subplots(len(panels), 1, sharex=True))
+    for axis, (name, values) in zip(axes, panels, strict=True):
+        assert values is not None
+        factor, unit = scaled(values, log.unit(name))
+        axis.plot(*thinned(log.time, values * factor), color=BLUE, linewidth=0.9)
+        axis.set_ylabel(f"{name} [{unit}]")
+        for stretch in found.stretches:
+            axis.axvspan(log.time[stretch.start], log.time[stretch.stop - 1], color=ORANGE, alpha=0.25, linewidth=0)
+        if name == "position" and 0 < len(found.turns) <= 400:
+            turns = np.array(found.turns)
+            axis.plot(log.time[turns], values[turns] * factor, ".", color=VERMILION, markersize=4)
+    axes[-1].set_xlabel("time [s]")
+    row_note = [f"orange: {len(found.stretches)} stretches at constant velocity"] if found.stretches else []
+    row_note += [f"dots: {len(found.turns)} reversals"] if log.position is not None and found.turns else []
+    axes[0].set_title(", ".join(row_note), fontsize=8, loc="left", color=GREY)
+    _draw_relation(right.subplots(1, 1), log, found)
+
+
+def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
+    """Draw force over velocity where there are stretches, else over position; position over velocity without force."""
+    if log.force is None:
+        x, y, names = _velocity(log), log.position, ("velocity", "position")
+        y = log.time if y is None else y
+        names = names if log.position is not None else ("velocity", "time")
+    elif found.stretches or log.position is None or found.kind in {"sliding-sine", "frequency-response"}:
+        x, y, names = _velocity(log), log.force, ("velocity", "force")
+    else:
+        x, y, names = log.position, log.force, ("position", "force")
+    fx, ux = scaled(x, log.unit(names[0]))
+    fy, uy = scaled(y, log.unit(names[1]) if names[1] != "time" else "s")
+    many = len(x) > 2 * POINTS
+    thin = slice(None, None, max(len(x) // (4 * POINTS), 1))
+    axis.plot(x[thin] * fx, y[thin] * fy, "," if many and names[0] == "velocity" else "-", color=GREY, linewidth=0.6)
+    if names == ("velocity", "force"):
+        v = np.array([s.velocity for s in found.stretches])
+        F = np.array([np.median(y[s.start : s.stop]) for s in found.stretches])
+        axis.plot(v * fx, F * fy, "o", color=VERMILION, markersize=4, label="median of a stretch")
+        if len(v):
+            axis.legend(loc="best")
+    axis.set(xlabel=f"{names[0]} [{ux}]", ylabel=f"{names[1]} [{uy}]")
+
+
+def _draw_response(axes: NDArray[np.object_], response: FrequencyResponse) -> None:
+    unit = si_unit("position per input", response.motion)
+    axes[0].loglog(response.frequency, response.magnitude, color=BLUE)
+    axes[0].set(xlabel="frequency [Hz]", ylabel=f"magnitude [{unit}]")
+    axes[1].semilogx(response.frequency, np.degrees(response.phase), color=BLUE)
+    axes[1].set(xlabel="frequency [Hz]", ylabel="phase [°]")
+
+
+def _overview(pairs: list[tuple[Log | FrequencyResponse, Inspection | ResponseInspection]]) -> Figure:
+    """Draw many records: the median force of each stretch over its velocity, and each record over its own duration."""
+    logs = [(log, found) for log, found in pairs if isinstance(log, Log)]
+    with new_figure(7.4, 3.8) as figure:
+        left, right = figure.subplots(1, 2)
+        stretches = [
+            (s.velocity, float(np.median(log.force[s.start : s.stop])), s.settled)
+            for log, found in logs
+            if log.force is not None
+            for s in getattr(found, "stretches", ())
+        ]
+        motion = logs[0][0].motion if logs else "linear"
+        v, F = np.array([s[0] for s in stretches]), np.array([s[1] for s in stretches])
+        settled = np.array([s[2] for s in stretches], dtype=bool)
+        fv, uv = scaled(v, si_unit("velocity", motion))
+        fF, uF = scaled(F, si_unit("force", motion))
+        left.plot(v[settled] * fv, F[settled] * fF, "o", color=BLUE, markersize=4, label="settled")
+        if (~settled).any():
+            left.plot(v[~settled] * fv, F[~settled] * fF, "x", color=VERMILION, markersize=5, label="not settled")
+            left.legend()
+        left.set(xlabel=f"velocity [{uv}]", ylabel=f"force, median of a stretch [{uF}]")
+        left.set_title(f"{len(v)} stretches of {len(pairs)} records", fontsize=9, loc="left")
+        paths = [(log.position - log.position[0] if log.position is not None else log.velocity) for log, _ in logs]
+        positions = all(log.position is not None for log, _ in logs)
+        paths = paths if positions else [_velocity(log) for log, _ in logs]
+        name = "position from the start" if positions else "velocity"
+        largest = max((float(np.abs(path).max()) for path in paths if path is not None), default=0.0)
+        factor, unit = scaled(np.array([largest]), si_unit("position" if positions else "velocity", motion))
+        for (log, _), path in zip(logs, paths, strict=True):
+            assert path is not None
+            share = (log.time - log.time[0]) / max(float(log.time[-1] - log.time[0]), 1e-12)
+            right.plot(*thinned(share, path * factor), color=BLUE, alpha=0.5, linewidth=0.7)
+        right.set(xlabel="time, as a share of the record [1]", ylabel=f"{name} [{unit}]")
+        right.set_title("all records", fontsize=9, loc="left")
+        return figure
