@@ -25,6 +25,12 @@ from .identify.choose import plant_records as plant_records
 from .identify.frequency_response import measure_response as measure_response
 from .identify.plant import identify_plant as identify_plant
 from .identify.rigid_body import identify_motion as identify_motion
+from .figures.record import draw_record as draw_record
+from .figures.static_map import draw_static_map as draw_static_map
+from .figures.style import save_figure as save_figure
+from .identify.inspection import Inspection as Inspection
+from .identify.inspection import ResponseInspection as ResponseInspection
+from .identify.inspection import inspect as inspect
 from .identify.static import identify_static as identify_static
 from .io.design import controller_tree as controller_tree
 from .io.design import observer_tree as observer_tree

@@ -39,3 +39,11 @@ def test_noise_is_told_from_motion():
     motion = 0.1 * np.abs(time % 4 - 2)
     assert noise_level(motion + 1e-5 * rng.standard_normal(len(time))) == pytest.approx(1e-5, rel=0.15)
     assert noise_level(np.zeros(2)) == 0.0
+
+
+@pytest.mark.parametrize("each", [0.31, 1.0, 7.3, 199.995])
+def test_a_constant_velocity_is_not_taken_for_the_lattice(each):
+    time = np.arange(3000.0)
+    assert lattice_step(0.25e-6 * np.floor(each * time)) == pytest.approx(0.25e-6, rel=1e-6) or each == 1.0
+    rng = np.random.default_rng(0)
+    assert lattice_step(each * time + 0.01 * rng.standard_normal(3000)) is None

@@ -43,7 +43,9 @@ def _tell(found: Inspection | ResponseInspection) -> None:
         if found.coherence is not None:
             OUT.print(f"least coherence {found.coherence:.2f}")
     else:
-        print_table(("", ""), [(name, told) for name, told in _log_rows(found) if told])
+        for name, told in _log_rows(found):
+            if told:
+                OUT.print(f"  {name:<15} {told}", markup=False)
         rows = [_channel_row(name, channel) for name, channel in found.channels.items() if name != "time"]
         print_table(("channel", "from", "to", "step", "no number", "clipped"), rows)
     for use in found.uses:
@@ -65,7 +67,7 @@ def _log_rows(found: Inspection) -> list[tuple[str, str]]:
     rows = [
         ("source", found.source),
         ("samples", f"{found.samples} in {found.duration:.4g} s"),
-        ("sampling", f"{found.sampling:.6g} Hz, jitter {_value(found.jitter, 's')}" if found.sampling else ""),
+        ("sampling", _clock(found)),
         ("gaps", _gaps(found)),
         ("dropped", f"{found.dropped} samples when ingested" if found.dropped else ""),
         ("encoder step", _value(found.encoder_step, length) if found.encoder_step else ""),
@@ -83,6 +85,13 @@ def _log_rows(found: Inspection) -> list[tuple[str, str]]:
 
 def _value(value: float, unit: str) -> str:
     return str(fric.readable(value, unit, 4))
+
+
+def _clock(found: Inspection) -> str:
+    if found.sampling is None:
+        return ""
+    even = found.jitter * found.sampling < 1e-6
+    return f"{found.sampling:.6g} Hz" + ("" if even else f", jitter {_value(found.jitter, 's')} rms")
 
 
 def _speeds(found: Inspection, unit: str) -> str:

@@ -10,6 +10,7 @@ import typer
 
 import fric
 from fric.cli import design, identify, ingest, schema, simulate
+from fric.cli import identify, ingest, inspect, schema, simulate
 from fric.errors import FricError
 
 app = typer.Typer(
@@ -29,6 +30,7 @@ def _version(wanted: bool) -> None:
 
 
 app.command()(ingest.ingest)
+app.command()(inspect.inspect)
 app.command()(schema.schema)
 app.add_typer(design.app)
 app.add_typer(identify.app)

@@ -26,9 +26,7 @@ MOST = 6
 """Records that each get a row of panels of their own; more are drawn over one another."""
 
 
-def draw_record(
-    records: Sequence[Log | FrequencyResponse], found: Sequence[Inspection | ResponseInspection]
-) -> Figure:
+def draw_record(records: Sequence[Log | FrequencyResponse], found: Sequence[Inspection | ResponseInspection]) -> Figure:
     """Draw records with stretches and reversals marked.
 
     A few records get a row each: the channels over time to the left; to the right force over position (a motion that
@@ -47,7 +45,7 @@ def draw_record(
         return _overview(pairs)
     height = sum(2.2 if isinstance(record, FrequencyResponse) else 3.6 for record in records)
     with new_figure(7.4, max(height, 3.0)) as figure:
-        rows = np.atleast_1d(np.asarray(figure.subfigures(len(pairs), 1), dtype=object))
+        rows = figure.subfigures(len(pairs), 1, squeeze=False)[:, 0]
         for row, (record, inspected) in zip(rows, pairs, strict=True):
             row.suptitle(f"{inspected.name} – {inspected.kind}", fontsize=10, x=0.01, ha="left")
             if isinstance(record, FrequencyResponse):
@@ -96,13 +94,13 @@ def _draw_log(row: Figure, log: Log, found: Inspection) -> None:
     panels = [(name, values) for name, values in panels if values is not None]
     if force is None and log.input is not None:
         panels.append(("input", log.input))
-    left, right = row.subfigures(1, 2, width_ratios=[1.5, 1])
+    left, right = row.subfigures(1, 2, squeeze=False, width_ratios=[1.5, 1])[0]
     axes = np.atleast_1d(left.subplots(len(panels), 1, sharex=True))
     for axis, (name, values) in zip(axes, panels, strict=True):
         assert values is not None
         factor, unit = scaled(values, log.unit(name))
         axis.plot(*thinned(log.time, values * factor), color=BLUE, linewidth=0.9)
-        axis.set_ylabel(f"{name} [{unit}]")
+        axis.set_ylabel(f"{name}\n[{unit}]")
         for stretch in found.stretches:
             axis.axvspan(log.time[stretch.start], log.time[stretch.stop - 1], color=ORANGE, alpha=0.25, linewidth=0)
         if name == "position" and 0 < len(found.turns) <= 400:

@@ -248,7 +248,9 @@ def _channel(log: Log, name: str, values: NDArray[np.float64]) -> Channel:
     numbers = values[np.isfinite(values)]
     if not len(numbers):
         return Channel(log.unit(name), None, None, not_a_number=len(values))
-    step = lattice_step(numbers) if name != "time" else None
+    step = lattice_step(numbers) if name not in {"time", "reference"} else None
+    if step is not None and name != "position" and step < 1e-6 * float(np.ptp(numbers)):
+        step = None  # the last digit of the number format
     clipped = _clipped(numbers, step) if name in {"force", "input"} else 0
     low, high = float(numbers.min()), float(numbers.max())
     return Channel(log.unit(name), low, high, step, len(values) - len(numbers), clipped)

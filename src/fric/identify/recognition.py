@@ -25,7 +25,7 @@ SINE_FIT = 0.99
 """Share of the variance that one sine explains in a record of a sine; a triangle has 0.986."""
 LINES = 15.0
 """Spectral lines among which the power of a broad-band excitation is spread at least."""
-RISING_SHARE = 0.05
+RISING_SHARE = 0.01
 """Share of the stroke that the force takes to come up after a reversal, from which on a sine is in pre-sliding."""
 
 

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
 _EVIDENCE = 16
 """Neighbouring values that must lie on the lattice before it is believed, unless each value came up often."""
+_GAPS = 400
+"""Gaps that are looked at, of many."""
 
 
 def lattice_step(values: NDArray[np.float64]) -> float | None:
@@ -34,8 +36,30 @@ def lattice_step(values: NDArray[np.float64]) -> float | None:
     gaps = gaps[gaps > rounding]
     if len(gaps) < needed:
         return None
-    smallest = float(gaps.min())
-    first = float(np.median(gaps[gaps < 1.75 * smallest]))
+    gaps = np.sort(gaps)
+    rounded = _rounded_step(gaps[:_GAPS], needed, rounding, often=len(values) > 2 * len(levels))
+    return rounded or _common_divisor(gaps[:: len(gaps) // _GAPS + 1], max(64.0 * rounding, 1e-4 * float(gaps[0])))
+
+
+def _common_divisor(gaps: NDArray[np.float64], error: float) -> float | None:
+    """Return the greatest common divisor of gaps that are off by no more than an error, by Euclid's algorithm."""
+    divisor = float(gaps[0])
+    for gap in gaps[1:]:
+        a, b = divisor, abs(float(gap) - divisor * round(float(gap) / divisor))
+        while b > error:
+            a, b = b, abs(a - b * round(a / b))
+        divisor = a
+    if divisor < 20.0 * error:  # of what is no lattice, the error alone is left
+        return None
+    return float(gaps.sum() / np.round(gaps / divisor).sum())
+
+
+def _rounded_step(gaps: NDArray[np.float64], needed: int, rounding: float, *, often: bool) -> float | None:
+    """Return the step of a lattice whose points were rounded to few decimals.
+
+    A motion at constant velocity passes equal gaps too: either points came up often, or gaps differ.
+    """
+    first = float(np.median(gaps[gaps < 1.75 * float(gaps[0])]))
     for divisor in (1, 2, 3, 4, 5):
         step = first / divisor
         if step < 8.0 * rounding:
@@ -45,8 +69,9 @@ def lattice_step(values: NDArray[np.float64]) -> float | None:
             counts = np.maximum(np.round(near / step), 1.0)
             step = float(near.sum() / counts.sum())
         misfit = np.abs(near - step * counts)
+        told = often or np.count_nonzero(counts == counts[0]) < 0.9 * len(counts)
         # two rounded counts make a gap: each is off by up to a fifth where the log kept few decimals
-        if len(near) >= needed and np.quantile(misfit, 0.99) < 0.25 * step and misfit.mean() < 0.21 * step:
+        if told and len(near) >= needed and np.quantile(misfit, 0.99) < 0.25 * step and misfit.mean() < 0.21 * step:
             return step
     return None
 
@@ -67,5 +92,5 @@ def noise_level(values: NDArray[np.float64]) -> float:
     squares = np.diff(values, 2) ** 2
     length = max(len(squares) // 64, min(len(squares), 32))
     blocks = squares[: len(squares) // length * length].reshape(-1, length).mean(axis=1)
-    blocks = blocks[blocks > 0.0]
+    blocks = blocks[blocks > (64.0 * np.finfo(float).eps * np.abs(values).max()) ** 2]
     return float(np.sqrt(np.quantile(blocks, 0.25) / 6.0)) if len(blocks) else 0.0

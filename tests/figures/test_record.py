@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fric.figures.record import draw_record, scaled, thinned
+from fric.identify.inspection import inspect
+from fric.log import Log
+
+
+def record(**channels):
+    time = np.arange(4000) / 1000.0
+    position = 1e-3 * np.abs(time % 2 - 1)
+    return Log(time=time, position=position, **{name: make(time) for name, make in channels.items()})
+
+
+def labels(figure):
+    return [label for ax in figure.findobj(lambda a: hasattr(a, "get_xlabel")) for label in (ax.get_ylabel(),) if label]
+
+
+@pytest.mark.parametrize("channels", [{}, {"force": np.sin}, {"input": np.cos}, {"force": np.sin, "input": np.cos}])
+def test_every_axis_carries_its_unit(channels):
+    log = record(**channels)
+    for records in ([log], [log] * 3, [log] * 9):
+        figure = draw_record(records, [inspect(one) for one in records])
+        figure.draw_without_rendering()
+        assert len(labels(figure)) >= 2
+        assert all("[" in label for label in labels(figure))
+
+
+def test_velocity_logs_and_rotary_axes_are_drawn():
+    time = np.arange(500) / 100.0
+    log = Log(time=time, velocity=np.full(500, 2.0) + 0.01 * np.sin(9 * time), force=np.cos(time), motion="rotary")
+    for records in ([log], [replace(log, force=None)], [log] * 9):
+        figure = draw_record(records, [inspect(one) for one in records])
+        figure.draw_without_rendering()
+        assert any("rad/s" in label or "N·m" in label for label in labels(figure))
+
+
+def test_thinning_keeps_every_peak():
+    y = np.zeros(100_000)
+    y[[777, 54_321, 99_990]] = 5.0, -3.0, 1.0
+    x, thin = thinned(np.arange(len(y)) * 1.0, y)
+    assert len(thin) < 10_000
+    assert (thin.max(), thin.min()) == (5.0, -3.0)
+    assert 777.0 in x
+
+
+def test_scale_is_the_readable_one():
+    assert scaled(np.array([3e-6]), "m") == (pytest.approx(1e6), "µm")
+    assert scaled(np.array([120.0]), "N") == (1.0, "N")
+    assert scaled(np.array([2.0]), "rad/s") == (1.0, "rad/s")
+    assert scaled(np.zeros(3), "m") == (1.0, "m")
