@@ -41,7 +41,7 @@ def test_few_records_are_told_one_by_one_and_many_in_a_table():
     assert "good for identify gms" in told
     assert "not good for identify static: no stretch" in told
     told = run(DATA / "constant-velocity.h5").stdout
-    assert told.count("constant-velocity-") == 17
+    assert told.count("constant-velocity-") == 17  # no name is cut short
     assert "static 17" in told
 
 

@@ -28,7 +28,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: st
         table.add_column(column, justify="left" if n == 0 else "right")
     for row in rows:
         table.add_row(*row)
-    OUT.print(table)
+    OUT.print(table, width=None if OUT.is_terminal else 1000, crop=False)  # a file takes lines of any length
 
 
 def print_warnings(warnings: Iterable[str]) -> None:

@@ -121,7 +121,7 @@ def _tell_briefly(found: Sequence[Inspection | ResponseInspection]) -> None:
     for one in found:
         good = " ".join(use.purpose for use in one.uses if use.good)
         if isinstance(one, fric.ResponseInspection):
-            rows.append((one.name, _kind(one), "", "", "", f"{one.points} frequencies", good))
+            rows.append((one.name, one.kind, "", "", f"{one.points} frequencies", "", good))
             continue
         speed = "rad/s" if one.motion == "rotary" else "m/s"
         flaws = [f"{len(one.gaps)} gaps"] if one.gaps else []
@@ -129,8 +129,11 @@ def _tell_briefly(found: Sequence[Inspection | ResponseInspection]) -> None:
         flaws += [f"{channel.not_a_number} no number" for channel in one.channels.values() if channel.not_a_number]
         rate = f"{one.sampling:.4g} Hz" if one.sampling else ""
         what = _speeds(one, speed) or (f"{len(one.turns)} reversals" if one.turns else "")
-        rows.append((one.name, _kind(one), f"{one.duration:.4g} s", rate, ", ".join(flaws), what, good))
-    print_table(("record", "kind", "duration", "sampling", "flaws", "what", "good for"), rows)
+        kind = one.kind if one.stated else f"{one.kind}?"
+        rows.append((one.name, kind, f"{one.duration:.4g} s", rate, what, ", ".join(flaws), good))
+    print_table(("record", "kind", "duration", "sampling", "what", "flaws", "good for"), rows)
+    if any(not one.stated for one in found):
+        OUT.print("? the kind is recognised; the record does not say it")
     uses = {use.purpose: 0 for one in found for use in one.uses}
     for one in found:
         for use in one.uses:

@@ -9,8 +9,7 @@ from types import FrameType
 import typer
 
 import fric
-from fric.cli import design, identify, ingest, schema, simulate
-from fric.cli import identify, ingest, inspect, schema, simulate
+from fric.cli import design, identify, ingest, inspect, schema, simulate
 from fric.errors import FricError
 
 app = typer.Typer(
