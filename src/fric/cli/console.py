@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-OUT = Console(highlight=False, soft_wrap=True)
+# a file takes lines of any length
+OUT = Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 1000)
 ERR = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
@@ -28,7 +29,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: st
         table.add_column(column, justify="left" if n == 0 else "right")
     for row in rows:
         table.add_row(*row)
-    OUT.print(table, width=None if OUT.is_terminal else 1000, crop=False)  # a file takes lines of any length
+    OUT.print(table)
 
 
 def print_warnings(warnings: Iterable[str]) -> None:

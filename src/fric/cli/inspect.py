@@ -117,7 +117,7 @@ def _channel_row(name: str, channel: Channel) -> tuple[str, ...]:
 
 def _tell_briefly(found: Sequence[Inspection | ResponseInspection]) -> None:
     """Print a line for each record, and what they are good for together."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for one in found:
         good = " ".join(use.purpose for use in one.uses if use.good)
         if isinstance(one, fric.ResponseInspection):
