@@ -6,6 +6,8 @@ import pytest
 
 from fric.compensation.base import NONE, PAPER_SCHEMES
 from fric.compensation.feedforward import friction_feedforward
+from fric.design.loop import SampledLoop
+from fric.design.margins import margins
 from fric.drive.cascade import Cascade
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
@@ -126,6 +128,21 @@ def test_the_observer_finds_the_friction_that_is_left_to_it() -> None:
         # d̂ is what acts on the plant besides u_t: friction less what was fed forward, as a voltage that brakes
         left = float(axis.friction.steady_state(10e-3)) * (1 - gain) / axis.plant.K_f
         np.testing.assert_allclose(run.disturbance[middle], -left, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("scheme", "factor"), [("a", 0.98), ("a", 1.02), ("d", 0.98), ("d", 1.02)])
+def test_an_unstable_loop_is_told_before_the_run_and_a_stable_one_is_not(scheme: str, factor: float) -> None:
+    """The edge of stability by its frequency response: the gain margin of the loop opened at the plant's input."""
+    observer = IDEAL.observer if PAPER_SCHEMES[scheme].observer else None
+    loop = SampledLoop(IDEAL.plant, IDEAL.cascade, observer)
+    edge = margins(loop.input, loop.nyquist).gain_margin
+    assert 2.0 < edge < 10.0
+    axis = replace(IDEAL, plant=replace(IDEAL.plant, B=IDEAL.plant.B * edge * factor), observer=IDEAL.observer)
+    if factor < 1:
+        run_axis(axis, REVERSALS, PAPER_SCHEMES[scheme])
+    else:
+        with pytest.raises(FricError, match=r"not stable: its gain margin is -0\.[0-9] dB"):
+            run_axis(axis, REVERSALS, PAPER_SCHEMES[scheme])
 
 
 def test_schemes_that_the_axis_cannot_run_are_told() -> None:

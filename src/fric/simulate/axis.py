@@ -12,6 +12,7 @@ from fric.compensation.feedforward import friction_feedforward, inverse_model
 from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
 from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, PlantConstants, closed_loop
+from fric.simulate.stability import require_stable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -85,7 +86,7 @@ def run_axis(
     Raises
     ------
     FricError
-        When the scheme asks for a model or an observer that the axis does not have, or the run diverges.
+        When the scheme asks for a model or an observer that the axis does not have, or the loop is not stable.
     """
     plant, cascade = axis.plant, axis.cascade
     if reference.sampling != cascade.sampling:
@@ -93,6 +94,7 @@ def run_axis(
             f"the reference is sampled at {reference.sampling:g} Hz, "
             f"the controller of axis {axis.name} at {cascade.sampling:g} Hz"
         )
+    require_stable(axis, compensation)
     feedforward = _feedforward(axis, reference, compensation)
     model = inverse_model(axis.nominal or plant, reference)
     friction = axis.friction
@@ -119,8 +121,6 @@ def run_axis(
         ),
         substeps,
     )
-    if not np.isfinite(traces.position[-1]):
-        raise FricError(f"axis {axis.name} runs away: its loop is not stable", mend="Design the controller anew.")
     return Trace(
         time=reference.time,
         reference=reference.position,

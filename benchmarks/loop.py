@@ -1,0 +1,142 @@
+"""The closed loop against C at -O2, the whole table of six schemes as a command, and python-control's LSODA."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from fric.compensation.base import NONE, PAPER_SCHEMES
+from fric.drive.sensing import low_pass_pole
+from fric.io.machine import read_machine
+from fric.reference import circle
+from fric.simulate.axis import SUBSTEPS, run_axis
+
+MACHINE = Path(__file__).parents[1] / "configs/xy-table.yaml"
+AXIS = read_machine(MACHINE).axis("x")
+REFERENCE = circle(0.03, 0.1, 2, AXIS.cascade.sampling)[0]
+STEPS = len(REFERENCE) * SUBSTEPS
+
+
+def _best(functions: list[Callable[[], object]], rounds: int = 25) -> list[float]:
+    """Return the shortest time of each, run in turn."""
+    times = []
+    for _ in range(rounds):
+        row = []
+        for function in functions:
+            start = perf_counter()
+            function()
+            row.append(perf_counter() - start)
+        times.append(row)
+    return [float(seconds) for seconds in np.min(times, axis=0)]
+
+
+def _in_c(folder: str, scheme: str) -> Callable[[], np.ndarray]:
+    """Return the same run in C: it gives the position."""
+    library = Path(folder) / "loop.so"
+    source = Path(__file__).with_suffix(".c")
+    subprocess.run(["cc", "-O2", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
+    run = ctypes.CDLL(str(library)).closed_loop
+    plant, cascade, friction = AXIS.plant, AXIS.cascade, AXIS.friction
+    array = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
+    run.argtypes = [
+        array, array, ctypes.c_int, array, array, ctypes.c_long, *[array] * 4, ctypes.c_long, *[array] * 4,
+        ctypes.c_long, *[array] * 6,
+    ]  # fmt: skip
+    ours = run_axis(AXIS, REFERENCE, PAPER_SCHEMES[scheme])
+    model = (REFERENCE.acceleration + plant.A * REFERENCE.velocity) / plant.B
+    plant_c = np.array([plant.A, plant.B, plant.M, AXIS.load, plant.transport_delay(cascade.sampling)])
+    pole = low_pass_pole(cascade.velocity_filter, cascade.sampling)
+    control = np.array(
+        [cascade.K_v, cascade.K_p, cascade.K_i, pole, cascade.T_s, cascade.limit, AXIS.encoder.resolution]
+    )
+    filters = [np.zeros(1)] * 4
+    if PAPER_SCHEMES[scheme].observer:
+        found = AXIS.observer.discrete(cascade.sampling)
+        filters = [found.inverse.b, found.inverse.a, found.low_pass.b, found.low_pass.a]
+    n = len(REFERENCE)
+
+    def baseline() -> np.ndarray:
+        traces = [np.empty(n) for _ in range(6)]
+        run(
+            friction.initial_state(), friction.packed(), len(friction.alpha), plant_c, control, filters[0].size - 1,
+            *(np.ascontiguousarray(f) for f in filters), n, REFERENCE.position, REFERENCE.velocity, model,
+            ours.feedforward, SUBSTEPS, *traces,
+        )  # fmt: skip
+        return traces[0]
+
+    # rounding chooses an encoder count now and then, and another count the next: agreement to a tenth of one
+    assert np.abs(baseline() - ours.position).max() < 0.5 * AXIS.encoder.resolution
+    return baseline
+
+
+def _lsoda() -> tuple[Callable[[], object], float]:
+    """Return a simpler loop of one axis in python-control, and its simulated time [s].
+
+    Continuous P and PI, no delay, no encoder, no observer, friction without memory and smoothed at zero speed.
+    """
+    import control
+
+    plant, cascade, static = AXIS.plant, AXIS.cascade, AXIS.friction.static
+
+    def rate(t: float, x: np.ndarray, r: np.ndarray, params: dict[str, float]) -> list[float]:
+        z, v, integral = x
+        error = cascade.K_v * (r[0] - z) + r[1] - v
+        u = cascade.K_p * error + cascade.K_i * integral + (r[2] + plant.A * r[1]) / plant.B
+        level = static.F_c + (static.F_s - static.F_c) * np.exp(-abs(v / static.v_s))
+        friction = level * np.tanh(v / 1e-4) + static.sigma * v
+        return [v, plant.B * u - plant.A * v - friction / plant.M, error]
+
+    system = control.nlsys(rate, lambda t, x, r, params: x[:1], inputs=3, outputs=1, states=3)
+    motion = np.array([REFERENCE.position, REFERENCE.velocity, REFERENCE.acceleration])
+    start = [REFERENCE.position[0], 0.0, 0.0]
+
+    def simulate() -> object:
+        return control.input_output_response(system, REFERENCE.time, motion, start, solve_ivp_method="LSODA")
+
+    return simulate, float(REFERENCE.time[-1])
+
+
+def run() -> list[tuple[str, str, str]]:
+    """Time the loop per plant step, the command, and the other simulator per simulated second."""
+    rows = []
+    if shutil.which("cc"):
+        with tempfile.TemporaryDirectory() as folder:
+            for scheme in ("a", "f"):
+                baseline = _in_c(folder, scheme)
+                ours = lambda scheme=scheme: run_axis(AXIS, REFERENCE, replace(PAPER_SCHEMES[scheme], friction=None))  # noqa: E731
+                seconds, in_c = _best([ours, baseline])
+                told = f"{seconds / in_c:.2f} ({seconds / STEPS * 1e9:.0f} / {in_c / STEPS * 1e9:.0f} ns)"
+                rows.append(
+                    (f"closed loop, plant step, scheme {scheme} / the same loop in C at -O2", told, "at most 1.2")
+                )
+    else:
+        rows.append(("closed loop / C", "skipped: there is no cc", "at most 1.2"))
+
+    words = [sys.executable, "-m", "fric", "simulate", "circle", str(MACHINE), "--json"]
+
+    def table() -> None:
+        done = subprocess.run(words, check=True, capture_output=True, text=True)
+        assert len(json.loads(done.stdout)["schemes"]) == 6
+
+    table()
+    (seconds,) = _best([table], rounds=5)
+    rows.append(
+        ("table of six schemes on two axes at 100 mm/s, process start included", f"{seconds:.2f} s", "under 2 s")
+    )
+
+    simulate, duration = _lsoda()
+    ours = lambda: run_axis(AXIS, REFERENCE, NONE)  # noqa: E731
+    mine, theirs = _best([ours, simulate], rounds=3)
+    told = f"{theirs / mine:.0f} × ({theirs / duration * 1e3:.0f} / {mine / duration * 1e3:.1f} ms)"
+    rows.append(("python-control, LSODA, a simpler loop / this loop, per simulated second", told, "at least 20 ×"))
+    return rows

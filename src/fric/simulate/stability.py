@@ -1,0 +1,52 @@
+"""Told before a run: whether the loop of an axis is stable, and by what margin it is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.design.loop import SampledLoop
+from fric.design.margins import decibel
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from fric.compensation.base import Compensation
+    from fric.simulate.machine import Axis
+
+GAINS = np.geomspace(0.95, 1e-3, 140)
+"""Gains at which a loop that is not stable is tried anew, 0.43 dB apart."""
+
+EDGE = 1.0 + 1e-7
+"""Largest eigenvalue that is let pass: an axis that is left alone drifts at 1, and rounding decides on which side."""
+
+
+def require_stable(axis: Axis, compensation: Compensation) -> None:
+    """Raise a `FricError` with the gain margin where the loop of an axis, without friction, is not stable.
+
+    Parameters
+    ----------
+    axis
+        The axis: its plant, cascade and observer.
+    compensation
+        The scheme; feedforward does not matter to stability, an observer does.
+
+    Raises
+    ------
+    FricError
+        When an eigenvalue of the sampled loop is outside the unit circle.
+    """
+    observer = axis.observer if compensation.observer else None
+    loop = SampledLoop(axis.plant, axis.cascade, observer)
+    largest = float(abs(loop.poles()[0]))
+    if largest < EDGE:
+        return
+    part = "with its observer " if observer else ""
+    stable_at = (gain for gain in GAINS if replace(loop, plant=replace(axis.plant, B=axis.plant.B * gain)).stable)
+    gain = next(stable_at, None)
+    margin = f"its gain margin is {decibel(gain):.1f} dB" if gain else "at no gain"
+    raise FricError(
+        f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)",
+        mend="Lower the gains or the observer's cutoff; fric design finds values that hold.",
+    )
