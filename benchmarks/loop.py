@@ -9,17 +9,16 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 
 from fric.compensation.base import NONE, PAPER_SCHEMES
-from fric.drive.sensing import low_pass_pole
 from fric.io.machine import read_machine
+from fric.kernels.loop import closed_loop
 from fric.reference import circle
-from fric.simulate.axis import SUBSTEPS, run_axis
+from fric.simulate.axis import SUBSTEPS, _loop_arguments, run_axis
 
 MACHINE = Path(__file__).parents[1] / "configs/xy-table.yaml"
 AXIS = read_machine(MACHINE).axis("x")
@@ -40,43 +39,39 @@ def _best(functions: list[Callable[[], object]], rounds: int = 25) -> list[float
     return [float(seconds) for seconds in np.min(times, axis=0)]
 
 
-def _in_c(folder: str, scheme: str) -> Callable[[], np.ndarray]:
-    """Return the same run in C: it gives the position."""
+def _loops(folder: str, scheme: str) -> tuple[Callable[[], np.ndarray], Callable[[], np.ndarray]]:
+    """Return the same run here and in C; each gives the position."""
     library = Path(folder) / "loop.so"
     source = Path(__file__).with_suffix(".c")
     subprocess.run(["cc", "-O2", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
     run = ctypes.CDLL(str(library)).closed_loop
-    plant, cascade, friction = AXIS.plant, AXIS.cascade, AXIS.friction
     array = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
     run.argtypes = [
         array, array, ctypes.c_int, array, array, ctypes.c_long, *[array] * 4, ctypes.c_long, *[array] * 4,
         ctypes.c_long, *[array] * 6,
     ]  # fmt: skip
-    ours = run_axis(AXIS, REFERENCE, PAPER_SCHEMES[scheme])
-    model = (REFERENCE.acceleration + plant.A * REFERENCE.velocity) / plant.B
-    plant_c = np.array([plant.A, plant.B, plant.M, AXIS.load, plant.transport_delay(cascade.sampling)])
-    pole = low_pass_pole(cascade.velocity_filter, cascade.sampling)
-    control = np.array(
-        [cascade.K_v, cascade.K_p, cascade.K_i, pole, cascade.T_s, cascade.limit, AXIS.encoder.resolution]
+    ahead = run_axis(AXIS, REFERENCE, PAPER_SCHEMES[scheme]).feedforward
+    step, state, parameters, plant, control, observer, command = _loop_arguments(
+        AXIS, REFERENCE, PAPER_SCHEMES[scheme], ahead
     )
-    filters = [np.zeros(1)] * 4
-    if PAPER_SCHEMES[scheme].observer:
-        found = AXIS.observer.discrete(cascade.sampling)
-        filters = [found.inverse.b, found.inverse.a, found.low_pass.b, found.low_pass.a]
-    n = len(REFERENCE)
+    order = observer.position_b.size - 1 if observer.position_b.size else 0
+    filters = observer if order else [np.zeros(1)] * 4
+    plant_c, control_c, n = np.array(plant[:5]), np.array(control), len(REFERENCE)
 
-    def baseline() -> np.ndarray:
+    def here() -> np.ndarray:
+        return closed_loop(step, state.copy(), parameters, plant, control, observer, command, SUBSTEPS)[0].position
+
+    def in_c() -> np.ndarray:
         traces = [np.empty(n) for _ in range(6)]
         run(
-            friction.initial_state(), friction.packed(), len(friction.alpha), plant_c, control, filters[0].size - 1,
-            *(np.ascontiguousarray(f) for f in filters), n, REFERENCE.position, REFERENCE.velocity, model,
-            ours.feedforward, SUBSTEPS, *traces,
+            state.copy(), parameters, len(AXIS.friction.alpha), plant_c, control_c, order, *filters, n, *command,
+            SUBSTEPS, *traces,
         )  # fmt: skip
         return traces[0]
 
-    # rounding chooses an encoder count now and then, and another count the next: agreement to a tenth of one
-    assert np.abs(baseline() - ours.position).max() < 0.5 * AXIS.encoder.resolution
-    return baseline
+    # rounding chooses one encoder count here and the next there: the runs agree to a part of it
+    assert np.abs(in_c() - here()).max() < 0.5 * AXIS.encoder.resolution
+    return here, in_c
 
 
 def _lsoda() -> tuple[Callable[[], object], float]:
@@ -112,9 +107,7 @@ def run() -> list[tuple[str, str, str]]:
     if shutil.which("cc"):
         with tempfile.TemporaryDirectory() as folder:
             for scheme in ("a", "f"):
-                baseline = _in_c(folder, scheme)
-                ours = lambda scheme=scheme: run_axis(AXIS, REFERENCE, replace(PAPER_SCHEMES[scheme], friction=None))  # noqa: E731
-                seconds, in_c = _best([ours, baseline])
+                seconds, in_c = _best([*_loops(folder, scheme)])
                 told = f"{seconds / in_c:.2f} ({seconds / STEPS * 1e9:.0f} / {in_c / STEPS * 1e9:.0f} ns)"
                 rows.append(
                     (f"closed loop, plant step, scheme {scheme} / the same loop in C at -O2", told, "at most 1.2")
@@ -136,7 +129,7 @@ def run() -> list[tuple[str, str, str]]:
 
     simulate, duration = _lsoda()
     ours = lambda: run_axis(AXIS, REFERENCE, NONE)  # noqa: E731
-    mine, theirs = _best([ours, simulate], rounds=3)
+    mine, theirs = _best([ours, simulate], rounds=8)
     told = f"{theirs / mine:.0f} × ({theirs / duration * 1e3:.0f} / {mine / duration * 1e3:.1f} ms)"
     rows.append(("python-control, LSODA, a simpler loop / this loop, per simulated second", told, "at least 20 ×"))
     return rows

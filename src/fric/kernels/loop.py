@@ -217,6 +217,7 @@ def closed_loop(
     substeps
         Plant steps a controller sample.
     """
+    plant, control = PlantConstants(*map(float, plant)), ControlConstants(*map(float, control))
     trace = Traces(*(np.empty_like(command.position) for _ in Traces._fields))
     saturated: int = _closed_loop(step, state, parameters, plant, control, observer, command, substeps, trace)
     return trace, saturated

@@ -17,11 +17,12 @@ from fric.simulate.stability import require_stable
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fric.kernels.signatures import Step
     from fric.reference import Reference
     from fric.simulate.machine import Axis
 
 SUBSTEPS = 5
-"""Plant steps a controller sample. At 4 kHz, halving the step moves no position of the paper's machine by 1 nm."""
+"""Plant steps a controller sample. At 4 kHz, halving the step moves no glitch of the paper's machine by 0.002 µm."""
 
 
 @dataclass(frozen=True)
@@ -88,39 +89,8 @@ def run_axis(
     FricError
         When the scheme asks for a model or an observer that the axis does not have, or the loop is not stable.
     """
-    plant, cascade = axis.plant, axis.cascade
-    if reference.sampling != cascade.sampling:
-        raise FricError(
-            f"the reference is sampled at {reference.sampling:g} Hz, "
-            f"the controller of axis {axis.name} at {cascade.sampling:g} Hz"
-        )
-    require_stable(axis, compensation)
     feedforward = _feedforward(axis, reference, compensation)
-    model = inverse_model(axis.nominal or plant, reference)
-    friction = axis.friction
-    state = friction.initial_state()
-    traces, saturated = closed_loop(
-        type(friction).step,
-        state,
-        friction.packed(),
-        PlantConstants(
-            plant.A, plant.B, plant.M, axis.load, plant.transport_delay(cascade.sampling), float(state.size == 0)
-        ),
-        ControlConstants(
-            cascade.K_v,
-            cascade.K_p,
-            cascade.K_i,
-            low_pass_pole(cascade.velocity_filter, cascade.sampling),
-            cascade.T_s,
-            cascade.limit,
-            axis.encoder.resolution,
-        ),
-        _observer(axis, compensation),
-        Commands(
-            reference.position, reference.velocity, model if excitation is None else model + excitation, feedforward
-        ),
-        substeps,
-    )
+    traces, saturated = closed_loop(*_loop_arguments(axis, reference, compensation, feedforward, excitation), substeps)
     return Trace(
         time=reference.time,
         reference=reference.position,
@@ -132,6 +102,39 @@ def run_axis(
         feedforward=feedforward,
         disturbance=traces.disturbance,
         saturated=saturated,
+    )
+
+
+def _loop_arguments(
+    axis: Axis,
+    reference: Reference,
+    compensation: Compensation,
+    feedforward: NDArray[np.float64],
+    excitation: NDArray[np.float64] | None = None,
+) -> tuple[Step, NDArray[np.float64], NDArray[np.float64], PlantConstants, ControlConstants, ObserverFilters, Commands]:
+    """Check what is asked of an axis, and return it as the compiled loop reads it."""
+    plant, cascade, friction = axis.plant, axis.cascade, axis.friction
+    if reference.sampling != cascade.sampling:
+        raise FricError(
+            f"the reference is sampled at {reference.sampling:g} Hz, "
+            f"the controller of axis {axis.name} at {cascade.sampling:g} Hz"
+        )
+    observer = _observer(axis, compensation)
+    require_stable(axis, compensation)
+    state = friction.initial_state()
+    delay, set_valued = plant.transport_delay(cascade.sampling), float(state.size == 0)
+    pole, resolution = low_pass_pole(cascade.velocity_filter, cascade.sampling), axis.encoder.resolution
+    model = inverse_model(axis.nominal or plant, reference)
+    return (
+        type(friction).step,
+        state,
+        friction.packed(),
+        PlantConstants(plant.A, plant.B, plant.M, axis.load, delay, set_valued),
+        ControlConstants(cascade.K_v, cascade.K_p, cascade.K_i, pole, cascade.T_s, cascade.limit, resolution),
+        observer,
+        Commands(
+            reference.position, reference.velocity, model if excitation is None else model + excitation, feedforward
+        ),
     )
 
 
