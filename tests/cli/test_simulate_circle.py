@@ -98,10 +98,11 @@ def test_what_cannot_be_run_is_told(words: list[str], told: str) -> None:
     ("was", "now", "told"),
     [
         (
-            "      B: {value: 4.526, unit: m/(s^2*V)",
-            "      X: {value: 4.526, unit: m/(s^2*V)",
-            r"axes.x.plant.B: Field req",
+            '      K_f: {value: 548, unit: N/V, source: "[C] cal',
+            '      #{source: "[C] cal',
+            r"axis x: the force constant K_f",
         ),
+        ("v_s: {value: 1, unit: mm/s", "v_s: {value: 1", r"line \d+: axes.x.friction.static.v_s.unit: Field required"),
         (
             "K_f: {value: 548, unit: N/V",
             "K_f: {value: 548, unit: N",

@@ -23,14 +23,16 @@ RIG = read_machine(Path("configs/virtual-rig.yaml"))
     ],
 )
 def test_bundled_logs_are_made_again(kind: str, seed: int, settings: dict[str, object]) -> None:
-    made = list(experiment(RIG.axis("x"), kind, seed=seed, **settings))
-    bundled = {log.name: log for log in read_logs(Path(f"data/{kind}.h5"))}
-    for log in made:
-        found = bundled[log.name]
-        for channel, values in log.channels().items():
-            # another processor's exp and sin may move an encoder count now and then
-            close = np.isclose(found.channels()[channel], values, rtol=1e-5, atol=1e-9)
-            assert close.mean() > 0.99
+    """The same to the last digit on one machine; elsewhere the last digit of an exp moves an encoder count, and that
+    every later one: the loop is chaotic within some counts, and its force within what the log's noise hides."""
+    axis = RIG.axis("x")
+    bundled = {log.name: log.channels() for log in read_logs(Path(f"data/{kind}.h5"))}
+    for log in experiment(axis, kind, seed=seed, **settings):
+        off = {channel: values - bundled[log.name][channel] for channel, values in log.channels().items()}
+        np.testing.assert_array_equal(off["time"], 0.0)
+        np.testing.assert_allclose(off["reference"], 0.0, atol=1e-15)
+        assert np.abs(off["position"]).max() < 10 * axis.encoder.resolution
+        assert off["force"].std() < axis.force_noise
 
 
 def test_the_rig_is_richer_than_the_models_that_are_identified() -> None:
