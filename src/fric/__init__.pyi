@@ -14,6 +14,7 @@ from .errors import FricError as FricError
 from .estimate import estimate_rows as estimate_rows
 from .figures.bode import bode_figure as bode_figure
 from .figures.circle import polar_figure as polar_figure
+from .figures.gms import draw_gms as draw_gms
 from .figures.nyquist import nichols_figure as nichols_figure
 from .figures.nyquist import nyquist_figure as nyquist_figure
 from .figures.plant import draw_motion as draw_motion
@@ -27,6 +28,8 @@ from .identify.frequency_response import measure_response as measure_response
 from .identify.inspection import Inspection as Inspection
 from .identify.inspection import ResponseInspection as ResponseInspection
 from .identify.inspection import inspect as inspect
+from .identify.gms import identify_gms as identify_gms
+from .identify.gms_fit import GMSFit as GMSFit
 from .identify.plant import identify_plant as identify_plant
 from .identify.rigid_body import identify_motion as identify_motion
 from .identify.static import identify_static as identify_static
@@ -39,6 +42,8 @@ from .io.documents.controller import ControllerDocument as ControllerDocument
 from .io.documents.mapping import MappingDocument as MappingDocument
 from .io.documents.observer import ObserverDocument as ObserverDocument
 from .io.documents.plant import PlantDocument as PlantDocument
+from .io.friction import gms_tree as gms_tree
+from .io.friction import read_static as read_static
 from .io.friction import static_tree as static_tree
 from .io.hdf5 import read_logs as read_logs
 from .io.hdf5 import read_records as read_records

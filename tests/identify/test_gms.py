@@ -1,0 +1,165 @@
+"""`identify_gms`: the machine is known, so is what must come out."""
+
+import numpy as np
+import pytest
+
+from fric import FricError, identify_gms
+from fric.drive.plant import Plant
+from fric.friction.gms import GMS
+from fric.friction.stribeck import StaticMap
+from tests.identify.presliding import APART, PAPER, TABLE_1, pair, record, rms_error
+
+SLIDING = {"frequency": 2.0, "mean": 1e-3, "cycles": 12, "kind": "sliding-sine", "dt": 1e-3}
+
+
+def told(fit, *words):
+    return [warning for warning in fit.warnings if all(word in warning for word in words)]
+
+
+def inside(true, intervals):
+    return [low <= value <= high for value, (low, high) in zip(true, intervals, strict=True)]
+
+
+def test_blocks_well_apart_come_out_within_one_per_cent():
+    fit = identify_gms(pair(APART, step=0.0, noise=0.0), static=PAPER)
+    assert len(fit.blocks) == 4  # chosen by the criterion
+    assert fit.alpha.value == pytest.approx(APART.alpha, rel=0.01)
+    assert fit.k.value == pytest.approx(APART.k, rel=0.01)
+    assert float(fit.alpha_sum) == pytest.approx(1.0, abs=2e-3)
+    assert not told(fit, "separate")
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_table_1_through_an_encoder(seed):
+    fit = identify_gms(pair(seed=seed), static=PAPER)
+    assert rms_error(fit.model) < 0.5
+    assert len(fit.blocks) == 3
+    assert fit.choice is not None
+    assert "one more block" in fit.choice.reason
+    assert sum(fit.model.alpha) == pytest.approx(1.0, abs=1e-12)
+    assert (np.diff(fit.model.slip_displacements) > 0).all()
+    assert fit.rmse == pytest.approx(1.0, rel=0.1)  # the noise, and nothing else
+    assert told(fit, "under four steps of the encoder")
+    assert told(fit, "C is assumed", "10 kN/s")
+    assert fit.C.assumed
+
+
+def test_inseparable_blocks_are_told_when_they_are_asked_for():
+    fit = identify_gms(pair(step=0.0, noise=0.0), static=PAPER, blocks=4)
+    assert fit.alpha.value[1:3] == pytest.approx(np.array([0.170, 0.227]) / 1.002, rel=0.02)
+    (warning,) = told(fit, "blocks 2 and 3", "cannot separate")
+    assert "25.9 µm" in warning
+
+
+def test_the_paper_s_way_by_knots():
+    knots = [0.9e-6, 26e-6, 54e-6]
+    fit = identify_gms(pair(step=0.0, noise=0.0), static=PAPER, knots=knots, refined=False)
+    V = TABLE_1.virgin_curve(np.array(knots))
+    slopes = np.diff(V, prepend=0.0) / np.diff(knots, prepend=0.0)
+    assert fit.k.value == pytest.approx(slopes - np.append(slopes[1:], 0.0), rel=0.05)
+    assert fit.blocks.displacement == pytest.approx(knots)
+    with pytest.raises(FricError, match="beyond the virgin curve"):
+        identify_gms(pair(), static=PAPER, knots=[1e-6, 1e-3])
+
+
+def test_C_comes_from_a_record_in_sliding():
+    for C in (3e3, 1e4):
+        model = GMS(PAPER, TABLE_1.alpha, TABLE_1.k, C)
+        logs = [*pair(model), record(60e-6, model, **SLIDING)]
+        fit = identify_gms(logs, static=PAPER)
+        assert float(fit.C) == pytest.approx(C, rel=0.2)
+        low, high = fit.C.ci95
+        assert low < C < high
+        assert not fit.C.assumed
+
+
+def test_the_plant_is_taken_off_and_its_share_told():
+    plant = Plant(A=28.57, B=4.526, T_d=0.0, K_f=548.0)
+    settings = {"mass": plant.M, "damping": plant.damping}
+    logs = [*pair(**settings), record(60e-6, **SLIDING, **settings)]
+    fit = identify_gms(logs, static=PAPER, plant=plant)
+    assert rms_error(fit.model) < 0.5
+    low, high = fit.C.ci95
+    assert low < 1e4 < high
+    large = fit.shares[1]
+    assert large.damping == pytest.approx(plant.damping * 283e-6 / 158, rel=0.1)
+    assert not told(fit, "too fast")
+    # the same loop at 12 Hz: M·A·w² is 31 N of 165
+    fast = record(45e-6, frequency=12.0, cycles=20, dt=2e-4, **settings)
+    (warning,) = told(identify_gms([fast], static=PAPER, plant=plant), "too fast")
+    assert "%" in warning
+
+
+def test_an_offset_is_absorbed():
+    without, with_offset = (identify_gms(pair(offset=offset), static=PAPER) for offset in (0.0, 5.0))
+    assert with_offset.alpha.value == pytest.approx(without.alpha.value, rel=1e-4)
+    assert with_offset.k.value == pytest.approx(without.k.value, rel=1e-4)
+
+
+def test_without_a_static_map_the_plateau_stands_in():
+    flat = GMS(StaticMap(150.0, 150.0, 1e-3), APART.alpha, tuple(150 / 165 * k for k in APART.k), 1e4)
+    fit = identify_gms(pair(flat))
+    assert fit.static.F_c == fit.static.F_s == pytest.approx(150.0, rel=2e-3)
+    assert rms_error(fit.model, flat) < 0.5
+    assert told(fit, "no static map is given", "150 N")
+
+
+def test_a_loop_that_never_saturates_says_what_is_missing():
+    fit = identify_gms([record(15e-6)], static=PAPER)
+    (warning,) = told(fit, "never saturate")
+    assert "of F_s is missing" in warning
+    assert rms_error(fit.model, reach=15e-6) < 0.5
+    assert sum(fit.model.alpha) == pytest.approx(1.0)
+    (blind,) = told(identify_gms([record(15e-6)]), "never saturate")
+    assert "--static" in blind
+
+
+def test_a_level_that_changed_is_told_and_taken_out():
+    weak = GMS(StaticMap(94.5, 148.5, 1e-3, 1.0, 40.0), TABLE_1.alpha, TABLE_1.k, 1e4)
+    fit = identify_gms(pair(weak), static=PAPER)
+    assert float(fit.alpha_sum) == pytest.approx(0.9, abs=0.005)
+    assert told(fit, "0.900 of the static map")
+    assert sum(fit.model.alpha) == pytest.approx(1.0)
+
+
+def test_cycles_held_out_are_replayed():
+    fit = identify_gms(pair(cycles=7), static=PAPER, cycles=(1, 3))
+    for one in fit.records:
+        assert one.held_out.any()
+        assert not (one.held_out & one.used).any()
+        assert one.rmse_held_out == pytest.approx(1.0, rel=0.15)
+
+
+def test_what_cannot_be_used_is_said():
+    with pytest.raises(FricError, match="no pre-sliding record"):
+        identify_gms([record(60e-6, **SLIDING)])
+    with pytest.raises(FricError, match="no whole cycle"):
+        identify_gms([record(15e-6, cycles=0)])
+    turning = record(400e-6, **{**SLIDING, "mean": 1e-4})
+    with pytest.raises(FricError, match="the motion turns"):
+        identify_gms([*pair(), turning], static=PAPER)
+
+
+def test_the_same_logs_give_the_same_digits():
+    first, second = (identify_gms([record(15e-6)], static=PAPER) for _ in range(2))
+    assert first.alpha == second.alpha
+    assert first.k == second.k
+
+
+@pytest.mark.long
+def test_intervals_cover_the_truth():
+    two = GMS(PAPER, (0.7, 0.3), (20e6, 3e6), 1e4)  # 5.8 and 16.5 µm
+    hits = []
+    for seed in range(40):
+        log = record(60e-6, two, frequency=0.5, cycles=6, dt=2e-3, step=0.05e-6, noise=2.0, seed=seed)
+        fit = identify_gms([log], static=PAPER, blocks=2)
+        hits += [*inside(two.alpha, fit.alpha.ci95), *inside(two.k, fit.k.ci95)]
+    assert 0.88 <= np.mean(hits) <= 1.0
+
+
+@pytest.mark.long
+def test_twenty_seeds_through_an_encoder():
+    for seed in range(20):
+        fit = identify_gms(pair(seed=seed), static=PAPER)
+        assert rms_error(fit.model) < 1.0
+        assert len(fit.blocks) == 3
