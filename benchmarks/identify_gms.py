@@ -1,4 +1,4 @@
-"""`identify gms` on the paper's two pre-sliding records, against plain replays, and scipy's curve_fit of the curve alone."""
+"""`identify gms` on the paper's two records, against plain replays, and scipy's curve_fit of the curve alone."""
 
 from __future__ import annotations
 

@@ -25,11 +25,11 @@ from .figures.static_map import draw_static_map as draw_static_map
 from .figures.style import save_figure as save_figure
 from .identify.choose import plant_records as plant_records
 from .identify.frequency_response import measure_response as measure_response
+from .identify.gms import identify_gms as identify_gms
+from .identify.gms_fit import GMSFit as GMSFit
 from .identify.inspection import Inspection as Inspection
 from .identify.inspection import ResponseInspection as ResponseInspection
 from .identify.inspection import inspect as inspect
-from .identify.gms import identify_gms as identify_gms
-from .identify.gms_fit import GMSFit as GMSFit
 from .identify.plant import identify_plant as identify_plant
 from .identify.rigid_body import identify_motion as identify_motion
 from .identify.static import identify_static as identify_static
