@@ -24,7 +24,7 @@ from scipy import stats
 
 from fric.errors import FricError
 from fric.identify.motion import Motion
-from fric.identify.segments import reversals
+from fric.identify.turns import reversals
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
