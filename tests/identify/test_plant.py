@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,11 @@ from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.identify.plant import PlantFit, identify_plant
 from fric.identify.response_fit import modelled
+from fric.io.machine import read_machine
 from fric.log import FrequencyResponse, Log
+from fric.reference import Reference
+from fric.reference import multisine as reference_multisine
+from fric.simulate.axis import run_axis
 from tests.identify.excited_axis import RATE, X, Y, excite, multisine, shaken
 
 F_C = 0.19  # volts: 105 N over 548 N/V
@@ -143,6 +148,26 @@ def test_two_amplitudes_take_friction_out_of_A() -> None:
     assert fit.friction.coulomb is not None
     assert float(fit.friction.coulomb) == pytest.approx(F_C * X.B, rel=0.25)
     assert any("describing function" in warning for warning in fit.warnings)
+
+
+def test_the_papers_axis_with_its_own_friction_at_a_resting_mean() -> None:
+    """GMS friction of Table 1: A of one amplitude is far off, that of two is the axis's own damping."""
+    axis = read_machine(Path("configs/xy-table.yaml")).axis("x")
+    sampling, lines = axis.cascade.sampling, np.unique(np.rint(np.geomspace(1, 300, 50)))
+    logs = []
+    for peak in (0.05, 0.15):
+        r = reference_multisine(lines, peak, round(5 * sampling), sampling, np.random.default_rng(1))
+        r = Reference(sampling, *(np.ascontiguousarray(x) for x in (r.position, r.velocity, r.acceleration)))
+        run = run_axis(axis, r)
+        log = Log(run.time, position=run.measured, input=run.input, reference=run.reference, name=f"{peak} m/s")
+        logs.append(log.slice(round(sampling), len(log)))
+    fit = identify_plant(logs, given_force_constant=axis.plant.K_f)
+    assert np.all(fit.friction.seen > 1.4 * axis.plant.A)
+    low, high = fit.estimates["A"].ci95
+    assert low < axis.plant.A + 40.0 / axis.plant.M < high + 0.5
+    assert abs(fit.plant.A / axis.plant.A - 1) < 0.06
+    assert float(fit.friction.coulomb) * axis.plant.M == pytest.approx(105, rel=0.2)
+    assert "describing function" in " ".join(fit.warnings)
 
 
 def test_two_amplitudes_without_friction_agree() -> None:

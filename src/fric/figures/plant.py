@@ -49,7 +49,7 @@ def draw_plant(fit: PlantFit) -> Figure:
         middle.set(ylabel="phase [°]")
         bottom.set(xlabel="frequency [Hz]", ylabel="measured / fit [%, °]")
         top.legend()
-        bottom.legend(ncols=2)
+        bottom.legend(ncols=2, frameon=True, framealpha=0.9, edgecolor="none")
         for axes in (top, middle):
             axes.tick_params(labelbottom=False)
         if compared:
@@ -173,7 +173,7 @@ def draw_motion(fit: MotionFit) -> Figure:
             bottom.plot(t, fit.measured[part] - fit.fitted[part], color=GREY, linewidth=0.8)
         quantity = "force" if fit.channel == "force" else "input"
         top.set(ylabel=f"{quantity} [{unit.replace('*', '·')}]")
-        top.set_title(_told(fit))
+        top.set_title(_told(fit), loc="left")
         top.legend(ncols=2, loc="upper right", bbox_to_anchor=(1.0, 1.12), borderaxespad=0.0)
         title = f"relative error {100 * fit.relative_error:.2f} %, autocorrelation {fit.autocorrelation:.2f}"
         bottom.set(xlabel="time [s]", ylabel=f"residual [{unit.replace('*', '·')}]", title=title)

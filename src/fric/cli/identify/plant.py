@@ -133,7 +133,7 @@ def _print(document: dict[str, Any], output: Path, plot: Path | None) -> None:
         )
         OUT.print(
             f"{fit['points']} points, relative error {100 * fit['relative_error']['value']:.4f} %, "
-            f"condition number {fit['condition_number']:.2f}"
+            f"condition number {fit['condition_number']:.4f}"
         )
     else:
         for response in fit["responses"]:
