@@ -14,7 +14,11 @@ from fric.errors import FricError
 def refuse_existing(*paths: Path | None, force: bool = False) -> None:
     """Raise when one of the outputs exists and may not be replaced, before any work is done."""
     for path in paths:
-        if path is not None and path.exists() and not force:
+        try:
+            exists = path is not None and path.exists()
+        except OSError as error:  # the folder may not be looked into
+            raise _refused(Path(str(path)), error) from None
+        if exists and not force:
             raise FricError("the output exists", where=str(path), mend="Name another file, or replace it with --force.")
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -83,6 +85,33 @@ class Unfailing:
 
 
 @contextmanager
+def _interrupts_held() -> Iterator[Callable[[], None]]:
+    """Hold Ctrl-C and a polite kill back, and give a function that lets them through where it is called.
+
+    An exception that strikes inside h5py is lost there, or leaves the file half closed.
+    """
+    if threading.current_thread() is not threading.main_thread():  # the only one that signals reach
+        yield lambda: None
+        return
+    came: list[int] = []
+    usual = {n: signal.signal(n, lambda number, _: came.append(number)) for n in (signal.SIGINT, signal.SIGTERM)}
+
+    def let_through() -> None:
+        for number, handler in usual.items():
+            if number in came:
+                came.clear()
+                signal.signal(number, handler)
+                signal.raise_signal(number)
+
+    try:
+        yield let_through
+    finally:
+        for number, handler in usual.items():
+            signal.signal(number, handler)
+    let_through()
+
+
+@contextmanager
 def staged_hdf5(
     path: Path, *, force: bool = False, add: bool = False
 ) -> Iterator[tuple[h5py.File, Callable[[], None]]]:
@@ -100,13 +129,18 @@ def staged_hdf5(
     Yields
     ------
     tuple
-        The file, and a function that raises when a write has failed meanwhile, so that long work can stop early.
+        The file, and a function to call now and then: it raises when a write has failed, or Ctrl-C was pressed.
     """
     with staged(path, force=force or add) as draft:
         if add:
             shutil.copyfile(path, draft)
         with draft.open("r+b", buffering=0) as raw:
             kept = Unfailing(raw)
-            with h5py.File(kept, "r+" if add else "w") as file:
-                yield file, kept.check
+            with _interrupts_held() as let_through, h5py.File(kept, "r+" if add else "w") as file:
+
+                def check() -> None:
+                    let_through()
+                    kept.check()
+
+                yield file, check
             kept.check()

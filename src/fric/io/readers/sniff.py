@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -84,9 +83,9 @@ class _Row(NamedTuple):
 
     @property
     def score(self) -> int:
-        """Numbers count for the reading, words twice against it; empty cells say nothing."""
+        """Numbers count for the reading, words against it; empty cells say nothing."""
         words = sum(not number and bool(cell) for cell, number in zip(self.cells, self.numeric, strict=True))
-        return sum(self.numeric) - 2 * words
+        return sum(self.numeric) - words
 
 
 def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
@@ -126,8 +125,9 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     delimiter, decimal, rows = _reading(lines[start:], layout)
     first = start + (_leading(rows) if layout.data_after is not None else _data_start(rows))
     width = len(rows[first - start].cells)
-    table = [split(line, delimiter) for line in lines[:first]]
-    names, units = _header(table, width, decimal, layout)
+    spare = not any(any(row.cells[-1:]) for row in rows[first - start :])
+    table = [_heads(line, delimiter, width) for line in lines[:first]]
+    names, units = _header(table, width, decimal, layout, spare)
     cells = table[names] if names is not None else [f"column {n}" for n in range(width)]
     cells = [cell or f"column {n}" for n, cell in enumerate((cells + [""] * width)[:width])]
     columns = [named(cell) for cell in cells]
@@ -136,15 +136,18 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
         bare = [unit.strip("[]()").strip() or None for unit in given]
         columns = [Column(c.name, c.unit or unit) for c, unit in zip(columns, bare, strict=True)]
     top = min(n for n in (names, units, first) if n is not None)
-    if not _is_column(columns, rows[first - start :]):
-        columns.pop()
+    if spare and columns[-1].name.startswith("column "):
+        columns.pop()  # a delimiter at the end of each line makes no column
     return Shape(encoding, delimiter, decimal, first, tuple(columns), _preamble(lines[:top], delimiter))
 
 
-def _is_column(columns: Sequence[Column], rows: Sequence[_Row]) -> bool:
-    """Say whether the last column is one: a delimiter at the end of each line makes none."""
-    last = len(columns) - 1
-    return not columns[last].name.startswith("column ") or any(any(row.cells[last:]) for row in rows)
+def _heads(line: str, delimiter: str, width: int) -> list[str]:
+    """Split a line above the data; between spaces, names of several words stand apart by two spaces or more."""
+    cells = split(line, delimiter)
+    if delimiter == "whitespace" and len(cells) != width:
+        apart = re.split(r"\s{2,}|\t", line.strip("#% \t"))
+        return apart if len(apart) == width else cells
+    return cells
 
 
 def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
@@ -161,7 +164,7 @@ def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
                 row = _row(line, delimiter, decimal, layout.comment)
                 scores[len(row.cells)] = scores.get(len(row.cells), 0) + max(row.score, 0)
             width = max(scores, key=lambda n: (scores[n], n))
-            if (scores[width], width) > best[:2]:
+            if scores[width] and (scores[width], width) > best[:2]:
                 best = scores[width], width, delimiter, decimal
     _, width, delimiter, decimal = best
     if not width:
@@ -198,14 +201,16 @@ def _data_start(rows: list[_Row]) -> int:
     return above if above and rows[above - 1].cells else first
 
 
-def _header(table: list[list[str]], width: int, decimal: str, layout: Layout) -> tuple[int | None, int | None]:
+def _header(
+    table: list[list[str]], width: int, decimal: str, layout: Layout, spare: bool
+) -> tuple[int | None, int | None]:
     """Return the lines of names and of units above the data, counted from 0."""
     names = None if not layout.header else layout.header - 1
     units = None if not layout.units else layout.units - 1
     above = [
         n
         for n in range(layout.skip, len(table))
-        if len(table[n]) in {width, width + 1, width - 1}
+        if (len(table[n]) in {width, width - spare} or (len(table[n]) == width + 1 and not table[n][-1]))
         and sum(map(bool, table[n])) * 2 >= width
         and not any(is_number(cell, decimal) for cell in table[n])
         and n not in {names, units}

@@ -124,7 +124,8 @@ class TextTable(Table):
         count = 0
         for _, line in islice(self._rows(), row, None):
             cells = split(line, self._shape.delimiter)
-            if column < len(cells) and is_number(cells[column], self._shape.decimal):
+            cell = cells[column] if column < len(cells) else ""
+            if is_number(cell, self._shape.decimal) and cell.lower().strip("+-")[:3] not in {"nan", "inf"}:
                 break
             count += 1
         return count
