@@ -20,6 +20,13 @@ def labels(figure):
     return [label for ax in figure.findobj(lambda a: hasattr(a, "get_xlabel")) for label in (ax.get_ylabel(),) if label]
 
 
+@pytest.mark.parametrize("samples", [8001, 24_841, 99_999])
+def test_thinning_reaches_to_both_ends(samples):
+    x, _ = thinned(np.arange(samples) * 1.0, np.arange(samples) * 1.0)
+    assert (x[0], x[-1]) == (0.0, samples - 1.0)
+    assert np.all(np.diff(x) >= 0.0)
+
+
 @pytest.mark.parametrize("channels", [{}, {"force": np.sin}, {"input": np.cos}, {"force": np.sin, "input": np.cos}])
 def test_every_axis_carries_its_unit(channels):
     log = record(**channels)

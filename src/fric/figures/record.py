@@ -71,10 +71,10 @@ def thinned(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.
     n = len(y)
     if n <= 2 * POINTS:
         return x, y
-    width = n // POINTS
-    blocks = y[: width * POINTS].reshape(POINTS, width)
+    width = -(-n // POINTS)
+    blocks = np.pad(y, (0, -n % width), mode="edge").reshape(-1, width)
     both = np.sort(np.stack([blocks.argmin(axis=1), blocks.argmax(axis=1)], axis=1), axis=1)
-    index = (both + width * np.arange(POINTS)[:, None]).ravel()
+    index = np.minimum((both + width * np.arange(len(blocks))[:, None]).ravel(), n - 1)
     return x[index], y[index]
 
 
@@ -127,7 +127,14 @@ def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
     fy, uy = scaled(y, log.unit(names[1]) if names[1] != "time" else "s")
     many = len(x) > 2 * POINTS
     thin = slice(None, None, max(len(x) // (4 * POINTS), 1))
-    axis.plot(x[thin] * fx, y[thin] * fy, "," if many and names[0] == "velocity" else "-", color=GREY, linewidth=0.6)
+    axis.plot(
+        x[thin] * fx,
+        y[thin] * fy,
+        "." if many and names[0] == "velocity" else "-",
+        color=GREY,
+        linewidth=0.6,
+        markersize=1,
+    )
     if names == ("velocity", "force"):
         v = np.array([s.velocity for s in found.stretches])
         F = np.array([np.median(y[s.start : s.stop]) for s in found.stretches])
