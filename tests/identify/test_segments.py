@@ -49,7 +49,8 @@ def test_every_stroke_is_found_and_no_sample_of_its_ramps(programme, noise_count
         slow = 3.0 * step / abs(velocity)  # what one cannot see within the noise of the encoder
         # a ramp, or a moment at rest, may be in as long as the axis is not off the line by a count
         hidden = max(np.sqrt(2.0 * step / made.ramp), step / abs(velocity)) + 1e-9
-        assert begin - hidden <= first < begin + 0.15 * (end - begin) + 6 * slow + 0.05
+        assert first >= begin - hidden
+        assert made.time[stretch.onset] < begin + 0.15 * (end - begin) + 6 * slow + 0.05
         assert end + hidden >= last > end - 0.1 * (end - begin) - 6 * slow - 0.05
         assert abs(stretch.velocity - velocity) < 8.0 * stretch.velocity_se
         assert stretch.velocity_se < 0.02 * abs(velocity)

@@ -213,7 +213,7 @@ def _trimmed(path: _Path, start: int, stop: int) -> tuple[int, int]:
     inner = slice(start + edge, stop - edge)
     t_inner, z_inner = t[inner] - t[inner].mean(), z[inner] - z[inner].mean()
     slope = float(t_inner @ z_inner) / float(t_inner @ t_inner)
-    first, last = max(start - n, 0), min(stop + n, len(t))
+    first, last = max(start - n // 2, 0), min(stop + n // 2, len(t))
     residual = z[first:last] - z[inner].mean() - slope * (t[first:last] - t[inner].mean())
     usual = 5.0 * float(np.median(np.abs(residual[start + edge - first : stop - edge - first])))
     allowed = max(1.5 * path.grain if path.velocity is None else path.explained(n), usual)
@@ -262,8 +262,10 @@ def _judged(path: _Path, start: int, stop: int) -> Stretch | None:
     if abs(velocity) < 5.0 * velocity_se:
         return None
     # Legendre's polynomials of the trend and of the curvature of the velocity, and how far it moves with each
+    x = 2.0 * t / duration
+    legendre = {1: x, 2: 1.5 * x * x - 0.5, 3: x * (2.5 * x * x - 1.5)}
     for degree, swing in bends:
-        bend, bend_se = _regressed(np.polynomial.Legendre.basis(degree)(2.0 * t / duration), left)
+        bend, bend_se = _regressed(legendre[degree], left)
         if swing * abs(bend) > max(TREND * abs(velocity), 5.0 * swing * bend_se, 12.0 * least):
             return None
     return Stretch(start, stop, velocity, velocity_se, onset=start)
