@@ -62,6 +62,7 @@ class LogWriter:
 
     def create(self, name: str, **attributes: str | int | None) -> RecordWriter:
         """Start a record; a name that is taken gets a number."""
+        name = name.replace("/", "\N{DIVISION SLASH}")  # to HDF5 '20 mm/s' is a group in a group
         unique, n = name, 1
         while unique in self._records:
             n += 1
