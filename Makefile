@@ -28,6 +28,7 @@ bench: $(STAMP)
 
 docs: $(STAMP)
 	$(BIN)/typer fric.cli.main utils docs --name fric --title "Commands" --output docs/commands.md
+	$(BIN)/python docs/examples.py
 
 data: $(STAMP)
 	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/make.sh

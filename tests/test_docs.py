@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -12,20 +11,11 @@ from pathlib import Path
 import pytest
 import typer
 
+from docs import examples
 from fric.cli.main import app
 
 ROOT = Path(__file__).parents[1]
-BIN = Path(sys.executable).parent
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-
-
-def _environment() -> dict[str, str]:
-    return os.environ | {
-        "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}",
-        "PYTHONPATH": str(ROOT / "src"),
-        "COLUMNS": "100",
-        "SOURCE_DATE_EPOCH": "1790000000",
-    }
+SHOWING = [page for page in examples.PAGES if examples.examples(page)]
 
 
 def _commands(group: typer.Typer, path: tuple[str, ...] = ("fric",)) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -52,37 +42,19 @@ def test_every_command_has_help_and_a_page(path):
 def test_commands_page_is_fresh(tmp_path):
     made = tmp_path / "commands.md"
     words = ["fric.cli.main", "utils", "docs", "--name", "fric", "--title", "Commands", "--output", str(made)]
-    subprocess.run([BIN / "typer", *words], check=True, capture_output=True, env=_environment())
+    subprocess.run(
+        [Path(sys.executable).parent / "typer", *words], check=True, capture_output=True, env=examples.environment()
+    )
     assert made.read_text() == (ROOT / "docs/commands.md").read_text(), "stale: run `make docs`"
 
 
-def _examples(page: Path) -> list[tuple[str, str]]:
-    """Return each command of the console blocks of a page, with the output that is shown."""
-    shown = []
-    for block in re.findall(r"^```console\n(.*?)^```", page.read_text(), flags=re.MULTILINE | re.DOTALL):
-        for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
-            command, _, output = part.replace("\\\n", "").partition("\n")
-            shown.append((command, output))
-    return shown
-
-
-@pytest.mark.parametrize(
-    "page", [page for page in PAGES if page.stem != "commands" and _examples(page)], ids=lambda p: p.name
-)
+@pytest.mark.parametrize("page", SHOWING, ids=[page.name for page in SHOWING])
 def test_examples_run_and_print_what_is_shown(page, tmp_path):
-    for folder in ("data", "configs"):
-        (tmp_path / folder).symlink_to(ROOT / folder)
-    for command, shown in _examples(page):
-        if command.startswith("make "):
+    for command, shown in examples.examples(page):
+        if examples.is_make(command):
             assert re.search(rf"^{command.split()[1]}:", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
             continue
-        done = subprocess.run(
-            command, shell=True, cwd=tmp_path, env=_environment(), capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, f"$ {command}\n{done.stderr}"
-        if shown.strip() and not shown.strip().endswith("…"):
-            assert _plain(done.stdout + done.stderr) == _plain(shown), f"$ {command}"
-
-
-def _plain(text: str) -> str:
-    return "\n".join(line.rstrip() for line in text.strip().splitlines())
+        status, printed = examples.run(command, tmp_path)
+        assert status == 0, f"$ {command}\n{printed}"
+        if shown and not shown.endswith("…"):
+            assert printed == shown, f"$ {command}: refresh by `make docs`"

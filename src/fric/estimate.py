@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isinf
+from math import floor, isinf, log10
 from typing import Any
 
 from fric.units import prefixed, significant
@@ -67,7 +67,8 @@ def _open_ended(limits: Any) -> Any:
 def estimate_rows(section: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str, str, str]]:
     """Return the parameters of a document's section as rows for people: name, value, interval, unit.
 
-    Value and interval stand in the same unit, with the prefix that suits the value; a vector is one row an element.
+    Value and interval stand in the same unit, with the prefix that suits the value, and with as many digits as the
+    interval can tell; a vector is one row an element.
     """
     rows = []
     for name, entry in section.items():
@@ -77,10 +78,17 @@ def estimate_rows(section: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, s
         note = ", ".join(flag for flag in ("fixed", "assumed") if entry.get(flag))
         for n, (value, interval) in enumerate(zip(values, intervals if vector else [intervals], strict=True), start=1):
             scale, unit = prefixed(value, str(entry["unit"]))
-            told = note if interval is None else " … ".join(_limit(limit, scale) for limit in interval)
-            rows.append((f"{name}_{n}" if vector else name, significant(value * scale, 4), told, unit))
+            shown, told = _shown(value, interval, scale)
+            rows.append((f"{name}_{n}" if vector else name, shown, told or note, unit))
     return rows
 
 
-def _limit(limit: float | None, scale: float) -> str:
-    return "open" if limit is None or isinf(limit) else significant(limit * scale, 4)
+def _shown(value: float, interval: Any, scale: float) -> tuple[str, str]:
+    """Return value and interval as text, to two digits of the interval's width."""
+    limits = [limit for limit in interval or () if limit is not None and not isinf(limit)]
+    width = scale * (max(limits) - min(limits)) if len(limits) == 2 else 0.0
+    if not width > 0:
+        told = " … ".join("open" if limit not in limits else significant(limit * scale, 4) for limit in interval or ())
+        return significant(value * scale, 4), told
+    decimals = min(max(0, 1 - floor(log10(width))), 9)
+    return f"{value * scale:.{decimals}f}", " … ".join(f"{limit * scale:.{decimals}f}" for limit in limits)

@@ -165,3 +165,15 @@ def test_too_few_speeds_and_no_stroke_are_errors():
         identify_static([sine])
     with pytest.raises(FricError, match="no force"):
         identify_static([Log(t, t)])
+
+
+def test_a_stroke_that_stands_off_all_others_is_left_out_and_told():
+    logs = _logs(13)
+    spoiled = [*logs[:20], replace(logs[20], force=logs[20].force + 40.0), *logs[21:]]
+    fit, clean = identify_static(spoiled), identify_static(logs)
+    assert [p.velocity for p in fit.static.left_out] == [clean.points[20].velocity]
+    assert any("left out" in warning for warning in fit.warnings)
+    assert not clean.static.left_out
+    for name in NAMES:
+        low, high = _limits(clean, name)
+        assert abs(_value(fit, name) - _value(clean, name)) < high - low

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.figures.style import BLACK, BLUE, VERMILION, new_figure
+from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
 from fric.units import readable, si_unit
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.map_fit import MapFit
+    from fric.identify.map_fit import MapFit, SpeedPoint
     from fric.identify.static import StaticFit
 
 _VELOCITY_SCALES = {"linear": (1e3, "mm/s"), "rotary": (1.0, "rad/s")}
@@ -41,6 +41,10 @@ def draw_static_map(fit: StaticFit) -> Figure:
     with new_figure(7.2, 3.6) as figure:
         left, right = figure.subplots(1, 2)
         _points(left, v * scale, F * factor, error * factor)
+        for map_fit, _, _ in _maps(fit):
+            for p in map_fit.left_out:
+                left.plot(p.velocity * scale, p.force * factor, "x", color=GREY, zorder=4)
+                right.plot(abs(p.velocity) * scale, _along(p, map_fit) * factor, "x", color=GREY, zorder=4)
         offset = fit.static.solution.theta["offset"] if fit.static else 0.0
         forward, backward = v > 0, v < 0
         for chosen, colour, marker, label in (
@@ -77,6 +81,11 @@ def _points(
         x, y, yerr=error, fmt=marker, color=colour, markersize=3.5, markerfacecolor="white", elinewidth=0.8, capsize=2,
         label=label, zorder=3,
     )  # fmt: skip
+
+
+def _along(point: SpeedPoint, fit: MapFit) -> float:
+    """Return the force of a stroke in the direction of its motion, the offset taken off [N]."""
+    return (point.force - fit.solution.theta["offset"]) * float(np.sign(point.velocity))
 
 
 def _maps(fit: StaticFit) -> list[tuple[MapFit, int, str]]:

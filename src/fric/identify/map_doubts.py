@@ -36,6 +36,9 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
             f"the data do not reach the Stribeck range: F_s and v_s are not settled by strokes from {told} up. "
             "Log slower strokes."
         )
+    if fit.left_out:
+        strokes = ", ".join(readable(p.velocity, si_unit("velocity", motion)) for p in fit.left_out)
+        doubts.append(f"left out, because they stand off all others: the strokes at {strokes}. Look at their records.")
     doubts += _correlations(fit)
     own_scatter = float(np.sum(fit.residual**2 / (problem.standard_error**2 - fit.between**2)))
     if fit.between and chi2.sf(own_scatter, problem.degrees_of_freedom) < 0.01:

@@ -14,6 +14,7 @@ from scipy.stats import t as student
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.stribeck import StaticMap
+from fric.identify.averages import MAD_TO_SIGMA
 from fric.identify.profile import profile_interval
 from fric.identify.stribeck_fit import PARAMETERS, Solution, StribeckProblem
 from fric.units import Motion, si_unit
@@ -22,6 +23,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Weights = Literal["error", "equal"]
+
+OUTLYING = 6.0
+"""Standard deviations from the map beyond which a stroke is left out."""
+
+MOST_OUTLYING = 0.15
+"""Share of the strokes that may be left out: where more stand off, it is the map that is wrong."""
 
 DIMENSIONS = {p.name: p.dimension for p in StaticMap.parameters} | {"offset": "force"}
 
@@ -67,6 +74,8 @@ class MapFit:
         Linearised covariance of the free parameters, in the order of ``problem.free``.
     between
         Standard deviation of the strokes beyond their own noise [N].
+    left_out
+        Strokes that stand off all others, and had no part in the fit.
     """
 
     problem: StribeckProblem
@@ -74,6 +83,7 @@ class MapFit:
     estimates: Mapping[str, Estimate]
     covariance: NDArray[np.float64]
     between: float
+    left_out: tuple[SpeedPoint, ...] = ()
 
     @property
     def static_map(self) -> StaticMap:
@@ -109,6 +119,9 @@ def fit_map(
 ) -> MapFit:
     """Fit eq. (2) to strokes; each weighs by its own error and the scatter that all show beyond theirs.
 
+    A stroke that stands off the map by more than `OUTLYING` times the median absolute residual of all (as a standard
+    deviation), and its own error, is left out: a stroke that stuck and slipped, or a value typed by hand. It is told.
+
     Parameters
     ----------
     points
@@ -130,13 +143,20 @@ def fit_map(
     v, F, own = np.array([(p.velocity, p.force, p.standard_error) for p in points]).T
     floor = 1e-9 * float(np.abs(F).max())
     own = np.full_like(F, float(np.std(F)) or 1.0) if weights == "equal" else np.maximum(own, floor)
-    problem = StribeckProblem(v, F, own, delta, with_offset)
-    if problem.degrees_of_freedom < 1:
-        raise FricError(
-            f"{len(points)} strokes cannot give {len(problem.free)} parameters",
-            mend=f"Log strokes at {len(problem.free) + 1} speeds or more, or fix delta.",
-        )
-    solution, between = _solve_with_scatter(problem, own, fixed=weights == "equal")
+    kept = np.ones(len(points), bool)
+    while True:
+        problem = StribeckProblem(v[kept], F[kept], own[kept], delta, with_offset)
+        if problem.degrees_of_freedom < 1:
+            raise FricError(
+                f"{len(points)} strokes cannot give {len(problem.free)} parameters",
+                mend=f"Log strokes at {len(problem.free) + 1} speeds or more, or fix delta.",
+            )
+        solution, between = _solve_with_scatter(problem, own[kept], fixed=weights == "equal")
+        worst = _outlying(problem, solution, 0.0 * F if weights == "equal" else own, kept)
+        if worst is None:
+            break
+        kept[worst] = False
+    own = own[kept]
     problem = replace(problem, standard_error=np.sqrt(own**2 + between**2))
     scale = solution.cost / problem.degrees_of_freedom
     covariance = problem.covariance(solution) * scale
@@ -149,7 +169,21 @@ def fit_map(
             continue
         interval = profile_interval(problem, solution, name, scale, float(errors[problem.free.index(name)]))
         estimates[name] = Estimate(value, unit, interval)
-    return MapFit(problem, solution, estimates, covariance, sqrt(between**2))
+    left_out = tuple(point for point, used in zip(points, kept, strict=True) if not used)
+    return MapFit(problem, solution, estimates, covariance, between, left_out)
+
+
+def _outlying(
+    problem: StribeckProblem, solution: Solution, own: NDArray[np.float64], kept: NDArray[np.bool_]
+) -> int | None:
+    """Return the stroke that stands off most, where it stands off the map beyond all measure."""
+    if np.count_nonzero(~kept) >= MOST_OUTLYING * len(kept) or problem.degrees_of_freedom < 4:
+        return None
+    residual = np.abs(problem.F - problem.model(solution.theta))
+    usual = MAD_TO_SIGMA * float(np.median(residual)) + 1e-9 * float(np.abs(problem.F).max())
+    stands_off = residual / np.maximum(usual, own[kept])
+    worst = int(np.argmax(stands_off))
+    return int(np.flatnonzero(kept)[worst]) if stands_off[worst] > OUTLYING else None
 
 
 def _solve_with_scatter(problem: StribeckProblem, own: NDArray[np.float64], *, fixed: bool) -> tuple[Solution, float]:

@@ -45,6 +45,7 @@ def _quality(fit: MapFit, unit: str) -> dict[str, Any]:
         "rmse": Estimate(fit.rmse, unit).as_dict(),
         "r2": fit.r2,
         "between_strokes": Estimate(fit.between, unit).as_dict(),
+        "left_out": len(fit.left_out),
     }
 
 

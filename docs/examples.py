@@ -1,0 +1,76 @@
+"""The examples of the documentation: run each console block of a page, and write what it prints into the page.
+
+`python docs/examples.py` refreshes every page; the tests run the same blocks and compare.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted(page for page in (ROOT / "docs").glob("*.md") if page.stem != "commands")]
+BLOCK = re.compile(r"^```console\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
+
+
+def environment() -> dict[str, str]:
+    """Return the environment in which examples run: this checkout's fric, a fixed width and a fixed date."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    fixed = {"PATH": path, "PYTHONPATH": str(ROOT / "src"), "COLUMNS": "100", "SOURCE_DATE_EPOCH": "1790000000"}
+    return os.environ | fixed
+
+
+def examples(page: Path) -> list[tuple[str, str]]:
+    """Return each command of the console blocks of a page, with the output that is shown behind it."""
+    found = []
+    for block in BLOCK.findall(page.read_text()):
+        for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+            command, _, shown = part.partition("\n")
+            found.append((command, plain(shown)))
+    return found
+
+
+def run(command: str, folder: Path) -> tuple[int, str]:
+    """Run a command as a reader would, in a folder with data and configs; return its status and what it printed."""
+    for name in ("data", "configs"):
+        link = folder / name
+        if not link.exists():
+            link.symlink_to(ROOT / name)
+    done = subprocess.run(
+        command, shell=True, cwd=folder, env=environment(), capture_output=True, text=True, check=False
+    )
+    return done.returncode, plain(done.stdout + done.stderr)
+
+
+def plain(text: str) -> str:
+    """Return text without trailing blanks."""
+    return "\n".join(line.rstrip() for line in text.strip("\n").splitlines())
+
+
+def is_make(command: str) -> bool:
+    """Tell whether a command is one of the Makefile's, which no example runs."""
+    return command.startswith("make ")
+
+
+def refreshed(page: Path) -> str:
+    """Return a page with what its examples print now; an example that shows nothing, or ends in …, stays as it is."""
+    text = page.read_text()
+    with tempfile.TemporaryDirectory() as folder:
+        for command, shown in examples(page):
+            if is_make(command):
+                continue
+            status, printed = run(command, Path(folder))
+            if status:
+                raise SystemExit(f"{page.name}: $ {command}\n{printed}")
+            if shown and not shown.endswith("…"):
+                text = text.replace(f"$ {command}\n{shown}\n", f"$ {command}\n{printed}\n")
+    return text
+
+
+if __name__ == "__main__":
+    for path in PAGES:
+        path.write_text(refreshed(path))
