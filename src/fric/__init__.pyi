@@ -17,6 +17,7 @@ from .figures.circle import polar_figure as polar_figure
 from .figures.gms import draw_gms as draw_gms
 from .figures.nyquist import nichols_figure as nichols_figure
 from .figures.nyquist import nyquist_figure as nyquist_figure
+from .figures.path import path_figure as path_figure
 from .figures.plant import draw_motion as draw_motion
 from .figures.plant import draw_plant as draw_plant
 from .figures.qfilter import q_filter_figure as q_filter_figure
@@ -55,6 +56,7 @@ from .io.ingest import sizes as sizes
 from .io.machine import read_machine as read_machine
 from .io.machine import read_schemes as read_schemes
 from .io.output import refuse_existing as refuse_existing
+from .io.path import read_path as read_path
 from .io.plant import read_plant as read_plant
 from .io.provenance import provenance as provenance
 from .io.run import read_runs as read_runs
@@ -66,8 +68,11 @@ from .log import FrequencyResponse as FrequencyResponse
 from .log import Log as Log
 from .simulate.circle import Circle as Circle
 from .simulate.circle import circle_document as circle_document
+from .simulate.circle import reduction as reduction
 from .simulate.circle import run_circle as run_circle
 from .simulate.experiment import experiment as experiment
+from .simulate.path import path_document as path_document
+from .simulate.path import run_path as run_path
 from .units import parse as parse
 from .units import parse_gain as parse_gain
 from .units import readable as readable

@@ -148,3 +148,27 @@ def test_a_feed_that_saturates_the_drive_is_told() -> None:
     assert done.exit_code == 0
     assert "axis x saturates" in done.stderr
     assert json.loads(done.stdout)["schemes"]["a"]["warnings"]
+
+
+def test_an_unstable_loop_is_told_with_its_margin_and_nothing_is_written(tmp_path: Path) -> None:
+    bad = tmp_path / "machine.yaml"
+    bad.write_text(MACHINE.read_text().replace("K_p: {value: 83.7", "K_p: {value: 837"))
+    with pytest.raises(FricError, match=r"axis x is not stable: its gain margin is -\d+\.\d dB"):
+        circle("-o", str(tmp_path / "run.h5"), machine=bad)
+    assert [file.name for file in tmp_path.iterdir()] == ["machine.yaml"]
+
+
+def test_a_path_is_followed_and_drawn(tmp_path: Path) -> None:
+    angle = np.linspace(0, 2 * np.pi, 300)
+    points = np.column_stack([40 * np.sin(angle), 20 * np.sin(2 * angle)])
+    np.savetxt(tmp_path / "eight.csv", points, delimiter=",", header="x [mm],y [mm]", comments="")
+    words = ["simulate", "path", str(MACHINE), str(tmp_path / "eight.csv"), "--scheme", "a,f", "--json"]
+    done = RUN.invoke(app, [*words, "--plot", str(tmp_path / "figure.svg"), "-o", str(tmp_path / "run.h5")])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)["schemes"]
+    assert [turn["axis"] for turn in told["a"]["reversals"]].count("y") == 4
+    assert told["f"]["glitch"] < 0.3 * told["a"]["glitch"]
+    assert (tmp_path / "figure.svg").exists()
+    assert len(read_runs(tmp_path / "run.h5")) == 2
+    table = RUN.invoke(app, words[:-1]).stdout
+    assert table.count("turns at") == 6

@@ -18,3 +18,18 @@ PlantFile = Annotated[
     Path | None,
     typer.Option("--plant", metavar="PLANT.yaml", help="The plant, whose own linear damping is taken off."),
 ]
+MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE.yaml", help="The machine, as in configs/.")]
+SchemeNames = Annotated[str, typer.Option("--scheme", help="A scheme's name, several as a,d,f, or all.")]
+SchemesFile = Annotated[
+    Path | None, typer.Option("--schemes", metavar="SCHEMES.yaml", help="Schemes of your own; else the paper's.")
+]
+BelievedFriction = Annotated[
+    list[str] | None,
+    typer.Option("--friction", metavar="AXIS=FRICTION.yaml", help="Friction that the controller believes."),
+]
+Gain = Annotated[
+    float | None, typer.Option("--gain", help="Gain of the friction feedforward, instead of the machine's.")
+]
+RunFile = Annotated[
+    Path | None, typer.Option("-o", "--output", metavar="RUN.h5", help="Keep traces and metrics in this file.")
+]

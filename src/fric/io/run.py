@@ -11,12 +11,13 @@ import h5py
 import numpy as np
 
 from fric.compensation.base import Compensation
-from fric.contour import Circularity
+from fric.contour import Circularity, ContourError, Reversal
 from fric.errors import FricError
 from fric.io.hdf5 import open_file
 from fric.io.output import staged
 from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
+from fric.simulate.path import PathRun, PointPath
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,10 +34,11 @@ UNITS = {
     "feedforward": "V",
     "disturbance": "V",
 }
+REVERSAL = [("axis", "i8"), ("x", "f8"), ("y", "f8"), ("glitch", "f8")]
 
 
-def write_runs(path: Path, runs: Iterable[CircleRun], provenance: str = "", *, force: bool = False) -> None:
-    """Write what schemes made of a circle to a run file, whole or not at all.
+def write_runs(path: Path, runs: Iterable[CircleRun | PathRun], provenance: str = "", *, force: bool = False) -> None:
+    """Write what schemes made of a circle or a path to a run file, whole or not at all.
 
     Parameters
     ----------
@@ -54,20 +56,11 @@ def write_runs(path: Path, runs: Iterable[CircleRun], provenance: str = "", *, f
         for run in runs:
             group = file.create_group(run.scheme.name)
             group.attrs.update({f"scheme_{key}": value for key, value in _told(run.scheme).items()})
-            group.attrs.update(_told(run.circle))
-            found = run.circularity
-            group.attrs.update(
-                {
-                    "quadrants": found.quadrants,
-                    "glitch": found.glitch,
-                    "radial_rms": found.rms,
-                    "radial_range": found.range,
-                    "unit": "m",
-                    "warnings": "\n".join(run.warnings),
-                }
-            )
-            _write(group, "angle", found.angle, "rad")
-            _write(group, "error", found.error, "m")
+            group.attrs.update({"unit": "m", "glitch": run.contour.glitch, "warnings": "\n".join(run.warnings)})
+            if isinstance(run, CircleRun):
+                _write_circle(group, run)
+            else:
+                _write_path(group, run)
             for name, trace in run.traces.items():
                 axis = group.create_group(f"axes/{name}")
                 axis.attrs["saturated"] = trace.saturated
@@ -75,7 +68,24 @@ def write_runs(path: Path, runs: Iterable[CircleRun], provenance: str = "", *, f
                     _write(axis, channel, getattr(trace, channel), unit)
 
 
-def read_runs(path: Path) -> list[CircleRun]:
+def _write_circle(group: h5py.Group, run: CircleRun) -> None:
+    found = run.circularity
+    group.attrs.update(_told(run.circle))
+    group.attrs.update({"quadrants": found.quadrants, "radial_rms": found.rms, "radial_range": found.range})
+    _write(group, "angle", found.angle, "rad")
+    _write(group, "error", found.error, "m")
+
+
+def _write_path(group: h5py.Group, run: PathRun) -> None:
+    found = run.contour
+    group.attrs.update({"feed": run.path.feed, "contour_rms": found.rms, "contour_range": found.range})
+    _write(group, "station", found.station, "m")
+    _write(group, "error", found.error, "m")
+    _write(group, "points", np.column_stack([run.path.x, run.path.y]), "m")
+    group["reversals"] = np.array([(turn.axis, turn.x, turn.y, turn.glitch) for turn in found.reversals], REVERSAL)
+
+
+def read_runs(path: Path) -> list[CircleRun | PathRun]:
     """Read the runs of a run file, one per scheme.
 
     Raises
@@ -105,29 +115,24 @@ def _write(group: h5py.Group, name: str, values: NDArray[np.float64], unit: str)
     dataset.attrs["unit"] = unit
 
 
-def _read(name: str, group: h5py.Group) -> CircleRun:
-    attributes = dict(group.attrs)
-    scheme = {
-        field.name: _plain(attributes[f"scheme_{field.name}"])
-        for field in fields(Compensation)
-        if f"scheme_{field.name}" in attributes
-    }
-    circle = {field.name: _plain(attributes[field.name]) for field in fields(Circle)}
-    first, second, third, fourth = (float(value) for value in attributes["quadrants"])
+def _read(name: str, group: h5py.Group) -> CircleRun | PathRun:
+    attributes = {key: _plain(value) for key, value in group.attrs.items()}
+    scheme = {f.name: attributes[f"scheme_{f.name}"] for f in fields(Compensation) if f"scheme_{f.name}" in attributes}
     traces = {
-        axis: Trace(
-            **{channel: recorded[channel][:] for channel in UNITS},
-            saturated=int(recorded.attrs["saturated"]),
-        )
+        axis: Trace(**{channel: recorded[channel][:] for channel in UNITS}, saturated=int(recorded.attrs["saturated"]))
         for axis, recorded in group["axes"].items()
     }
-    return CircleRun(
-        Compensation(**scheme),
-        Circle(**circle),
-        traces,
-        Circularity(group["angle"][:], group["error"][:], (first, second, third, fourth)),
-        tuple(line for line in str(attributes["warnings"]).splitlines() if line),
-    )
+    warnings = tuple(line for line in str(attributes["warnings"]).splitlines() if line)
+    if "points" in group:
+        turns = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])
+        contour = ContourError(group["station"][:], group["error"][:], turns)
+        points = group["points"][:]
+        path = PointPath(points[:, 0], points[:, 1], attributes["feed"])
+        return PathRun(Compensation(**scheme), path, traces, contour, warnings)
+    circle = Circle(**{field.name: attributes[field.name] for field in fields(Circle)})
+    first, second, third, fourth = (float(value) for value in attributes["quadrants"])
+    found = Circularity(group["angle"][:], group["error"][:], (first, second, third, fourth))
+    return CircleRun(Compensation(**scheme), circle, traces, found, warnings)
 
 
 def _plain(value: Any) -> Any:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-from fric.contour import Circularity, circularity
+from fric.contour import Circularity, ContourError, circularity
 from fric.errors import FricError
-from fric.reference import Reference, circle
+from fric.reference import circle
 from fric.simulate.axis import SUBSTEPS, Trace, run_axis
 
 if TYPE_CHECKING:
@@ -72,6 +72,23 @@ class CircleRun:
     circularity: Circularity
     warnings: tuple[str, ...] = ()
 
+    @property
+    def contour(self) -> Circularity:
+        """What the scheme leaves of the circle: its circularity."""
+        return self.circularity
+
+
+class ContourRun(Protocol):
+    """What circles and paths have in common: a scheme, and what it leaves."""
+
+    @property
+    def scheme(self) -> Compensation:
+        """The scheme."""
+
+    @property
+    def contour(self) -> Circularity | ContourError:
+        """What it leaves of the contour."""
+
 
 def run_circle(
     machine: Machine,
@@ -114,7 +131,7 @@ def run_circle(
     moved = [machine.axis(only).name] if only else [first, second]
     traces = {name: run_axis(machine.axes[name], references[name], scheme, substeps=substeps) for name in moved}
     x, y = (traces[name].position if name in traces else references[name].position for name in (first, second))
-    return CircleRun(scheme, test, traces, circularity(x, y, test.radius), _saturation(traces, references))
+    return CircleRun(scheme, test, traces, circularity(x, y, test.radius), saturation_warnings(traces))
 
 
 def pair(machine: Machine) -> tuple[str, str]:
@@ -140,13 +157,20 @@ def pair(machine: Machine) -> tuple[str, str]:
     return first, second
 
 
-def _saturation(traces: Mapping[str, Trace], references: Mapping[str, Reference]) -> tuple[str, ...]:
+def saturation_warnings(traces: Mapping[str, Trace]) -> tuple[str, ...]:
+    """Return a warning for each axis whose voltage was limited."""
     return tuple(
-        f"axis {name} saturates in {trace.saturated / len(references[name]):.1%} of the samples: "
+        f"axis {name} saturates in {trace.saturated / len(trace.time):.1%} of the samples: "
         "the feed asks for more voltage than its limit"
         for name, trace in traces.items()
         if trace.saturated
     )
+
+
+def reduction(run: ContourRun, runs: Sequence[ContourRun]) -> float | None:
+    """Return by how much a scheme lowers the glitch against the run without compensation; None where there is none."""
+    bare = next((other.contour.glitch for other in runs if not (other.scheme.friction or other.scheme.observer)), 0.0)
+    return None if not bare or run.contour.glitch == bare else 1 - run.contour.glitch / bare
 
 
 def circle_document(runs: Sequence[CircleRun]) -> dict[str, Any]:

@@ -1,0 +1,50 @@
+"""What schemes leave of a path: the path with its reversals, and the contour error along it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.figures.style import CYCLE, GREY, VERMILION, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fric.simulate.path import PathRun
+
+
+def path_figure(runs: Sequence[PathRun]) -> Figure:
+    """Return the path with the places where an axis turns, and beside it the contour error of each scheme along it.
+
+    Parameters
+    ----------
+    runs
+        One run per scheme, of one path.
+    """
+    first = runs[0]
+    names = tuple(first.traces)
+    apart = 2.2 * max(float(np.ptp(run.contour.error)) for run in runs) * 1e6 / 2
+    with new_figure(8.4, 1.6 + 0.75 * len(runs)) as figure:
+        plan, along = figure.subplots(1, 2, width_ratios=(1, 2))
+        plan.plot(*(1e3 * first.traces[name].reference for name in names), color=GREY)
+        for n, turn in enumerate(first.contour.reversals, 1):
+            plan.plot(1e3 * turn.x, 1e3 * turn.y, "o", color=VERMILION, markersize=4)
+            plan.annotate(str(n), (1e3 * turn.x, 1e3 * turn.y), textcoords="offset points", xytext=(4, 4), fontsize=7)
+        plan.set_aspect("equal", adjustable="box")
+        plan.set_xlabel(f"{names[0]} [mm]")
+        plan.set_ylabel(f"{names[1]} [mm]")
+        plan.set_title("path; numbers where an axis turns", fontsize=8)
+        ticks = []
+        for n, run in enumerate(runs):
+            level = -n * apart
+            ticks.append(level)
+            along.axhline(level, color=GREY, linewidth=0.6)
+            along.plot(
+                run.contour.station * 1e3, run.contour.error * 1e6 + level, color=CYCLE[n % len(CYCLE)], linewidth=0.9
+            )
+        along.set_yticks(ticks, [f"({run.scheme.name}) {run.contour.glitch * 1e6:.1f} µm" for run in runs])
+        along.set_xlabel("distance along the path [mm]")
+        along.set_title(f"contour error, lines {apart:.3g} µm apart; glitch of each scheme", fontsize=8)
+    return figure

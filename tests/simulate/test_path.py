@@ -1,0 +1,90 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.compensation.base import PAPER_SCHEMES
+from fric.errors import FricError
+from fric.io.machine import read_machine
+from fric.io.path import read_path
+from fric.io.run import read_runs, write_runs
+from fric.simulate.circle import run_circle
+from fric.simulate.path import PathRun, PointPath, run_path
+
+MACHINE = read_machine(Path("configs/xy-table.yaml"))
+
+
+def turned(first: float, last: float, points: int = 400) -> tuple[np.ndarray, np.ndarray]:
+    angle = np.radians(np.linspace(first, last, points))
+    return 0.03 * np.cos(angle), 0.03 * np.sin(angle)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("scheme", ["a", "f"])
+def test_a_circle_given_by_points_has_the_glitches_of_the_circle(scheme: str, direction: int) -> None:
+    path = PointPath(*turned(direction * -135, direction * 405), 0.1)
+    found = run_path(MACHINE, PAPER_SCHEMES[scheme], path).contour
+    circle = run_circle(MACHINE, PAPER_SCHEMES[scheme]).circularity
+    assert [turn.axis for turn in found.reversals] == [1, 0, 1, 0, 1, 0]
+    outwards = direction * np.array([turn.glitch for turn in found.reversals])
+    np.testing.assert_allclose(outwards, circle.glitch, atol=0.4e-6)
+    for turn in found.reversals:
+        np.testing.assert_allclose(sorted((abs(turn.x), abs(turn.y))), [0.0, 0.03], atol=50e-6)
+
+
+def test_the_reference_follows_the_points_at_its_feed_with_exact_derivatives() -> None:
+    t = np.linspace(0, 2 * np.pi, 200)
+    path = PointPath(0.04 * np.sin(t), 0.02 * np.sin(2 * t), 0.08)
+    x, y = path.references(4000.0)
+    for motion in (x, y):
+        for integral, derivative in ((motion.position, motion.velocity), (motion.velocity, motion.acceleration)):
+            middle = (derivative[1:] + derivative[:-1]) / 2
+            np.testing.assert_allclose(np.diff(integral) * 4000.0, middle, atol=2e-3 * np.abs(derivative).max())
+    feed = np.hypot(x.velocity, y.velocity)
+    assert np.mean(np.isclose(feed, 0.08, rtol=1e-9)) > 0.9
+    assert feed[0] == feed[-1] == 0.0
+    start, end = ([motion.position[n] for motion in (x, y)] for n in (0, -1))
+    np.testing.assert_allclose(start, end, atol=1e-9)
+    fine = np.column_stack([x.position, y.position])
+    nearest = [np.min(np.hypot(*(fine - point).T)) for point in np.column_stack([path.x, path.y])[::10]]
+    assert max(nearest) < 0.08 / 4000
+
+
+def test_runs_of_a_path_pass_through_their_file(tmp_path: Path) -> None:
+    run = run_path(MACHINE, PAPER_SCHEMES["f"], PointPath(*turned(0, 300), 0.1))
+    write_runs(tmp_path / "run.h5", [run, run_circle(MACHINE, PAPER_SCHEMES["a"])])
+    circle, path = read_runs(tmp_path / "run.h5")
+    assert isinstance(path, PathRun)
+    assert path.contour.reversals == run.contour.reversals
+    np.testing.assert_array_equal(path.contour.error, run.contour.error)
+    np.testing.assert_array_equal(path.traces["y"].input, run.traces["y"].input)
+    assert circle.scheme.name == "a"
+
+
+def test_a_path_on_which_no_axis_turns_is_told() -> None:
+    run = run_path(MACHINE, PAPER_SCHEMES["a"], PointPath(*turned(10, 80), 0.05))
+    assert run.contour.reversals == ()
+    assert "no axis turns" in run.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("x [mm],y [mm]\n0,0\n10,0\n20,0\n20,10\n20,20\n", "corner at x = 20 mm, y = 0 mm"),
+        ("x [mm],y [mm]\n0,0\n1,0\n1,0\n", "2 different points"),
+        ("x,y\n0,0\n1,0\n2,0\n3,0\n", "no unit"),
+        ("x [mm],y [N]\n0,0\n1,0\n2,0\n3,0\n", "position cannot be in 'N'"),
+        ("x [mm],z [mm]\n0,0\n1,0\n2,0\n3,0\n", "no column 'y'"),
+        ("x [mm],y [mm]\n0,0\n1,bad\n2,0\n3,0\n4,0\n", "no number"),
+    ],
+)
+def test_paths_that_cannot_be_followed_are_told(tmp_path: Path, text: str, told: str) -> None:
+    file = tmp_path / "path.csv"
+    file.write_text(text)
+    with pytest.raises(FricError, match=told):
+        read_path(file, 0.1)
+
+
+def test_a_path_too_short_for_its_feed_is_told() -> None:
+    with pytest.raises(FricError, match="too short"):
+        PointPath(*turned(0, 10), 0.1).references(4000.0)
