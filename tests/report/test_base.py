@@ -1,0 +1,23 @@
+"""The base of every page: it stands alone, and it escapes."""
+
+from __future__ import annotations
+
+import re
+
+from fric.report.page import embedded, environment, micrometres
+
+
+def test_a_page_that_extends_the_base_loads_nothing() -> None:
+    blocks = "".join(f"{{% block {block} %}}{{{{ name }}}}{{% endblock %}}" for block in ("title", "content"))
+    page = environment().from_string(f'{{% extends "base.html.j2" %}}{blocks}')
+    html = page.render(name="<b>x & y</b>")
+    assert "<b>x" not in html
+    assert html.count("&lt;b&gt;x &amp; y&lt;/b&gt;") == 3  # title, heading, content
+    assert not re.findall(r"""(?:src|href)=["'](?!#|data:)""", html)
+    assert not re.search(r"@import|url\(", html)
+
+
+def test_numbers_of_a_page_carry_a_true_minus_and_one_decimal() -> None:
+    assert micrometres(-9.13e-6) == "−9.1"
+    assert micrometres(21.94e-6, sign=True) == "+21.9"
+    assert embedded(b"<svg/>") == "data:image/svg+xml;base64,PHN2Zy8+"
