@@ -22,6 +22,7 @@ from .figures.plant import draw_motion as draw_motion
 from .figures.plant import draw_plant as draw_plant
 from .figures.qfilter import q_filter_figure as q_filter_figure
 from .figures.record import draw_record as draw_record
+from .figures.replay import draw_replay as draw_replay
 from .figures.static_map import draw_static_map as draw_static_map
 from .figures.style import save_figure as save_figure
 from .identify.choose import plant_records as plant_records
@@ -32,6 +33,8 @@ from .identify.inspection import Inspection as Inspection
 from .identify.inspection import ResponseInspection as ResponseInspection
 from .identify.inspection import inspect as inspect
 from .identify.plant import identify_plant as identify_plant
+from .identify.replay_fit import identify_by_replay as identify_by_replay
+from .identify.replayed import replayed as replayed
 from .identify.rigid_body import identify_motion as identify_motion
 from .identify.static import identify_static as identify_static
 from .io.design import controller_tree as controller_tree
@@ -59,6 +62,9 @@ from .io.output import refuse_existing as refuse_existing
 from .io.path import read_path as read_path
 from .io.plant import read_plant as read_plant
 from .io.provenance import provenance as provenance
+from .io.replay import parse_parameters as parse_parameters
+from .io.replay import read_friction as read_friction
+from .io.replay import replay_tree as replay_tree
 from .io.run import read_runs as read_runs
 from .io.run import write_runs as write_runs
 from .io.yaml import dump as dump

@@ -43,6 +43,8 @@ class Parameter:
         True where a fit leaves it at its typical value unless it is asked to free it.
     at_least
         Name of the parameter that this one is never below, in a fit.
+    shares
+        True where the values of the blocks sum to 1.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Parameter:
     typical: float | tuple[float, ...] = float("nan")
     held: bool = False
     at_least: str = ""
+    shares: bool = False
 
 
 Property = Literal["bounded", "pre-sliding", "non-local memory", "no creep", "frictional lag"]
@@ -85,6 +88,13 @@ class FrictionModel(ABC):
     parameters: ClassVar[tuple[Parameter, ...]]
     properties: ClassVar[frozenset[Property]]
     step: ClassVar[Step]
+    identified: ClassVar[bool] = True
+    """False for a model that is simulated only, and that no `fric identify` looks for."""
+
+    @classmethod
+    def declared(cls) -> dict[str, tuple[Parameter, ...]]:
+        """Return the parameters that determine this model, by the section of a friction file that they stand in."""
+        return {cls.name: cls.parameters}
 
     @classmethod
     def from_sections(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> Self:

@@ -44,7 +44,13 @@ class OnBlocks(OnStaticMap):
 
     block_parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
-            "alpha", "ratio", upper=1.0, doc="share of the Stribeck level", per_block=True, typical=(0.6, 0.3, 0.1)
+            "alpha",
+            "ratio",
+            upper=1.0,
+            doc="share of the Stribeck level",
+            per_block=True,
+            typical=(0.6, 0.3, 0.1),
+            shares=True,
         ),
         Parameter("k", "stiffness", doc="stiffness of the block", per_block=True, typical=(1e8, 2e6, 2e5)),
     )

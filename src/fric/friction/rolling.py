@@ -84,6 +84,7 @@ class Rolling(GMS):
     )
     properties: ClassVar[frozenset[Property]] = frozenset({"pre-sliding", "no creep", "frictional lag"})
     step: ClassVar[Step] = _step
+    identified: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

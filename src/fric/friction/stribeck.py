@@ -103,6 +103,11 @@ class OnStaticMap(FrictionModel):
     static: StaticMap
 
     @classmethod
+    def declared(cls) -> dict[str, tuple[Parameter, ...]]:
+        """Return the parameters that determine this model, those of the static map first."""
+        return {**StaticMap.declared(), **super().declared()}
+
+    @classmethod
     def fields_from(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
         """Return the fields that a friction file gives, the static map among them."""
         return {"static": StaticMap.from_sections(sections), **super().fields_from(sections)}

@@ -1,0 +1,96 @@
+"""`fric identify MODEL`: any friction model fitted by replay, a subcommand for each that has none of its own.
+
+The models are found by reading their files, not by importing them: `--help` needs no compiler.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import fric
+from fric.cli.console import OUT, print_json, print_table, print_warnings, progress
+from fric.cli.options import Force, Json, LogFiles, PlantFile, Plot
+from fric.units import readable
+
+
+def models_in(folder: Path) -> dict[str, str]:
+    """Return the models whose files are in a folder: name, and the first sentence of the file's docstring."""
+    found = {}
+    for path in sorted(folder.glob("*.py")):
+        source = path.read_text(encoding="utf-8")
+        name = re.search(r'^    name\b[^=\n]*= "(\w+)"', source, re.MULTILINE)
+        if name and not re.search(r"^    identified\b[^=\n]*= False", source, re.MULTILINE):
+            found[name[1]] = source.split('"""')[1].strip().splitlines()[0]
+    return found
+
+
+MODELS = models_in(Path(fric.__file__).parent / "friction")
+"""Every model that can be identified, and what it is."""
+
+
+def command(model: str) -> Callable[..., None]:
+    """Return the subcommand that fits one model."""
+
+    def identify(
+        logs: LogFiles,
+        output: Annotated[
+            Path, typer.Option("-o", "--output", metavar="FRICTION.yaml", help="Friction file to write.")
+        ],
+        static: Annotated[
+            Path | None,
+            typer.Option("--static", metavar="FRICTION.yaml", help="A friction file whose static map is kept."),
+        ] = None,
+        plant: PlantFile = None,
+        blocks: Annotated[int, typer.Option(min=1, help="Slip blocks, for a model that has any.")] = 4,
+        fix: Annotated[
+            list[str] | None, typer.Option(metavar="NAME=VALUE", help="A parameter that is not fitted: 'n=1'.")
+        ] = None,
+        free: Annotated[
+            list[str] | None, typer.Option(metavar="NAME", help="Fit a parameter that is held by default: delta.")
+        ] = None,
+        seed: Annotated[int, typer.Option(min=0, help="Seed of the coarse search.")] = 0,
+        plot: Plot = None,
+        json: Json = False,
+        force: Force = False,
+    ) -> None:
+        fric.refuse_existing(output, plot, force=force)
+        records = fric.read_logs(logs)
+        axis, motion = records[0].axis, records[0].motion
+        kept = fric.read_friction(static, axis=axis, motion=motion) if static else None
+        ready = fric.replayed(records, fric.read_plant(plant, axis=axis, motion=motion) if plant else None)
+        with progress(f"fitting {model}"):
+            fit = fric.identify_by_replay(
+                model,
+                ready,
+                static=kept.estimates("static") if kept else None,
+                blocks=blocks,
+                fix=fric.parse_parameters(model, fix or (), motion),
+                free=free or (),
+                seed=seed,
+            )
+        document = fric.replay_tree(fit, kept)
+        if plot:
+            fric.save_figure(fric.draw_replay(fit), plot, force=force)
+        fric.write_document(output, document, force=force)
+        if json:
+            print_json(document)
+        else:
+            _print(document, model, output, plot)
+        print_warnings(document["warnings"])
+
+    identify.__doc__ = f"Fit by replay: {MODELS[model][0].lower()}{MODELS[model][1:]}"
+    return identify
+
+
+def _print(document: dict[str, Any], model: str, output: Path, plot: Path | None) -> None:
+    for section in dict.fromkeys(("static", model)):
+        if section in document:
+            print_table(("", "value", "95 % interval", "unit"), fric.estimate_rows(document[section]), title=section)
+    fit = document[f"{model}_fit"]
+    OUT.print(f"{fit['samples']} samples, rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}")
+    OUT.print(f"wrote {output}" + (f" and {plot}" if plot else ""))

@@ -1,0 +1,39 @@
+"""Measured against replayed force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.figures.style import BLACK, BLUE, GREY, new_figure
+from fric.units import prefixed, si_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fric.identify.replay_fit import ReplayFit
+
+MOST = 4
+"""Records that are drawn."""
+
+
+def draw_replay(fit: ReplayFit) -> Figure:
+    """Draw, for each record, measured and replayed force over position, and the residual over time."""
+    records = fit.records[:MOST]
+    with new_figure(6.3, 2.6 * len(records)) as figure:
+        axes = figure.subplots(len(records), 2, squeeze=False)
+        force, position = si_unit("force", fit.motion), si_unit("position", fit.motion)
+        for (loop, rest), record, own in zip(axes, records, fit.own, strict=False):
+            z, used = record.motion.position, record.used
+            scale, unit = prefixed(float(np.ptp(z)), position)
+            replayed = record.replay(fit.model) + record.own @ np.asarray(own)
+            loop.plot(scale * z[used], record.force[used], color=GREY, lw=0.8, label="measured")
+            loop.plot(scale * z[used], replayed[used], color=BLUE, lw=1.0, label=fit.model.name)
+            loop.set(xlabel=f"position [{unit}]", ylabel=f"force [{force}]", title=record.log.name)
+            loop.legend(loc="best")
+            residual = np.where(used, record.force - replayed, np.nan)
+            rest.plot(record.motion.time, residual, color=BLACK, lw=0.6)
+            told = float(np.sqrt(np.nanmean(residual**2)))
+            rest.set(xlabel="time [s]", ylabel=f"measured - replayed [{force}]", title=f"rms {told:.3g} {force}")
+        return figure

@@ -1,0 +1,202 @@
+"""From the parameters that a model declares to the coordinates that a fit searches in, and back.
+
+A fit knows no model: what it needs stands in `fric.friction.base.Parameter`. A stiffness, a force or a velocity is
+searched in its logarithm, a viscous coefficient linearly from zero, shares by the logarithms of their ratios, and a
+parameter that is never below another by the logarithm of their ratio. How far to look is told by the records.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import exp, isfinite, log
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.estimate import Estimate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.friction import FrictionModel, Parameter
+
+Ranges = Mapping[str, tuple[float, float]]
+"""By dimension (see `fric.units`), the least and the largest value in SI that the records could show."""
+
+Scale = Literal["log", "linear", "ratio", "share"]
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One direction of the search.
+
+    Parameters
+    ----------
+    section, parameter
+        The section of a friction file, and the parameter in it.
+    block
+        Number of the block, from 0; None for a parameter that is one number.
+    scale
+        How it is searched: ``log``; ``linear``; ``ratio``, the logarithm of its ratio to `Parameter.at_least`;
+        ``share``, the logarithm of its ratio to the last block's share.
+    lower, upper
+        Bounds of the coordinate.
+    """
+
+    section: str
+    parameter: Parameter
+    block: int | None
+    scale: Scale
+    lower: float
+    upper: float
+
+    @property
+    def label(self) -> str:
+        """Name for messages, as ``sigma_0`` or ``k_2``."""
+        return self.parameter.name if self.block is None else f"{self.parameter.name}_{self.block + 1}"
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """The free coordinates of a model, and the values of what is not free.
+
+    Parameters
+    ----------
+    model
+        The model.
+    free
+        What is searched.
+    held
+        Values in SI of the parameters that are not searched, by section and name.
+    blocks
+        Number of blocks of a model that has any.
+    """
+
+    model: type[FrictionModel]
+    free: tuple[Coordinate, ...]
+    held: Mapping[tuple[str, str], float]
+    blocks: int
+
+    @classmethod
+    def of(
+        cls, model: type[FrictionModel], ranges: Ranges, *, blocks: int, held: Mapping[tuple[str, str], float]
+    ) -> Coordinates:
+        """Return the coordinates of a model where all is free that is not held.
+
+        Raises
+        ------
+        FricError
+            When there is nothing left to fit.
+        """
+        free: list[Coordinate] = []
+        for section, parameters in model.declared().items():
+            for p in parameters:
+                if (section, p.name) in held:
+                    continue
+                scale, lower, upper = _searched(p, ranges)
+                numbers: list[int | None] = [None] if not p.per_block else list(range(blocks - p.shares))
+                free += [Coordinate(section, p, n, scale, lower, upper) for n in numbers]
+        if not free:
+            raise FricError(f"every parameter of {model.name} is given, and none is left to fit")
+        return cls(model, tuple(free), dict(held), blocks)
+
+    @property
+    def lower(self) -> NDArray[np.float64]:
+        """Lower bounds, shape (p,)."""
+        return np.array([c.lower for c in self.free])
+
+    @property
+    def upper(self) -> NDArray[np.float64]:
+        """Upper bounds, shape (p,)."""
+        return np.array([c.upper for c in self.free])
+
+    def without(self, index: int, value: float) -> Coordinates:
+        """Return the coordinates with one, of a parameter that is one number, held at a value in SI."""
+        c = self.free[index]
+        held = {**self.held, (c.section, c.parameter.name): value}
+        return Coordinates(self.model, (*self.free[:index], *self.free[index + 1 :]), held, self.blocks)
+
+    def values(self, x: NDArray[np.float64]) -> dict[str, dict[str, float | tuple[float, ...]]]:
+        """Return all parameters in SI, by section and name, at a point of the search, shape (p,)."""
+        given: dict[tuple[str, str], list[float]] = {}
+        for c, at in zip(self.free, x, strict=True):
+            given.setdefault((c.section, c.parameter.name), []).append(float(at))
+        found: dict[str, dict[str, float | tuple[float, ...]]] = {}
+        for section, parameters in self.model.declared().items():
+            found[section] = {}
+            for p in parameters:
+                if (section, p.name) not in given:
+                    if (section, p.name) in self.held:
+                        found[section][p.name] = self.held[section, p.name]
+                    elif p.shares:  # the one share of one block
+                        found[section][p.name] = (1.0,)
+                    continue
+                at_all = given[section, p.name]
+                scale = next(c.scale for c in self.free if (c.section, c.parameter.name) == (section, p.name))
+                if scale == "share":
+                    ratio = np.exp([*at_all, 0.0])
+                    found[section][p.name] = tuple(float(r) for r in ratio / ratio.sum())
+                    continue
+                base = found[section].get(p.at_least, 1.0) if p.at_least else 1.0
+                assert isinstance(base, float)
+                out = [min(max(at if scale == "linear" else base * exp(at), p.lower), p.upper) for at in at_all]
+                found[section][p.name] = tuple(out) if p.per_block else out[0]
+        return found
+
+    def build(self, x: NDArray[np.float64]) -> FrictionModel:
+        """Return the model at a point of the search."""
+        return self.model.from_sections(
+            {
+                section: {name: Estimate(value, "") for name, value in values.items()}
+                for section, values in self.values(x).items()
+            }
+        )
+
+    def spread_start(self, y: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the point of a coarse search: blocks as a geometric row between two numbers.
+
+        Parameters
+        ----------
+        y
+            One number a scalar parameter and two a vector, each from 0 to 1 between the bounds, shape (`coarse`,).
+        """
+        x, take = np.empty(len(self.free)), iter(y)
+        done: dict[tuple[str, str], NDArray[np.float64]] = {}
+        for n, c in enumerate(self.free):
+            key = c.section, c.parameter.name
+            if c.block is None:
+                share = next(take)
+            else:
+                if key not in done:
+                    count = self.blocks - c.parameter.shares
+                    first, last = next(take), next(take)
+                    done[key] = np.linspace(first, last, count) if count > 1 else np.array([first])
+                share = done[key][c.block]
+            x[n] = c.lower + share * (c.upper - c.lower)
+        return x
+
+    @property
+    def coarse(self) -> int:
+        """How many numbers `spread_start` takes."""
+        vectors = {(c.section, c.parameter.name) for c in self.free if c.block is not None}
+        return sum(c.block is None for c in self.free) + 2 * len(vectors)
+
+
+def _searched(p: Parameter, ranges: Ranges) -> tuple[Scale, float, float]:
+    """Return how a parameter is searched, and between which bounds of its coordinate."""
+    if p.shares:
+        return "share", -log(1e3), log(1e3)
+    if p.at_least:
+        return "ratio", 0.0, log(5.0)
+    low, high = ranges.get(p.dimension, (p.lower, p.upper))
+    if not (isfinite(low) and isfinite(high)):
+        size = abs(float(np.max(p.typical)))
+        low, high = 1e-3 * size, 1e3 * size
+    low, high = max(low, p.lower), min(high, p.upper)
+    if not low < high:
+        low, high = p.lower, p.upper
+    if p.dimension == "viscous" or low <= 0.0 or high / low < 10.0:
+        return "linear", low if p.dimension != "viscous" else max(p.lower, 0.0), high
+    return "log", log(low), log(high)

@@ -1,0 +1,118 @@
+"""What a fit by replay says of its parameters: intervals, and what the records cannot tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import expit
+
+from fric.identify.replay_search import STEP
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.identify.coordinates import Coordinates
+
+
+def limits(
+    coordinates: Coordinates,
+    x: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    seen: NDArray[np.bool_],
+    reach: float,
+) -> dict[tuple[str, str], tuple[tuple[float, float], ...]]:
+    """Return the 95 % intervals of what was fitted: symmetric in the logarithm, the logit of a share, or linearly."""
+    scales = {(c.section, c.parameter.name): (c.parameter, c.scale) for c in coordinates.free}
+
+    def quantities(at: NDArray[np.float64]) -> dict[tuple[str, str], NDArray[np.float64]]:
+        found = {}
+        for (section, name), (_, scale) in scales.items():
+            value = np.atleast_1d(np.asarray(coordinates.values(at)[section][name], float))
+            found[section, name] = (
+                value if scale == "linear" else np.log(value) - (np.log1p(-value) if scale == "share" else 0.0)
+            )
+        return found
+
+    centre = quantities(x)
+    steps = STEP * (coordinates.upper - coordinates.lower)
+    moved = [quantities(x + step * unit) for step, unit in zip(steps, np.eye(len(x)), strict=True)]
+    known = np.where(seen[:, None] & seen, covariance, 0.0)
+    limits = {}
+    for key, (p, scale) in scales.items():
+        slope = np.column_stack([(m[key] - centre[key]) / step for m, step in zip(moved, steps, strict=True)])
+        error = reach * np.sqrt(np.einsum("ij,jk,ik->i", slope, known, slope))
+        error[(np.abs(slope[:, ~seen]) > 1e-6).any(axis=1)] = np.inf
+        low, high = centre[key] - error, centre[key] + error
+        at_lower, at_upper = _at_edge(coordinates, key, x, covariance)
+        if scale == "log":  # beyond the edge of the search the records were not asked
+            low, high = np.where(at_lower, -np.inf, low), np.where(at_upper, np.inf, high)
+        if scale == "share":
+            low, high = expit(low), expit(high)
+        elif scale != "linear":
+            with np.errstate(over="ignore"):
+                low, high = np.exp(low), np.exp(high)
+        low, high = np.maximum(low, p.lower), np.minimum(high, p.upper)
+        limits[key] = tuple((float(a), float(b)) for a, b in zip(low, high, strict=True))
+    return limits
+
+
+def _at_edge(
+    coordinates: Coordinates, key: tuple[str, str], x: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which coordinates of a parameter are at their lower, and which at their upper bound."""
+    of = [n for n, c in enumerate(coordinates.free) if (c.section, c.parameter.name) == key]
+    near = _near(coordinates, covariance)
+    return (x - coordinates.lower < near)[of], (coordinates.upper - x < near)[of]
+
+
+def _near(coordinates: Coordinates, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how close to its bound each coordinate is as good as on it: a tenth of its standard error."""
+    error = np.sqrt(np.nan_to_num(np.diag(covariance)))
+    return np.asarray(np.maximum(0.1 * error, 1e-6 * (coordinates.upper - coordinates.lower)))
+
+
+def order(coordinates: Coordinates, values: Mapping[str, Mapping[str, float | tuple[float, ...]]]) -> list[int]:
+    """Return the blocks from the stiffest to the softest."""
+    for section, parameters in coordinates.model.declared().items():
+        for p in parameters:
+            value = values[section][p.name]
+            if p.dimension == "stiffness" and isinstance(value, tuple):
+                return [int(n) for n in np.argsort(-np.asarray(value), kind="stable")]
+    return list(range(coordinates.blocks))
+
+
+def edges(
+    coordinates: Coordinates, x: NDArray[np.float64], seen: NDArray[np.bool_], covariance: NDArray[np.float64]
+) -> list[str]:
+    """Say which parameters sit at the edge of what was searched, and which blocks are not seen."""
+    told = []
+    for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
+        if not is_seen:
+            told.append(f"the gradient over {c.label} is flat: these records do not tell it")
+        elif at - c.lower < near and c.scale == "ratio":
+            told.append(f"{c.label} is as low as {c.parameter.at_least}: these records show no difference")
+        elif at - c.lower < near and c.scale == "linear" and c.lower == c.parameter.lower:
+            told.append(f"{c.label} is at its lower bound, {c.lower:g}")
+        elif c.scale == "share":
+            continue
+        elif min(at - c.lower, c.upper - at) < near:
+            told.append(f"{c.label} sits at the edge of what these records could show")
+    return told
+
+
+def correlated(coordinates: Coordinates, covariance: NDArray[np.float64]) -> list[str]:
+    """Say which two parameters the records hardly tell apart; those of one block among the others are not named."""
+    error = np.sqrt(np.diag(covariance))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / np.outer(error, error)
+    told = []
+    for i, first in enumerate(coordinates.free):
+        for j, second in enumerate(coordinates.free[:i]):
+            if abs(correlation[i, j]) > 0.95 and first.block is None and second.block is None:
+                told.append(
+                    f"{second.label} and {first.label} are correlated by {correlation[i, j]:.3f}: these records hardly "
+                    "tell them apart"
+                )
+    return told

@@ -1,0 +1,123 @@
+"""Any model fitted by replay: it finds its own parameters again, and says what the records do not tell."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.friction import models
+from fric.friction.gms import GMS
+from fric.friction.lugre import LuGre
+from fric.identify.replay_fit import identify_by_replay
+from fric.identify.replayed import replayed
+from tests.identify.virtual_logs import logs_of
+
+FITTED = [name for name, model in models().items() if model.identified]
+
+
+def flattened(fit, model):
+    """Return value, interval and truth of every parameter that was fitted."""
+    rows = []
+    for section, estimates in fit.estimates.items():
+        owner = model if section == model.name else getattr(model, section)
+        for name, estimate in estimates.items():
+            if estimate.ci95 is None:
+                continue
+            truth = getattr(owner, name)
+            if isinstance(estimate.value, tuple):
+                label = [f"{name}_{n + 1}" for n in range(len(estimate.value))]
+                rows += list(zip(label, estimate.value, estimate.ci95, truth, strict=True))
+            else:
+                rows.append((name, estimate.value, estimate.ci95, truth))
+    return rows
+
+
+@pytest.mark.parametrize("name", FITTED)
+def test_a_model_is_found_from_nothing_but_its_logs(name):
+    model = models()[name].typical()
+    fit = identify_by_replay(name, replayed(logs_of(model, 1, noise=0.5)), blocks=3)
+    assert fit.rmse == pytest.approx(0.5, rel=0.1)
+    for label, value, (low, high), truth in flattened(fit, model):
+        assert low < high, label
+        assert value == pytest.approx(truth, rel=0.5 if label in {"sigma", "sigma_1", "n"} else 0.05), label
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", FITTED)
+def test_intervals_cover_the_truth(name):
+    model = models()[name].typical()
+    inside: dict[str, list[bool]] = {}
+    for seed in range(100):
+        fit = identify_by_replay(name, replayed(logs_of(model, seed)), blocks=3, start=model)
+        for label, _, (low, high), truth in flattened(fit, model):
+            inside.setdefault(label, []).append(low <= truth <= high)
+    shares = {label: np.mean(hits) for label, hits in inside.items()}
+    print(name, shares)
+    assert all(0.90 <= share <= 0.98 for share in shares.values()), shares
+    assert all(len(hits) == 100 for hits in inside.values())
+
+
+def test_a_flat_gradient_is_found_and_told():
+    """C has no effect where the level is the same at all speeds: its gradient is zero."""
+    flat = replace(GMS.typical(), static=replace(GMS.typical().static, F_s=100.0))
+    given = {p.name: Estimate(getattr(flat.static, p.name), "") for p in flat.static.parameters}
+    fit = identify_by_replay("gms", replayed(logs_of(flat, 3, noise=0.0)), static=given, blocks=3, start=flat)
+    assert fit.estimates["gms"]["C"].assumed
+    assert any("gradient over C is flat" in warning for warning in fit.warnings)
+    for label, value, _, truth in flattened(fit, flat):
+        assert value == pytest.approx(truth, rel=1e-3), label
+
+
+def test_far_below_break_away_the_stiffness_is_told_and_the_limit_is_open():
+    lugre = LuGre.typical()
+    (log,) = logs_of(lugre, 3, noise=0.0, motions=("small",))
+    position = 1e-4 * log.position
+    force = lugre.sigma_0 * position
+    fit = identify_by_replay("lugre", replayed([replace(log, position=position, force=force)]))
+    assert fit.estimates["lugre"]["sigma_0"].value == pytest.approx(lugre.sigma_0, rel=0.1)
+    assert any("edge" in warning or "flat" in warning for warning in fit.warnings)
+    assert fit.estimates["static"]["F_c"].ci95[1] == float("inf")
+
+
+def test_a_static_map_that_is_given_stays():
+    model = GMS.typical()
+    given = {p.name: Estimate(getattr(model.static, p.name), "N") for p in model.static.parameters}
+    fit = identify_by_replay("gms", replayed(logs_of(model, 2)), blocks=3, static=given, start=model)
+    assert fit.estimates["static"] == given
+    assert fit.model.static == model.static
+
+
+def test_a_parameter_is_fixed_or_freed_by_name():
+    model = models()["dahl"].typical()
+    records = replayed(logs_of(model, 5))
+    fixed = identify_by_replay("dahl", records, fix={"sigma": 40.0}, start=model).estimates["dahl"]
+    assert fixed["sigma"].fixed
+    assert fixed["sigma"].value == 40.0
+    assert fixed["n"].fixed
+    freed = identify_by_replay("dahl", records, free=["n"], start=model).estimates["dahl"]["n"]
+    assert freed.ci95[0] <= 1.0 <= freed.ci95[1]
+
+
+def test_offset_and_inertia_of_a_record_are_found_beside_the_model():
+    model = models()["lugre"].typical()
+    log = logs_of(model, 7, noise=0.1, motions=("fast",))[0]
+    acceleration = np.gradient(np.gradient(log.position, log.time), log.time)
+    log = replace(log, kind="motion", force=log.force + 50.0 * acceleration - 3.0)
+    fit = identify_by_replay("lugre", replayed([log]), start=model)
+    assert fit.own[0] == pytest.approx((-3.0, 50.0), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ({"name": "bouc_wen"}, "no friction model 'bouc_wen'"),
+        ({"name": "rolling"}, "no friction model 'rolling'"),
+        ({"name": "dahl", "fix": {"F_s": 1.0}}, "no parameter 'F_s'"),
+        ({"name": "gms", "fix": {"alpha": 1.0}}, "for every block"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused(arguments, told):
+    with pytest.raises(FricError, match=told):
+        identify_by_replay(records=replayed(logs_of(models()["dahl"].typical(), 1)), **arguments)
