@@ -1,4 +1,4 @@
-"""The Dahl model (P. R. Dahl, AIAA Journal 14, 1976): a spring that yields as it nears the Coulomb force."""
+"""The Dahl model: a spring that yields as it nears the Coulomb force (AIAA Journal 14, 1976)."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters
 
 @dataclass(frozen=True)
 class Dahl(FrictionModel):
-    """Dahl's model: the stiffness falls to zero as the force nears the Coulomb level, whatever the speed.
+    """The model of P. R. Dahl: the stiffness falls to zero as the force nears the Coulomb level, whatever the speed.
 
     ``dF_0/dz = sigma_0·(1 - F_0·sign(v)/F_c)^n`` and ``F = F_0 + sigma·v``; integrated exactly.
 

@@ -1,4 +1,4 @@
-"""The Leuven model in its integrated form (Lampaert, Swevers, Al-Bender, IEEE TAC 47, 2002)."""
+"""The Leuven model in its integrated form: slip blocks behind a sliding surface (Lampaert, Swevers, Al-Bender 2002)."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class Leuven(OnBlocks):
     blocks ``dF_i/dz = k_i`` while ``|F_i| < alpha_i·F_s``, and ``F_h = Σ F_i``
     ====== ======================================================================
 
-    where s(v) is the Stribeck curve of eq. (2) with the sign of v. These are the two changes of 2002 to the model of
+    where s(v) is the Stribeck curve of eq. (2) with the sign of v. These are the two changes of Lampaert, Swevers and Al-Bender (IEEE TAC 47, 2002) to the model of
     2000 (Swevers, Al-Bender, Ganseman, Prajogo, IEEE TAC 45): the hysteresis force itself stands in r, so that F is
     continuous, and it is made of slip blocks instead of a stack of reversals.
 

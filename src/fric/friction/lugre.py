@@ -1,4 +1,4 @@
-"""The LuGre model (Canudas de Wit, Olsson, Åström, Lischinsky, IEEE TAC 40, 1995): bristles that bend and slip."""
+"""The LuGre model: bristles that bend and slip (Canudas de Wit, Olsson, Åström, Lischinsky, IEEE TAC 40, 1995)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The Maxwell-slip model (Iwan 1966): Coulomb blocks on springs, dragged side by side, without a Stribeck curve."""
+"""The Maxwell-slip model: Coulomb blocks on springs, side by side, without a Stribeck curve (Iwan 1966)."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.identify.motion import Motion, smooth_motion
-from fric.identify.segments import reversals
+from fric.identify.turns import reversals
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
