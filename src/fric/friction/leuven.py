@@ -100,9 +100,10 @@ class Leuven(OnBlocks):
     blocks ``dF_i/dz = k_i`` while ``|F_i| < alpha_i·F_s``, and ``F_h = Σ F_i``
     ====== ======================================================================
 
-    where s(v) is the Stribeck curve of eq. (2) with the sign of v. These are the two changes of Lampaert, Swevers and Al-Bender (IEEE TAC 47, 2002) to the model of
-    2000 (Swevers, Al-Bender, Ganseman, Prajogo, IEEE TAC 45): the hysteresis force itself stands in r, so that F is
-    continuous, and it is made of slip blocks instead of a stack of reversals.
+    where s(v) is the Stribeck curve of eq. (2) with the sign of v. These are the two changes of Lampaert, Swevers and
+    Al-Bender (IEEE TAC 47, 2002) to the model of Swevers, Al-Bender, Ganseman and Prajogo (IEEE TAC 45, 2000): the
+    hysteresis force itself stands in r, so that F is continuous, and it is made of slip blocks instead of a stack of
+    reversals.
 
     F_h has non-local memory in z exactly, and in x as far as z follows x: below break-away the two part by the share
     ``|r|^n``, so that minor loops close, and a vibrating load does not creep, the better the larger n is and the
