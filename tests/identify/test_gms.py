@@ -130,11 +130,20 @@ def test_cycles_held_out_are_replayed():
         assert one.rmse_held_out == pytest.approx(1.0, rel=0.15)
 
 
+def test_one_block_is_a_model_too():
+    one = GMS(PAPER, (1.0,), (33e6,), 1e4)  # slips at 5 µm
+    fit = identify_gms([record(60e-6, one)], static=PAPER)
+    assert fit.alpha.value == (1.0,)
+    assert fit.k.value == pytest.approx(one.k, rel=0.01)
+
+
 def test_what_cannot_be_used_is_said():
     with pytest.raises(FricError, match="no pre-sliding record"):
         identify_gms([record(60e-6, **SLIDING)])
     with pytest.raises(FricError, match="no whole cycle"):
         identify_gms([record(15e-6, cycles=0)])
+    with pytest.raises(FricError, match="steps of the encoder, too few"):
+        identify_gms([record(0.6e-6, noise=0.1)], static=PAPER)
     turning = record(400e-6, **{**SLIDING, "mean": 1e-4})
     with pytest.raises(FricError, match="the motion turns"):
         identify_gms([*pair(), turning], static=PAPER)
@@ -155,6 +164,26 @@ def test_intervals_cover_the_truth():
         fit = identify_gms([log], static=PAPER, blocks=2)
         hits += [*inside(two.alpha, fit.alpha.ci95), *inside(two.k, fit.k.ci95)]
     assert 0.88 <= np.mean(hits) <= 1.0
+
+
+@pytest.mark.long
+def test_machines_of_all_kinds():
+    # 1 to 6 blocks, 1 to 1000 N, any speed, encoder and noise: the curve is right to a few noise levels of its mean
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        count, F_s = int(rng.integers(1, 7)), 10 ** rng.uniform(0, 3)
+        static = StaticMap(F_s * rng.uniform(0.5, 1), F_s, 10 ** rng.uniform(-3.5, -2), rng.uniform(0.6, 2), F_s / 2)
+        slip = np.sort(10 ** rng.uniform(-6.3, -4.3, count))
+        alpha = rng.dirichlet(2 * np.ones(count))
+        true = GMS(static, tuple(alpha), tuple(alpha * F_s / slip), 30 * F_s)
+        reach, frequency = slip[-1] * rng.uniform(1.5, 8), 10 ** rng.uniform(-1.5, 0)
+        step, noise = 10 ** rng.uniform(-8, -7), F_s * 10 ** rng.uniform(-3, -1.5)
+        logs = [
+            record(amplitude, true, frequency=frequency, dt=1 / frequency / 2000, step=step, noise=noise)
+            for amplitude in sorted({max(5 * slip[0], 20 * step), reach})
+        ]
+        fit = identify_gms(logs, static=static)
+        assert rms_error(fit.model, true, reach) < max(0.01 * F_s, noise)
 
 
 @pytest.mark.long

@@ -13,6 +13,7 @@ from fric.estimate import Estimate, Interval
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms_fit import GMSFit, Replayed
+from fric.identify.gms_parameters import Parametrisation
 from fric.identify.gms_records import cycled, in_sliding, sorted_by_kind, taken_off
 from fric.identify.gms_warnings import told
 from fric.identify.knots import (
@@ -24,7 +25,7 @@ from fric.identify.knots import (
     fit_blocks,
     fit_without_cycles,
 )
-from fric.identify.refine_gms import Measured, Parametrisation, Refined, jackknife, refine
+from fric.identify.refine_gms import Measured, Refined, refine
 from fric.identify.virgin_curve import Loops, VirginCurve, find_loops, virgin_curve
 from fric.units import Motion, si_unit
 
@@ -104,8 +105,8 @@ def identify_gms(
     if refined:
         fit = refine([*measured, *measured_sliding], found, base, C=ASSUMED_C, with_C=with_C, with_level=with_level)
     else:
-        fit = Refined(shape, shape.pack(found), np.array([shape.pack(one) for one in without]))
-    lag = _alignment(measured_sliding, base) if with_C else 0.0
+        fit = Refined(shape, shape.pack(found), np.array([shape.pack(one) for one in without]), np.empty((0, 0)))
+    lag = _alignment(measured_sliding, base, plant) if with_C else 0.0
     alpha, k, C, level = _estimates(fit, presliding[0].motion, lag)
     if static is None:
         base = replace(base, F_c=base.F_c * float(level), F_s=base.F_s * float(level))
@@ -146,15 +147,16 @@ def _blocks(
     return choice, found, fit_without_cycles(curve, found)
 
 
-def _alignment(records: Sequence[Measured], static: StaticMap) -> float:
+def _alignment(records: Sequence[Measured], static: StaticMap, plant: Plant | None) -> float:
     """Return by how much 1/C is uncertain because force and position are sampled together to within a sample.
 
     C is told by a lag s/C. The channels of a log are aligned to ±dt/2, evenly spread, which no number of cycles shows:
-    the 95 % half width of 1/C is ``1.96·dt/√12`` over s.
+    the 95 % half width of 1/C is ``1.96·dt/√12`` over s. Without a plant the delay of the drive is not known either:
+    that is twice as much.
     """
     dt = min(float(np.median(np.diff(record.motion.time))) for record in records)
     level = float(np.mean([static.level(record.motion.velocity[record.used]).mean() for record in records]))
-    return 1.96 * dt / np.sqrt(12.0) / level
+    return (1.96 if plant else 3.92) * dt / np.sqrt(12.0) / level
 
 
 def _estimates(fit: Refined, motion: Motion, lag: float) -> tuple[Estimate, Estimate, Estimate, Estimate]:
@@ -166,7 +168,7 @@ def _estimates(fit: Refined, motion: Motion, lag: float) -> tuple[Estimate, Esti
     C_ci: Interval | None = None
     level_ci: Interval | None = None
     if len(fit.resampled) > 1:
-        limits = jackknife(shape.quantities(x), np.array([shape.quantities(one) for one in fit.resampled]))
+        limits = fit.intervals()
         with np.errstate(over="ignore"):
             alpha_ci = tuple(_interval(1.0 / (1.0 + np.exp(-pair))) for pair in limits[:count])
             k_ci = tuple(_interval(np.exp(pair)) for pair in limits[count : 2 * count])

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from fric.drive.plant import Plant
     from fric.log import Log
 
+PARTS = 16
+"""Parts of a stroke in which what the model misses is taken for one."""
+
 
 def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
     """Return the pre-sliding records and those in sliding."""
@@ -66,7 +69,9 @@ def cycled(loops: Loops) -> Measured:
     period = np.minimum(np.searchsorted(loops.turns[::2], np.arange(n), side="right"), whole)
     last_turn = loops.turns[np.clip(np.searchsorted(loops.turns, np.arange(n), side="right") - 1, 0, None)]
     way = 0.5 * np.abs(loops.motion.position - loops.motion.position[last_turn])
-    return Measured(loops.name, loops.motion, loops.force, used, period, np.ones((n, 1)), way)
+    return Measured(
+        loops.name, loops.motion, loops.force, used, period, np.ones((n, 1)), way, _parts(way, loops.motion.velocity)
+    )
 
 
 def in_sliding(name: str, motion: Motion, force: NDArray[np.float64], plant_given: bool) -> Measured:
@@ -95,4 +100,10 @@ def in_sliding(name: str, motion: Motion, force: NDArray[np.float64], plant_give
     columns = [np.ones(n), v] if plant_given else [np.ones(n), v, motion.acceleration]
     own = np.column_stack([column / max(np.abs(column).max(), 1e-300) for column in columns])
     period = np.searchsorted(turns[::2], np.arange(n), side="right")
-    return Measured(name, motion, force, used, period, own, np.full(n, np.inf))
+    return Measured(name, motion, force, used, period, own, np.full(n, np.inf), _parts(v, motion.acceleration))
+
+
+def _parts(progress: NDArray[np.float64], sense: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return which part of a cycle each sample is in: sixteenths of the samples by progress, in either sense."""
+    limits = np.quantile(progress, np.arange(1, PARTS) / PARTS)
+    return np.asarray(np.searchsorted(limits, progress) + PARTS * (sense > 0))

@@ -83,8 +83,8 @@ def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[st
         yield f"C is assumed to be {readable(float(fit.C), si_unit('force rate', axis))}: {why}{mend}"
     elif not plant_given:
         yield (
-            "C is identified without a plant: the inertia was fitted beside the frictional lag, which widens its "
-            "interval; give --plant"
+            "C is identified without a plant: the inertia was fitted beside the frictional lag, and the drive's delay "
+            "is not known, which widens its interval; give --plant"
         )
     if fit.curve.saturates and abs(float(fit.alpha_sum) - 1.0) > LEVEL:
         yield (

@@ -72,7 +72,7 @@ def smooth_motion(time: NDArray[np.float64], position: NDArray[np.float64]) -> M
     """
     t, z = np.asarray(time, float), np.asarray(position, float)
     dt = float(np.median(np.diff(t)))
-    step = lattice_step(z) or 0.0
+    step = lattice_step(z) or _few_levels(z)
     moved = np.abs(np.diff(z))
     if not moved.any():
         raise FricError("the position does not move", mend="Log a motion of many encoder steps.")
@@ -81,7 +81,10 @@ def smooth_motion(time: NDArray[np.float64], position: NDArray[np.float64]) -> M
     if step:
         counted = np.flatnonzero(np.diff(z))
         if len(counted) < 2 * DEGREE:
-            raise FricError("the position hardly moves", mend="Log a motion of many encoder steps.")
+            raise FricError(
+                f"the position hardly moves: {np.ptp(z) / step:.0f} steps of the encoder",
+                mend="Log a motion of many encoder steps.",
+            )
         instant, crossing = 0.5 * (t[counted] + t[counted + 1]), 0.5 * (z[counted] + z[counted + 1])
         several = np.abs(np.diff(z)[counted]) > 1.5 * step
         speed = np.abs(np.gradient(crossing, instant))
@@ -98,6 +101,12 @@ def smooth_motion(time: NDArray[np.float64], position: NDArray[np.float64]) -> M
         instant, crossing, spread = t, z, np.full_like(z, noise)
     spline = _smoothest(t, instant, crossing, spread, max(dt, (t[-1] - t[0]) / MOST_KNOTS))
     return Motion(t, spline(t), spline(t, 1), spline(t, 2), step)
+
+
+def _few_levels(z: NDArray[np.float64]) -> float:
+    """Return the step of a lattice of few levels, too few to prove it regular; 0 where values do not repeat."""
+    levels = np.unique(z)
+    return float(np.median(np.diff(levels))) if 1 < len(levels) < 0.05 * len(z) else 0.0
 
 
 def _flickers(counts: NDArray[np.float64]) -> NDArray[np.bool_]:

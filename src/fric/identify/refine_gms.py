@@ -17,6 +17,7 @@ from scipy import stats
 from scipy.optimize import least_squares, nnls
 
 from fric.friction.gms import GMS
+from fric.identify.gms_parameters import Parametrisation
 from fric.identify.knots import Blocks
 
 if TYPE_CHECKING:
@@ -49,6 +50,8 @@ class Measured:
         Columns that the record adds of its own, shape (n, m), the first of ones.
     way
         Half of the way since the last reversal [m], infinite in sliding, shape (n,).
+    phase
+        Number of the part of a cycle each sample belongs to, shape (n,): what the model misses comes again there.
     """
 
     name: str
@@ -58,6 +61,7 @@ class Measured:
     period: NDArray[np.intp]
     own: NDArray[np.float64]
     way: NDArray[np.float64]
+    phase: NDArray[np.intp]
 
     def replayed(self, model: GMS) -> NDArray[np.float64]:
         """Return the force of the model along the motion [N], shape (n,)."""
@@ -104,80 +108,6 @@ class _Weighted:
 
 
 @dataclass(frozen=True)
-class Parametrisation:
-    """From unbounded logarithms to a GMS model.
-
-    Parameters
-    ----------
-    static
-        The static map.
-    count
-        Number of blocks.
-    with_level
-        True where the level of friction in the records is fitted: it then scales F_c and F_s.
-    with_C
-        True where C is fitted; else it is ``C``.
-    C
-        Attraction parameter [N/s] to start from, or to keep.
-    """
-
-    static: StaticMap
-    count: int
-    with_level: bool
-    with_C: bool
-    C: float
-
-    def pack(self, blocks: Blocks) -> NDArray[np.float64]:
-        """Return the unbounded parameters of some blocks."""
-        limit = blocks.limit
-        level = np.log(limit.sum() / self.static.F_s)
-        return np.concatenate(
-            [
-                np.log(blocks.displacement),
-                np.log(limit[:-1] / limit[-1]),
-                [level] if self.with_level else [],
-                [np.log(self.C)] if self.with_C else [],
-            ]
-        )
-
-    def level(self, x: NDArray[np.float64]) -> float:
-        """Return the level of the records relative to the static map: the raw Σ alpha."""
-        return float(np.exp(x[2 * self.count - 1])) if self.with_level else 1.0
-
-    def alpha(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return alpha, which sums to 1."""
-        ratio = np.exp(np.append(x[self.count : 2 * self.count - 1], 0.0))
-        return np.asarray(ratio / ratio.sum())
-
-    def attraction(self, x: NDArray[np.float64]) -> float:
-        """Return C [N/s]."""
-        return float(np.exp(x[-1])) if self.with_C else self.C
-
-    def stiffness(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return k [N/m]."""
-        return np.asarray(self.alpha(x) * self.static.F_s * self.level(x) / np.exp(x[: self.count]))
-
-    def model(self, x: NDArray[np.float64]) -> GMS:
-        """Return the model at the level of the records."""
-        level = self.level(x)
-        static = type(self.static)(
-            F_c=self.static.F_c * level,
-            F_s=self.static.F_s * level,
-            v_s=self.static.v_s,
-            delta=self.static.delta,
-            sigma=self.static.sigma,
-        )
-        return GMS(static, tuple(self.alpha(x)), tuple(self.stiffness(x)), self.attraction(x))
-
-    def quantities(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what intervals are wanted of: logit alpha, log k, log level, log C."""
-        alpha = self.alpha(x)
-        with np.errstate(divide="ignore"):
-            logit = np.log(alpha) - np.log1p(-alpha)
-        return np.concatenate([logit, np.log(self.stiffness(x)), [np.log(self.level(x)), np.log(self.attraction(x))]])
-
-
-@dataclass(frozen=True)
 class Refined:
     """The parameters that replay best, and how sure they are.
 
@@ -187,11 +117,30 @@ class Refined:
         The parameters.
     resampled
         The parameters with each cycle left out in turn, shape (cycles, p).
+    misfit
+        The parameters with each part of the cycle a little heavier in turn, shape (parts, p); empty without a replay.
     """
 
     parametrisation: Parametrisation
     x: NDArray[np.float64]
     resampled: NDArray[np.float64]
+    misfit: NDArray[np.float64]
+
+    def intervals(self) -> NDArray[np.float64]:
+        """Return 95 % intervals of `Parametrisation.quantities`, shape (q, 2).
+
+        The wider of two: the jackknife over the cycles tells how the drive repeats, and the infinitesimal jackknife
+        over the parts of a cycle (the sandwich of White 1982) how much the model misses in the same place each time.
+        """
+        shape = self.parametrisation
+        value = shape.quantities(self.x)
+        limits = jackknife(value, np.array([shape.quantities(x) for x in self.resampled]))
+        if len(self.misfit) < 2:
+            return limits
+        moved = np.array([shape.quantities(x) for x in self.misfit]) - value
+        reach = stats.t.ppf(0.975, len(moved) - 1) * np.sqrt(np.sum(moved**2, axis=0))
+        reach = np.maximum(reach, 0.5 * (limits[:, 1] - limits[:, 0]))
+        return np.stack([value - reach, value + reach], axis=1)
 
     @property
     def model(self) -> GMS:
@@ -268,8 +217,11 @@ def refine(
         weights = [1.0 / record.spread(model) for record in records]
     number = np.concatenate([1000 * n + record.period[record.used] for n, record in enumerate(records)])
     order = np.argsort(shape.model(x).slip_displacements)
-    resampled = [_sorted(shape, one, order) for one in _left_out(x, residual(x), slope(x), number)]
-    return Refined(shape, _sorted(shape, x, order), np.array(resampled))
+    rest, jacobian = residual(x), slope(x)
+    resampled = [_sorted(shape, one, order) for one in _left_out(x, rest, jacobian, number)]
+    part = np.concatenate([1000 * n + record.phase[record.used] for n, record in enumerate(records)])
+    misfit = [_sorted(shape, one, order) for one in _heavier(x, rest, jacobian, part)]
+    return Refined(shape, _sorted(shape, x, order), np.array(resampled), np.array(misfit))
 
 
 def _reach(records: Sequence[Measured], blocks: Blocks) -> tuple[float, float]:
@@ -306,6 +258,15 @@ def _left_out(
         step, *_ = np.linalg.lstsq(normal - J.T @ J, right - J.T @ r, rcond=1e-12)
         found.append(x - step)
     return found
+
+
+def _heavier(
+    x: NDArray[np.float64], rest: NDArray[np.float64], slope: NDArray[np.float64], number: NDArray[np.intp]
+) -> list[NDArray[np.float64]]:
+    """Return the parameters with each part of the cycle weighed twice, to first order."""
+    normal = slope.T @ slope
+    scores = [slope[number == part].T @ rest[number == part] for part in np.unique(number)]
+    return [x - np.linalg.lstsq(normal, score, rcond=1e-12)[0] for score in scores]
 
 
 def _sorted(shape: Parametrisation, x: NDArray[np.float64], order: NDArray[np.intp]) -> NDArray[np.float64]:
