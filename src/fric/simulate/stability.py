@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import log10
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fric.design.loop import SampledLoop
-from fric.design.margins import decibel
 from fric.errors import FricError
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def require_stable(axis: Axis, compensation: Compensation) -> None:
     part = "with its observer " if observer else ""
     stable_at = (gain for gain in GAINS if replace(loop, plant=replace(axis.plant, B=axis.plant.B * gain)).stable)
     gain = next(stable_at, None)
-    margin = f"its gain margin is {decibel(gain):.1f} dB" if gain else "at no gain"
+    margin = f"its gain margin is {20 * log10(gain):.1f} dB" if gain else "at no gain"
     raise FricError(
         f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)",
         mend="Lower the gains or the observer's cutoff; fric design finds values that hold.",
