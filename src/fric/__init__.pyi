@@ -84,3 +84,6 @@ from .units import parse_gain as parse_gain
 from .units import readable as readable
 
 __version__: str
+from .reproduce.paper import paper_machine as paper_machine
+from .reproduce.paper import reproduce_paper as reproduce_paper
+from .reproduce.paper import reproduction_steps as reproduction_steps

@@ -78,13 +78,13 @@ def estimate_rows(section: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, s
         note = ", ".join(flag for flag in ("fixed", "assumed") if entry.get(flag))
         for n, (value, interval) in enumerate(zip(values, intervals if vector else [intervals], strict=True), start=1):
             scale, unit = prefixed(value, str(entry["unit"]))
-            shown, told = _shown(value, interval, scale)
+            shown, told = in_digits(value, interval, scale)
             rows.append((f"{name}_{n}" if vector else name, shown, told or note, unit))
     return rows
 
 
-def _shown(value: float, interval: Any, scale: float) -> tuple[str, str]:
-    """Return value and interval as text, to two digits of the interval's width."""
+def in_digits(value: float, interval: Any, scale: float = 1.0) -> tuple[str, str]:
+    """Return a value and its interval as text, to two digits of the interval's width; None or infinite is open."""
     limits = [limit for limit in interval or () if limit is not None and not isinf(limit)]
     width = scale * (max(limits) - min(limits)) if len(limits) == 2 else 0.0
     if not width > 0:

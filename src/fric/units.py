@@ -188,6 +188,8 @@ def prefixed(value: float, unit: str) -> tuple[float, str]:
     shown = unit.replace("*", "·").replace("^2", "²")
     if unit not in _PREFIXED or not value or not isfinite(value):
         return 1.0, "" if unit == "1" else shown
+    if unit == "N/m":  # contacts are told in N/µm
+        return 1e-6, "N/µm"
     if unit == "m":  # machine tools are drawn in mm and µm
         scale, prefix = (1e-3, "m") if abs(value) >= 0.9995e-3 else (1e-6, "µ")
     else:

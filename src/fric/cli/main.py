@@ -9,7 +9,7 @@ from types import FrameType
 import typer
 
 import fric
-from fric.cli import design, identify, ingest, inspect, schema, simulate
+from fric.cli import design, identify, ingest, inspect, reproduce, schema, simulate
 from fric.errors import FricError
 
 app = typer.Typer(
@@ -31,6 +31,7 @@ def _version(wanted: bool) -> None:
 app.command()(ingest.ingest)
 app.command()(inspect.inspect)
 app.command()(schema.schema)
+app.command()(reproduce.reproduce)
 app.add_typer(design.app)
 app.add_typer(identify.app)
 app.add_typer(simulate.app)

@@ -37,7 +37,8 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
             "Log slower strokes."
         )
     if fit.left_out:
-        strokes = ", ".join(readable(p.velocity, si_unit("velocity", motion)) for p in fit.left_out)
+        speeds = dict.fromkeys(readable(p.velocity, si_unit("velocity", motion)) for p in fit.left_out)
+        strokes = ", ".join(speeds)
         doubts.append(f"left out, because they stand off all others: the strokes at {strokes}. Look at their records.")
     doubts += _correlations(fit)
     own_scatter = float(np.sum(fit.residual**2 / (problem.standard_error**2 - fit.between**2)))

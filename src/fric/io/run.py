@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +38,14 @@ UNITS = {
 REVERSAL = [("axis", "i8"), ("x", "f8"), ("y", "f8"), ("glitch", "f8")]
 
 
-def write_runs(path: Path, runs: Iterable[CircleRun | PathRun], provenance: str = "", *, force: bool = False) -> None:
+def write_runs(
+    path: Path,
+    runs: Iterable[CircleRun | PathRun],
+    provenance: str = "",
+    *,
+    most_samples: int | None = None,
+    force: bool = False,
+) -> None:
     """Write what schemes made of a circle or a path to a run file, whole or not at all.
 
     Parameters
@@ -48,6 +56,9 @@ def write_runs(path: Path, runs: Iterable[CircleRun | PathRun], provenance: str 
         One run per scheme.
     provenance
         What made the file, as JSON.
+    most_samples
+        Samples of a trace that are kept at most: of a longer one every second, third, … sample. Radial errors and
+        metrics are those of all samples. All where it is not given.
     force
         Replace a file that exists.
     """
@@ -63,9 +74,10 @@ def write_runs(path: Path, runs: Iterable[CircleRun | PathRun], provenance: str 
                 _write_path(group, run)
             for name, trace in run.traces.items():
                 axis = group.create_group(f"axes/{name}")
-                axis.attrs["saturated"] = trace.saturated
+                every = ceil(len(trace.time) / most_samples) if most_samples else 1
+                axis.attrs.update({"saturated": trace.saturated, "every": every})
                 for channel, unit in UNITS.items():
-                    _write(axis, channel, getattr(trace, channel), unit)
+                    _write(axis, channel, getattr(trace, channel)[::every], unit)
 
 
 def _write_circle(group: h5py.Group, run: CircleRun) -> None:

@@ -17,7 +17,8 @@ def environment() -> Environment:
 
     A page extends ``base.html.j2``. Text is escaped, a name that is not given is an error. Filters: ``readable``
     (``2.2e-5 | readable("m")`` is ``22 µm``), ``significant`` (digits of a number), ``micrometres`` (a length as a bare
-    number of µm, one decimal), ``embedded`` (bytes of a picture as a ``data:`` address).
+    number of µm, one decimal), ``percent`` (of a relative difference), ``embedded``
+    (bytes of a picture as a ``data:`` address).
     """
     made = Environment(
         loader=PackageLoader("fric.report"),
@@ -31,6 +32,7 @@ def environment() -> Environment:
         "significant": significant,
         "micrometres": micrometres,
         "embedded": embedded,
+        "percent": percent,
     }
     made.globals["version"] = fric.__version__
     return made
@@ -40,6 +42,12 @@ def micrometres(length: float, *, sign: bool = False) -> str:
     """Return a length [m] in µm with one decimal: ``micrometres(-9.13e-6) == "−9.1"``."""
     told = f"{length * 1e6:{'+' if sign else ''}.1f}"
     return told.replace("-", "−")
+
+
+def percent(share: float) -> str:
+    """Return a relative difference in per cent with its sign: ``percent(-0.021) == "−2.1 %"``."""
+    told = f"{100 * share:+.1f} %"
+    return "0.0 %" if told in {"+0.0 %", "-0.0 %"} else told.replace("-", "−")
 
 
 def embedded(picture: bytes, media: str = "image/svg+xml") -> str:

@@ -48,6 +48,10 @@ class FrictionDocument(Document):
         raw = {key: value.model_dump() if isinstance(value, Quantity) else value for key, value in given.items()}
         return quantities(raw, dimensions, self.motion, section)
 
+    def fit_of(self, model: str) -> dict[str, Any]:
+        """Return how well a model fitted, as its identification told it; empty where it was not identified."""
+        return self.fit if model == "static" else dict((self.model_extra or {}).get(f"{model}_fit", {}))
+
     def friction(self, name: str) -> FrictionModel:
         """Return one friction model of this file (``static``, ``gms``, …) with the parameters given here."""
         given = {key for key in ("static", "static_negative") if getattr(self, key)}

@@ -1,0 +1,107 @@
+"""The page of a reproduction: every table and figure of the paper beside ours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fric.io.documents.controller import ControllerDocument
+from fric.io.documents.friction import FrictionDocument
+from fric.io.documents.machine import MachineDocument
+from fric.io.documents.observer import ObserverDocument
+from fric.io.documents.plant import PlantDocument
+from fric.io.output import staged
+from fric.io.provenance import provenance
+from fric.io.yaml import read_document
+from fric.report.page import environment
+from fric.reproduce.axis import AxisFiles
+from fric.reproduce.compare import (
+    Row,
+    SchemeRow,
+    design_rows,
+    gms_rows,
+    largest_difference,
+    plant_rows,
+    scheme_rows,
+    static_rows,
+)
+from fric.simulate.circle import CircleRun
+
+
+@dataclass(frozen=True)
+class AxisPage:
+    """The part of the page that is of one axis: comparisons by title, figures as PNG by name."""
+
+    name: str
+    tables: Mapping[str, Sequence[Row]]
+    figures: Mapping[str, bytes]
+    warnings: Sequence[str]
+
+
+@dataclass(frozen=True)
+class CirclePage:
+    """The part of the page that is of one feed."""
+
+    feed: float
+    rows: Sequence[SchemeRow]
+    largest: float | None
+    figure: bytes
+
+
+def write_page(
+    page: Path, machine: Path, files: Mapping[str, AxisFiles], runs: Mapping[float, tuple[list[CircleRun], Path]]
+) -> None:
+    """Write the page of a reproduction: self-contained, opens from disk.
+
+    Parameters
+    ----------
+    page
+        The file.
+    machine
+        The machine file that all began with.
+    files
+        What is known of each axis.
+    runs
+        Runs and figure of the circles, by feed [m/s].
+    """
+    document = read_document(machine, MachineDocument)
+    subject = document.machine()
+    circles = []
+    for feed, (found, figure) in runs.items():
+        rows = scheme_rows(found, subject.published_glitches(found[0].circle.radius, feed))
+        circles.append(CirclePage(feed, rows, largest_difference(rows), figure.read_bytes()))
+    text = (
+        environment()
+        .get_template("reproduce.html.j2")
+        .render(
+            machine=subject,
+            published=bool(subject.published),
+            axes=[_axis(name, one, document, bool(subject.published)) for name, one in files.items()],
+            circles=circles,
+            provenance=provenance(),
+        )
+    )
+    with staged(page, force=True) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
+def _axis(name: str, files: AxisFiles, document: MachineDocument, published: bool) -> AxisPage:
+    part = document.axes[name]
+    plant, friction = read_document(files.plant, PlantDocument), read_document(files.friction, FrictionDocument)
+    controller = read_document(files.controller, ControllerDocument)
+    observer = read_document(files.observer, ObserverDocument)
+    tables = {
+        "Plant, eq. (1)": plant_rows(part, plant, part.motion),
+        "Static friction map, eq. (2) and Table 1": static_rows(part, friction, part.motion, published_plant=published),
+        "GMS model, eqs. (3) to (6) and Table 1": gms_rows(part, friction, part.motion),
+        "Controller and observer": design_rows(part, controller, observer, part.motion),
+    }
+    figures = {
+        "Fig. 2 – friction over velocity, measured and fitted": files.fig_2.read_bytes(),
+        "Figs. 4 and 5 – pre-sliding loops, virgin curve with its knots, replay": files.fig_4_5.read_bytes(),
+        "Fig. 7 – how far the Q-filter may reach": files.fig_7.read_bytes(),
+        "The plant's frequency response": files.fig_plant.read_bytes(),
+    }
+    told = [text for one in (plant, friction, observer) for text in one.warnings]
+    return AxisPage(name, tables, figures, list(dict.fromkeys(told)))

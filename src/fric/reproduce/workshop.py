@@ -1,0 +1,101 @@
+"""Steps that leave files, and are not made again as long as nothing that they depend on has changed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import fric
+from fric.errors import FricError
+from fric.io.output import staged
+
+LEDGER = ".steps.json"
+
+
+class Workshop:
+    """A folder with a ledger of what each step was made from.
+
+    A step is made again when a file that it reads, its settings, or the code of fric has changed, or when what it left
+    is gone or was edited.
+
+    Parameters
+    ----------
+    folder
+        The folder; made where it is not there.
+
+    Raises
+    ------
+    FricError
+        When the folder cannot be made.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = Path(folder)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FricError(f"the folder cannot be made: {error.strerror}", where=str(folder)) from None
+        ledger = self.folder / LEDGER
+        try:
+            self._known: dict[str, Any] = json.loads(ledger.read_text()) if ledger.exists() else {}
+        except ValueError:
+            self._known = {}
+
+    def step(
+        self,
+        name: str,
+        make: Callable[[], None],
+        *,
+        reads: Iterable[Path],
+        leaves: Iterable[Path],
+        settings: Mapping[str, Any] | None = None,
+    ) -> bool:
+        """Make a step unless its files are up to date; return whether it was made.
+
+        Parameters
+        ----------
+        name
+            What the step is.
+        make
+            Makes it.
+        reads, leaves
+            Files it depends on, and files it leaves.
+        settings
+            What else it depends on.
+        """
+        leaves = list(leaves)
+        wanted = {
+            "code": code_digest(),
+            "settings": json.loads(json.dumps(dict(settings or {}))),
+            "reads": {path.name: _digest(path) for path in reads},
+        }
+        known = self._known.get(name, {})
+        if known.get("from") == wanted and known.get("leaves") == _digests(leaves):
+            return False
+        for path in leaves:
+            path.unlink(missing_ok=True)
+        make()
+        self._known[name] = {"from": wanted, "leaves": _digests(leaves)}
+        with staged(self.folder / LEDGER, force=True) as draft:
+            draft.write_text(json.dumps(self._known, indent=1))
+        return True
+
+
+@cache
+def code_digest() -> str:
+    """Return a digest of the code of fric."""
+    package = Path(fric.__file__).parent
+    files = sorted(path for path in package.rglob("*") if path.suffix in {".py", ".j2", ".css"})
+    return sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+
+
+def _digest(path: Path) -> str:
+    return sha256(path.read_bytes()).hexdigest() if path.exists() else ""
+
+
+def _digests(paths: Iterable[Path]) -> dict[str, str]:
+    return {path.name: _digest(path) for path in paths}

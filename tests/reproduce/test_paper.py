@@ -1,0 +1,83 @@
+"""The paper from end to end, on its own machine and on one that is richer than its models; nothing else is given."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.io.documents.friction import FrictionDocument
+from fric.io.documents.machine import MachineDocument
+from fric.io.yaml import read_document
+from fric.reproduce.paper import Reproduction, paper_machine, reproduce_paper
+from fric.reproduce.paper import reproduction_steps as steps
+
+ROOT = Path(__file__).parents[2]
+TABLE_2 = {"a": 22, "b": 7, "c": 6, "d": 8, "e": 5, "f": 3}  # µm
+
+pytestmark = pytest.mark.long
+
+
+@pytest.fixture(scope="module")
+def paper(tmp_path_factory) -> tuple[Reproduction, Path]:
+    folder = tmp_path_factory.mktemp("paper")
+    return reproduce_paper(paper_machine(), folder), folder
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory) -> Reproduction:
+    return reproduce_paper(ROOT / "configs/virtual-rig.yaml", tmp_path_factory.mktemp("rig"))
+
+
+def _glitches(done: Reproduction, feed: float) -> dict[str, float]:
+    return {run.scheme.name: 1e6 * run.circularity.glitch for run in done.runs[feed]}
+
+
+def test_table_2_within_a_micrometre_in_every_quadrant(paper):
+    done, _ = paper
+    for run in done.runs[0.1]:
+        quadrants = np.array(run.circularity.quadrants) * 1e6
+        assert np.abs(quadrants - TABLE_2[run.scheme.name]).max() <= 1.0, run.scheme.name
+    found = _glitches(done, 0.1)
+    assert sorted(found, key=found.__getitem__) == sorted(TABLE_2, key=TABLE_2.__getitem__)
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_table_1_is_recovered(paper, axis):
+    _, folder = paper
+    found = read_document(folder / axis / "friction.yaml", FrictionDocument)
+    true = read_document(paper_machine(), MachineDocument).axes[axis].friction
+    given, estimates = true.estimates("static"), found.estimates("static")
+    for name, tolerance in {"F_c": 0.03, "F_s": 0.03, "sigma": 0.03, "v_s": 0.10}.items():
+        assert float(estimates[name]) == pytest.approx(float(given[name]), rel=tolerance), name
+    z = np.linspace(0.0, 100e-6, 2001)
+    apart = found.friction("gms").virgin_curve(z) - true.friction("gms").virgin_curve(z)
+    assert np.sqrt(np.mean(apart**2)) < 0.01 * float(given["F_s"])
+
+
+def test_gms_feedforward_leaves_less_than_static_at_the_slow_feed(paper):
+    found = _glitches(paper[0], 0.01)
+    assert found["c"] < 0.6 * found["b"]
+    assert found["f"] < 0.5 * found["e"]
+
+
+def test_the_rig_is_compensated_by_what_was_identified_from_its_own_logs(rig):
+    found = _glitches(rig, 0.1)
+    assert found["a"] > found["d"]
+    assert found["b"] > found["c"] >= found["f"]
+    assert found["e"] >= found["f"]
+    assert found["f"] <= 0.2 * found["a"]
+
+
+def test_a_second_run_makes_nothing_and_the_page_is_whole(paper):
+    done, folder = paper
+    assert done.made == done.steps == steps()
+    assert reproduce_paper(paper_machine(), folder).made == 0
+    page = done.page.read_text()
+    assert not re.search(r"""(?:src|href)=["']https?:""", page)
+    assert page.count("data:image/png;base64,") == 2 + 2 * 4
+    for name in TABLE_2:
+        glitch = _glitches(done, 0.1)[name]
+        assert f"<strong>{glitch:.1f}</strong>" in page
