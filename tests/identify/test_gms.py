@@ -51,6 +51,13 @@ def test_inseparable_blocks_are_told_when_they_are_asked_for():
     assert "25.9 µm" in warning
 
 
+def test_blocks_that_would_have_no_stiffness_are_told():
+    one = GMS(PAPER, (1.0,), (33e6,), 1e4)
+    fit = identify_gms([record(60e-6, one, step=0.0, noise=0.0)], static=PAPER, blocks=6, refined=False)
+    assert len(fit.blocks) == len(fit.k.value) < 6
+    assert told(fit, "of the 6 that were asked for")
+
+
 def test_the_paper_s_way_by_knots():
     knots = [0.9e-6, 26e-6, 54e-6]
     fit = identify_gms(pair(step=0.0, noise=0.0), static=PAPER, knots=knots, refined=False)

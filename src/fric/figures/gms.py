@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.identify.gms_fit import GMSFit, Replayed
-    from fric.identify.virgin_curve import Loops
+    from fric.identify.loops import Loops
 
 Scale = tuple[float, str]
 

@@ -25,8 +25,9 @@ from fric.identify.knots import (
     fit_blocks,
     fit_without_cycles,
 )
+from fric.identify.loops import Loops, find_loops
 from fric.identify.refine_gms import Measured, Refined, refine
-from fric.identify.virgin_curve import Loops, VirginCurve, find_loops, virgin_curve
+from fric.identify.virgin_curve import VirginCurve, virgin_curve
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ def identify_gms(
     ]
     result = GMSFit(
         presliding[0].axis, presliding[0].motion, base, static is not None, alpha, k, C, level, curve, tuple(loops),
-        found, choice, knots is not None, refined, tuple(replays), shares, (),
+        found, choice, blocks, knots is not None, refined, tuple(replays), shares, (),
     )  # fmt: skip
     return replace(result, warnings=tuple(told(result, sliding_logged=bool(sliding), plant_given=plant is not None)))
 

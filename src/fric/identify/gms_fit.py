@@ -11,7 +11,8 @@ from fric.estimate import Estimate
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.knots import Blocks, Choice
-from fric.identify.virgin_curve import Loops, VirginCurve
+from fric.identify.loops import Loops
+from fric.identify.virgin_curve import VirginCurve
 from fric.units import Motion
 
 if TYPE_CHECKING:
@@ -95,6 +96,8 @@ class GMSFit:
         The measured virgin curve, the records it is from, and the piecewise-linear fit.
     choice
         How the number of blocks was chosen; None where the user said it.
+    asked
+        Number of blocks that the user asked for; None where it was left to the criterion.
     knots_given, refined
         True where the user gave the knots; where the parameters are from replay.
     records
@@ -117,6 +120,7 @@ class GMSFit:
     loops: tuple[Loops, ...]
     blocks: Blocks
     choice: Choice | None
+    asked: int | None
     knots_given: bool
     refined: bool
     records: tuple[Replayed, ...]
@@ -143,6 +147,16 @@ class GMSFit:
         level = float(self.alpha_sum) if self.static_given else 1.0
         found = Blocks(np.asarray(self.k.value), self.model.slip_displacements * level)
         return float(np.sqrt(np.mean((self.curve(z) - found(z)) ** 2)))
+
+    @property
+    def reason(self) -> str:
+        """Why there are as many blocks as there are, in one sentence."""
+        count = len(self.blocks)
+        if self.choice is not None:
+            return self.choice.reason
+        if self.asked in {None, count}:
+            return f"{count} blocks, as the user said"
+        return f"{count} blocks: of the {self.asked} that were asked for, the others would have no stiffness"
 
     @property
     def method(self) -> str:

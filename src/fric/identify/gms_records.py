@@ -9,10 +9,10 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.identify.gms_fit import Shares
+from fric.identify.loops import Loops
 from fric.identify.motion import Motion, smooth_motion
 from fric.identify.refine_gms import Measured
 from fric.identify.turns import reversals
-from fric.identify.virgin_curve import Loops
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -48,6 +48,8 @@ def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[st
             "give --static for the Stribeck effect"
         )
     yield from _saturation(fit, length, newton)
+    if fit.asked not in {None, len(fit.blocks)}:
+        yield fit.reason
     step = max(one.motion.step for one in fit.loops)
     first = float(fit.model.slip_displacements[0])
     if first < RESOLVED * step:

@@ -123,7 +123,7 @@ def gms_tree(fit: GMSFit, logs: Sequence[Log], given: GivenStatic | None = None)
         "rmse": Estimate(fit.rmse, force).as_dict(),
         "alpha_sum": fit.alpha_sum.as_dict(),
         "virgin_curve_rmse": Estimate(fit.curve_rmse, force).as_dict(),
-        "blocks": fit.choice.reason if fit.choice else f"{len(fit.blocks)} blocks, as the user said",
+        "blocks": fit.reason,
         "method": fit.method,
         "records": records,
     }

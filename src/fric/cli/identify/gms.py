@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import fric
-from fric.cli.console import OUT, print_json, print_table, print_warnings
+from fric.cli.console import OUT, print_json, print_table, print_warnings, progress
 from fric.cli.options import Force, Json, LogFiles, PlantFile, Plot
 from fric.errors import FricError
 from fric.units import Motion, parse, readable
@@ -43,16 +43,16 @@ def gms(
     axis, motion = records[0].axis, records[0].motion
     given = fric.read_static(static, axis=axis, motion=motion) if static else None
     count, most = _blocks(blocks)
-    fit = fric.identify_gms(
-        records,
-        static=given.static if given else None,
-        plant=fric.read_plant(plant, axis=axis, motion=motion) if plant else None,
-        blocks=count,
-        knots=_knots(knots, blocks, motion),
-        refined=refine,
-        cycles=_cycles(cycles),
-        **({} if most is None else {"most_blocks": most}),
-    )
+    settings: dict[str, Any] = {
+        "static": given.static if given else None,
+        "plant": fric.read_plant(plant, axis=axis, motion=motion) if plant else None,
+        "blocks": count,
+        "knots": _knots(knots, blocks, motion),
+        "refined": refine,
+        "cycles": _cycles(cycles),
+    }
+    with progress("virgin curve and replay"):
+        fit = fric.identify_gms(records, **settings | ({"most_blocks": most} if most else {}))
     document = fric.gms_tree(fit, records, given)
     if plot:
         fric.save_figure(fric.draw_gms(fit), plot, force=force)
