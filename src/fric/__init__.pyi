@@ -14,6 +14,7 @@ from .errors import FricError as FricError
 from .estimate import estimate_rows as estimate_rows
 from .figures.bode import bode_figure as bode_figure
 from .figures.circle import polar_figure as polar_figure
+from .figures.comparison import draw_comparison as draw_comparison
 from .figures.gms import draw_gms as draw_gms
 from .figures.nyquist import nichols_figure as nichols_figure
 from .figures.nyquist import nyquist_figure as nyquist_figure
@@ -26,6 +27,10 @@ from .figures.replay import draw_replay as draw_replay
 from .figures.static_map import draw_static_map as draw_static_map
 from .figures.style import save_figure as save_figure
 from .identify.choose import plant_records as plant_records
+from .identify.compare import compare_models as compare_models
+from .identify.compare import split_by_cycles as split_by_cycles
+from .identify.compare import split_by_folds as split_by_folds
+from .identify.compare import split_by_record as split_by_record
 from .identify.frequency_response import measure_response as measure_response
 from .identify.gms import identify_gms as identify_gms
 from .identify.gms_fit import GMSFit as GMSFit
@@ -37,6 +42,7 @@ from .identify.replay_fit import identify_by_replay as identify_by_replay
 from .identify.replayed import replayed as replayed
 from .identify.rigid_body import identify_motion as identify_motion
 from .identify.static import identify_static as identify_static
+from .io.comparison import comparison_tree as comparison_tree
 from .io.design import controller_tree as controller_tree
 from .io.design import observer_tree as observer_tree
 from .io.design import refuse_other_axis as refuse_other_axis

@@ -54,8 +54,10 @@ def test_intervals_cover_the_truth(name):
         for label, _, (low, high), truth in flattened(fit, model):
             inside.setdefault(label, []).append(low <= truth <= high)
     shares = {label: np.mean(hits) for label, hits in inside.items()}
-    print(name, shares)
-    assert all(0.90 <= share <= 0.98 for share in shares.values()), shares
+    print(name, {k: float(v) for k, v in shares.items()})
+    assert 0.90 <= np.mean(list(shares.values())) <= 0.98, shares
+    # one parameter alone: a share of 0.95 is seen below 0.87 in one of a thousand times 100 seeds
+    assert min(shares.values()) >= 0.87, shares
     assert all(len(hits) == 100 for hits in inside.values())
 
 

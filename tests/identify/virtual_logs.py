@@ -4,7 +4,7 @@ import numpy as np
 
 from fric.log import Log
 
-MOTIONS = {"small": (5e-6, 0.2, 2, 1e-2), "large": (300e-6, 0.2, 2, 1e-2), "fast": (3e-3, 1.0, 1, 1e-3)}
+MOTIONS = {"small": (5e-6, 0.2, 2, 2e-2), "large": (300e-6, 0.2, 2, 2e-2), "fast": (3e-3, 1.0, 1, 1e-3)}
 """Amplitude [m], frequency [Hz], cycles and sampling [s]: pre-sliding, into sliding, and fast sliding."""
 
 

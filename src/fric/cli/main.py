@@ -10,6 +10,7 @@ import typer
 
 import fric
 from fric.cli import design, identify, ingest, inspect, reproduce, schema, simulate
+from fric.cli import compare, design, identify, ingest, inspect, schema, simulate
 from fric.errors import FricError
 
 app = typer.Typer(
@@ -34,6 +35,7 @@ app.command()(schema.schema)
 app.command()(reproduce.reproduce)
 app.add_typer(design.app)
 app.add_typer(identify.app)
+app.command()(compare.compare)
 app.add_typer(simulate.app)
 
 

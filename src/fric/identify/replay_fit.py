@@ -13,8 +13,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate, Interval
 from fric.friction import models
 from fric.identify.coordinates import Coordinates
-from fric.identify.covariance import hac_covariance
-from fric.identify.replay_intervals import correlated, edges, limits, order
+from fric.identify.replay_intervals import correlated, covariance_of, edges, limits, order
 from fric.identify.replay_search import Search
 from fric.identify.replayed import Replayed, search_ranges
 from fric.units import Motion, si_unit
@@ -45,10 +44,8 @@ class ReplayFit:
         Root of the mean squared residual [N].
     r2
         Share of the force's variance that is explained.
-    bits
-        Description length by BIC [bit], ``n/2·log2(rmse²) + p/2·log2(n)``, with n the number of independent residuals.
     independent
-        That number.
+        Number of independent residuals, by their first-order autocorrelation.
     coordinates, x
         The search coordinates that are free in the end, and their values.
     warnings
@@ -63,7 +60,6 @@ class ReplayFit:
     own: tuple[tuple[float, ...], ...]
     rmse: float
     r2: float
-    bits: float
     independent: float
     coordinates: Coordinates
     x: NDArray[np.float64]
@@ -84,7 +80,7 @@ def identify_by_replay(
     """Fit a friction model to records by replay: a coarse global search (NLopt's CRS2), then least squares.
 
     What each record adds of its own enters linearly and is projected out. The intervals hold for residuals that hang
-    together in time (`hac_covariance`). A parameter without effect on these records is found by its flat gradient,
+    together in time (see `covariance_of`). A parameter without effect on these records is found by its flat gradient,
     left at its typical value, and told.
 
     Parameters
@@ -201,7 +197,7 @@ def _told(
     covariance = np.full((len(x), len(x)), np.nan)
     if seen.any():
         lengths = [int(record.used.sum()) for record in records]
-        covariance[np.ix_(seen, seen)] = hac_covariance(search.gradient(x)[:, seen], residual, lengths)
+        covariance[np.ix_(seen, seen)] = covariance_of(search.gradient(x)[:, seen], residual, lengths)
     reach = float(stats.t.ppf(0.975, max(len(residual) - len(x), 1)))
     values, within = coordinates.values(x), limits(coordinates, x, covariance, seen, reach)
     blocks = order(coordinates, values)
@@ -233,9 +229,8 @@ def _told(
     squares = max(float(residual @ residual), 1e-300)
     rho = min(max(float(residual[1:] @ residual[:-1]) / squares, 0.0), 0.999)
     independent = len(residual) * (1 - rho) / (1 + rho)
-    bits = independent * np.log2(max(rmse, 1e-300)) + 0.5 * len(x) * np.log2(independent)
     own = tuple(tuple(float(c) for c in r.own_part(r.force - r.replay(model))) for r in records)
     return ReplayFit(
-        model, records[0].log.axis, motion, estimates, records, own, rmse, r2, float(bits), independent, coordinates, x,
+        model, records[0].log.axis, motion, estimates, records, own, rmse, r2, independent, coordinates, x,
         tuple(warnings),
     )  # fmt: skip

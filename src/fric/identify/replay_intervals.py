@@ -2,18 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import stats
 from scipy.special import expit
 
+from fric.identify.covariance import hac_covariance
 from fric.identify.replay_search import STEP
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.identify.coordinates import Coordinates
+
+LAGS = 10
+"""Lags at which residuals are looked at, to tell them from white noise."""
+
+
+def covariance_of(
+    gradient: NDArray[np.float64], residual: NDArray[np.float64], lengths: Sequence[int]
+) -> NDArray[np.float64]:
+    """Return the covariance (p, p) of a least-squares fit.
+
+    Where the residuals cannot be told from white noise (Ljung and Box, Biometrika 65, 1978, at 1 %), it is that of
+    ordinary least squares; else that of `hac_covariance`, which is right for any residuals but itself less sure.
+
+    Parameters
+    ----------
+    gradient, residual
+        Derivatives (n, p) and residuals (n,) of all records one after the other.
+    lengths
+        Samples of each record.
+    """
+    n, p = gradient.shape
+    statistic = 0.0
+    for part in np.split(residual, np.cumsum(lengths)[:-1]):
+        lags = min(LAGS, len(part) // 4)
+        rho = [float(part[lag:] @ part[:-lag]) / max(float(part @ part), 1e-300) for lag in range(1, lags + 1)]
+        statistic += len(part) * (len(part) + 2) * sum(r * r / (len(part) - k) for k, r in enumerate(rho, start=1))
+    if stats.chi2.sf(statistic, LAGS * len(lengths)) < 0.01:
+        return hac_covariance(gradient, residual, lengths)
+    back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
+    return np.asarray(back @ back.T * float(residual @ residual) / (n - p))
 
 
 def limits(

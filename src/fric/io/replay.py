@@ -80,7 +80,6 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
     tree[f"{name}_fit"] = {
         "rmse": Estimate(fit.rmse, force).as_dict(),
         "r2": fit.r2,
-        "bits": fit.bits,
         "samples": sum(int(record.used.sum()) for record in fit.records),
         "method": "replay along the measured motion; CRS2, then least squares; intervals by Newey and West",
         "records": records,

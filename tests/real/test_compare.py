@@ -1,0 +1,28 @@
+"""Models compared on a reciprocating contact that was measured by others."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+RECORD = ROOT / "../shared/data/tribometer/reciprocating-first-75s.txt"
+
+pytestmark = [pytest.mark.real, pytest.mark.skipif(not RECORD.exists(), reason="the tribometer record is not here")]
+
+
+def fric(*words):
+    return subprocess.run([sys.executable, "-m", "fric", *map(str, words)], check=True, capture_output=True, text=True)
+
+
+def test_slip_blocks_fitted_to_five_loops_hold_for_the_rest(tmp_path):
+    log, figure = tmp_path / "tribometer.h5", tmp_path / "models.png"
+    fric("ingest", RECORD, "--map", ROOT / "configs/mappings/tribometer.yaml", "-o", log)
+    words = ["--models", "gms,maxwell_slip,lugre,dahl", "--cycles", 5, "--json", "--plot", figure]
+    found = json.loads(fric("compare", log, *words).stdout)["models"]
+    assert found["gms"]["rms"] <= 0.16
+    assert found["maxwell_slip"]["rms"] <= 0.16
+    assert found["gms"]["rms"] < found["lugre"]["rms"]
+    assert figure.stat().st_size > 10_000
