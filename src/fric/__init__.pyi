@@ -26,6 +26,7 @@ from .figures.record import draw_record as draw_record
 from .figures.replay import draw_replay as draw_replay
 from .figures.static_map import draw_static_map as draw_static_map
 from .figures.style import save_figure as save_figure
+from .figures.validation import draw_validation as draw_validation
 from .identify.choose import plant_records as plant_records
 from .identify.compare import compare_models as compare_models
 from .identify.compare import split_by_cycles as split_by_cycles
@@ -73,6 +74,10 @@ from .io.replay import read_friction as read_friction
 from .io.replay import replay_tree as replay_tree
 from .io.run import read_runs as read_runs
 from .io.run import write_runs as write_runs
+from .io.validation import coulomb_of_plant as coulomb_of_plant
+from .io.validation import friction_and_load as friction_and_load
+from .io.validation import read_cascade as read_cascade
+from .io.validation import validation_tree as validation_tree
 from .io.yaml import dump as dump
 from .io.yaml import read_document as read_document
 from .io.yaml import write_document as write_document
@@ -85,6 +90,8 @@ from .simulate.circle import run_circle as run_circle
 from .simulate.experiment import experiment as experiment
 from .simulate.path import path_document as path_document
 from .simulate.path import run_path as run_path
+from .simulate.validation import validate_closed_loop as validate_closed_loop
+from .simulate.validation import validate_open_loop as validate_open_loop
 from .units import parse as parse
 from .units import parse_gain as parse_gain
 from .units import readable as readable

@@ -11,6 +11,7 @@ import typer
 import fric
 from fric.cli import design, identify, ingest, inspect, reproduce, schema, simulate
 from fric.cli import compare, design, identify, ingest, inspect, schema, simulate
+from fric.cli import compare, design, identify, ingest, inspect, schema, simulate, validate
 from fric.errors import FricError
 
 app = typer.Typer(
@@ -36,6 +37,7 @@ app.command()(reproduce.reproduce)
 app.add_typer(design.app)
 app.add_typer(identify.app)
 app.command()(compare.compare)
+app.command()(validate.validate)
 app.add_typer(simulate.app)
 
 

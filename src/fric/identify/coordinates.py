@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import exp, isfinite, log
+from math import exp, isfinite, isnan, log
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -69,7 +69,8 @@ class Coordinates:
     free
         What is searched.
     held
-        Values in SI of the parameters that are not searched, by section and name.
+        Values in SI of the parameters that are not searched, by section and name; nan for one that is as low as the
+        parameter it is never below.
     blocks
         Number of blocks of a model that has any.
     """
@@ -129,7 +130,8 @@ class Coordinates:
             for p in parameters:
                 if (section, p.name) not in given:
                     if (section, p.name) in self.held:
-                        found[section][p.name] = self.held[section, p.name]
+                        value = self.held[section, p.name]
+                        found[section][p.name] = found[section][p.at_least] if isnan(value) else value
                     elif p.shares:  # the one share of one block
                         found[section][p.name] = (1.0,)
                     continue

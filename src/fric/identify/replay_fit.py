@@ -122,18 +122,17 @@ def identify_by_replay(
     ]:
         c, p = flat[-1], flat[-1].parameter
         n = search.coordinates.free.index(c)
-        base = search.coordinates.values(x)[c.section].get(p.at_least)
-        value = float(np.max(p.typical)) if base is None else float(np.max(base))
+        value, left = float(np.max(p.typical)), ""
         low, high = np.exp([c.lower, c.upper]) if c.scale == "log" else (c.lower, c.upper)
-        if base is None and not low <= value <= high:
+        if p.at_least:
+            value, left = float("nan"), f"that of {p.at_least}"
+        elif not low <= value <= high:
             value = float(np.sqrt(low * high)) if c.scale == "log" else low
+        left = left or f"{value:.3g} {si_unit(p.dimension, records[0].log.motion)}"
         search = Search(search.coordinates.without(n, value), records)
         x = search.fine(np.delete(x, n))
         assumed.add((c.section, p.name))
-        unit = si_unit(p.dimension, records[0].log.motion)
-        warnings.append(
-            f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {value:.3g} {unit}"
-        )
+        warnings.append(f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}")
     return _told(search, x, warnings, assumed, static)
 
 

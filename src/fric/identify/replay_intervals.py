@@ -77,9 +77,7 @@ def limits(
         error = reach * np.sqrt(np.einsum("ij,jk,ik->i", slope, known, slope))
         error[(np.abs(slope[:, ~seen]) > 1e-6).any(axis=1)] = np.inf
         low, high = centre[key] - error, centre[key] + error
-        at_lower, at_upper = _at_edge(coordinates, key, x, covariance)
-        if scale == "log":  # beyond the edge of the search the records were not asked
-            low, high = np.where(at_lower, -np.inf, low), np.where(at_upper, np.inf, high)
+        low, high = _within_search(coordinates, key, x, covariance, centre[key], low, high)
         if scale == "share":
             low, high = expit(low), expit(high)
         elif scale != "linear":
@@ -90,13 +88,28 @@ def limits(
     return limits
 
 
-def _at_edge(
-    coordinates: Coordinates, key: tuple[str, str], x: NDArray[np.float64], covariance: NDArray[np.float64]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which coordinates of a parameter are at their lower, and which at their upper bound."""
+def _within_search(
+    coordinates: Coordinates,
+    key: tuple[str, str],
+    x: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return limits that are open where they leave what was searched, or the value sits on its edge.
+
+    The records were not asked there. A parameter that is never below another has no open limit downwards.
+    """
     of = [n for n, c in enumerate(coordinates.free) if (c.section, c.parameter.name) == key]
-    near = _near(coordinates, covariance)
-    return (x - coordinates.lower < near)[of], (coordinates.upper - x < near)[of]
+    scale, near = coordinates.free[of[0]].scale, _near(coordinates, covariance)[of]
+    if scale not in {"log", "ratio"}:
+        return low, high
+    below, above = (x - coordinates.lower)[of], (coordinates.upper - x)[of]
+    high = np.where((high - centre > above) | (above < near), np.inf, high)
+    if scale == "ratio":
+        return np.maximum(low, centre - below), high
+    return np.where((centre - low > below) | (below < near), -np.inf, low), high
 
 
 def _near(coordinates: Coordinates, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -123,7 +136,7 @@ def edges(
     for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
         if not is_seen:
             told.append(f"the gradient over {c.label} is flat: these records do not tell it")
-        elif at - c.lower < near and c.scale == "ratio":
+        elif at - c.lower < min(near, 0.02) and c.scale == "ratio":
             told.append(f"{c.label} is as low as {c.parameter.at_least}: these records show no difference")
         elif at - c.lower < near and c.scale == "linear" and c.lower == c.parameter.lower:
             told.append(f"{c.label} is at its lower bound, {c.lower:g}")

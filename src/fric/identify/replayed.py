@@ -11,6 +11,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.identify.motion import Motion, smooth_motion
+from fric.identify.resolution import noise_level
 from fric.identify.turns import reversals
 
 if TYPE_CHECKING:
@@ -158,15 +159,18 @@ def _replayed(log: Log, plant: Plant | None) -> Replayed:
 def search_ranges(records: Sequence[Replayed]) -> Ranges:
     """Return, by dimension, between which values the records could show a parameter at all.
 
-    Forces up to twice that logged, velocities up to three times the fastest, lengths from the encoder's step (or a
-    thousandth of the stroke) to the stroke, and what is made of these.
+    Forces up to twice that logged, velocities up to three times the fastest, lengths from the encoder's step or
+    noise (but at least 1e-4 of the stroke) to the stroke, and what is made of these.
     """
     force = max(float(np.quantile(np.abs(r.force[r.used] - np.median(r.force[r.used])), 0.99)) for r in records)
     speeds = np.concatenate([np.abs(r.motion.velocity[r.used]) for r in records])
     fastest = float(np.quantile(speeds, 0.99))
     strokes = [float(np.ptp(r.motion.position)) for r in records]
     stroke = max(strokes)
-    finest = max(min(max(r.motion.step, 1e-3 * s) for r, s in zip(records, strokes, strict=True)), 1e-7 * stroke)
+    grain = [
+        max(r.motion.step, 4.0 * noise_level(r.log.position)) if r.log.position is not None else 0.0 for r in records
+    ]
+    finest = min(max(g, 1e-4 * s) for g, s in zip(grain, strokes, strict=True))
     duration = max(float(r.motion.time[-1] - r.motion.time[0]) for r in records)
     dt = min(float(np.median(np.diff(r.motion.time))) for r in records)
     if not (force > 0 and fastest > 0):

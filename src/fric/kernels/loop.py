@@ -31,6 +31,8 @@ class PlantConstants(NamedTuple):
     load: float  # N, constant
     delay: float  # s, the transport delay alone
     set_valued: float  # 1 where the friction has no memory: it holds a body at rest by itself
+    ahead: float = 0.0  # m, where the axis begins, from where the reference does
+    v_0: float = 0.0  # m/s, velocity that it begins with
 
 
 class ControlConstants(NamedTuple):
@@ -126,12 +128,12 @@ def _closed_loop(
     lengths = (share * control.T_s / max(before, 1), (1.0 - share) * control.T_s / after)
     counts = (before, after)
 
-    z = command.position[0]
-    origin, seen = z, z  # the observer is at rest where the run begins
+    z = command.position[0] + plant.ahead
+    origin, seen = z, z - plant.v_0 * control.T_s  # the observer is at rest where the run begins
     if control.resolution > 0.0:
-        seen = np.rint(z / control.resolution) * control.resolution
-    v, a, h_before, F = 0.0, 0.0, 0.0, 0.0
-    filtered_v, integral = 0.0, 0.0
+        seen = np.rint(seen / control.resolution) * control.resolution
+    v, a, h_before, F = plant.v_0, 0.0, 0.0, 0.0
+    filtered_v, integral = plant.v_0, 0.0
     with_observer = observer.position_b.size > 0
     position_memory, voltage_memory = (
         np.zeros(max(observer.position_b.size - 1, 1)),
@@ -206,7 +208,7 @@ def closed_loop(
     command: Commands,
     substeps: int,
 ) -> tuple[Traces, int]:
-    """Return the traces of a run that starts at rest, and the number of samples in saturation.
+    """Return the traces of a run, and the number of samples in saturation.
 
     Parameters
     ----------

@@ -17,3 +17,4 @@ app.command()(gms)
 for _model in by_replay.MODELS:
     if _model not in {command.name or getattr(command.callback, "__name__", "") for command in app.registered_commands}:
         app.command(_model)(by_replay.command(_model))
+app.command("replay")(by_replay.command())

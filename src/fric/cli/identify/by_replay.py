@@ -15,6 +15,7 @@ import typer
 import fric
 from fric.cli.console import OUT, print_json, print_table, print_warnings, progress
 from fric.cli.options import Force, Json, LogFiles, PlantFile, Plot
+from fric.errors import FricError
 from fric.units import readable
 
 
@@ -33,8 +34,8 @@ MODELS = models_in(Path(fric.__file__).parent / "friction")
 """Every model that can be identified, and what it is."""
 
 
-def command(model: str) -> Callable[..., None]:
-    """Return the subcommand that fits one model."""
+def command(name: str | None = None) -> Callable[..., None]:
+    """Return the subcommand that fits one model; the one that takes its name as an option where none is given."""
 
     def identify(
         logs: LogFiles,
@@ -54,10 +55,15 @@ def command(model: str) -> Callable[..., None]:
             list[str] | None, typer.Option(metavar="NAME", help="Fit a parameter that is held by default: delta.")
         ] = None,
         seed: Annotated[int, typer.Option(min=0, help="Seed of the coarse search.")] = 0,
+        model: str = typer.Option(
+            ... if name is None else name, metavar="NAME", hidden=name is not None, help=f"One of {', '.join(MODELS)}."
+        ),
         plot: Plot = None,
         json: Json = False,
         force: Force = False,
     ) -> None:
+        if model not in MODELS:
+            raise FricError(f"there is no friction model '{model}' to fit", mend=f"There are {', '.join(MODELS)}.")
         fric.refuse_existing(output, plot, force=force)
         records = fric.read_logs(logs)
         axis, motion = records[0].axis, records[0].motion
@@ -83,7 +89,8 @@ def command(model: str) -> Callable[..., None]:
             _print(document, model, output, plot)
         print_warnings(document["warnings"])
 
-    identify.__doc__ = f"Fit by replay: {MODELS[model][0].lower()}{MODELS[model][1:]}"
+    what = MODELS[name] if name else "Any friction model, to any records."
+    identify.__doc__ = f"Fit by replay: {what[0].lower()}{what[1:]}"
     return identify
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -49,8 +50,14 @@ class Quantity(Part):
         def scaled(value: Any) -> Any:
             return tuple(scaled(v) for v in value) if isinstance(value, list) else float(value) * scale
 
+        def limits(given: Any) -> Any:
+            if isinstance(given[0], list):
+                return tuple(limits(each) for each in given)
+            low, high = given  # a limit that the data do not set is written as null
+            return (-inf if low is None else low * scale, inf if high is None else high * scale)
+
         return Estimate(
-            scaled(self.value), si_unit(dimension, motion), None if self.ci95 is None else scaled(self.ci95),
+            scaled(self.value), si_unit(dimension, motion), None if self.ci95 is None else limits(self.ci95),
             self.fixed, self.assumed, self.source,
         )  # fmt: skip
 

@@ -1,0 +1,224 @@
+"""A recorded motion replayed by the identified axis: in closed loop, and in open loop from the measured input.
+
+::
+
+    closed   recorded reference ──> the drive's own controller ──> plant and friction ──> motion, force
+    open     recorded input ───────────────────────────────────> plant and friction ──> motion
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from scipy import signal
+
+from fric.drive.sensing import low_pass_pole
+from fric.errors import FricError
+from fric.identify.conditioning import Conditioning, zero_phase
+from fric.identify.sampling import even_sampling
+from fric.kernels.loop import (
+    Commands,
+    ControlConstants,
+    ObserverFilters,
+    PlantConstants,
+    closed_loop,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.drive.cascade import Cascade
+    from fric.drive.plant import Plant
+    from fric.friction import FrictionModel
+    from fric.log import Log
+
+SUBSTEPS = 10
+"""Plant steps a sample of the record."""
+
+LEAD = 0.05
+"""Time from which the velocity is taken that the record begins with [s]."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One signal, measured and simulated.
+
+    Parameters
+    ----------
+    measured, simulated
+        Both, shape (n,).
+    relative
+        ``‖measured - simulated‖/‖measured‖`` [1].
+    rms
+        Root mean square of the difference, in the signal's unit.
+    """
+
+    measured: NDArray[np.float64]
+    simulated: NDArray[np.float64]
+    relative: float
+    rms: float
+
+
+@dataclass(frozen=True)
+class Validation:
+    """A record and what the identified axis makes of it.
+
+    Parameters
+    ----------
+    loop
+        ``closed`` or ``open``.
+    log
+        The record.
+    friction
+        The friction model.
+    signals
+        ``position`` [m], ``velocity`` [m/s], ``acceleration`` [m/s²] and, in closed loop, ``force`` [N]. Velocity and
+        acceleration are those of the position, measured and simulated alike: central differences behind a zero-phase
+        fourth-order Butterworth filter.
+    cutoff
+        Its corner [Hz].
+    worst
+        First and last sample of the second with the largest force error (in open loop, velocity error).
+    """
+
+    loop: Literal["closed", "open"]
+    log: Log
+    friction: FrictionModel
+    signals: dict[str, Compared]
+    cutoff: float
+    worst: tuple[int, int]
+
+
+def validate_closed_loop(
+    log: Log, plant: Plant, cascade: Cascade, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
+) -> Validation:
+    """Return what the identified axis makes of a recorded reference, with the drive's own controller.
+
+    Neither velocity nor inverse model is fed forward. The axis begins where the record does, at its velocity; the
+    controller's integral and the friction begin at rest.
+
+    Parameters
+    ----------
+    log
+        A record with position, reference, and force or input, sampled at the controller's rate.
+    plant, cascade, friction
+        The identified axis and its controller; ``K_i`` of 0 is a P/PD controller.
+    load
+        Constant force against positive motion [N].
+    cutoff
+        Corner of the filter behind velocity and acceleration [Hz]; from the sampling rate where it is not given.
+
+    Raises
+    ------
+    FricError
+        When a channel is missing, the record is sampled at another rate, or the simulation runs away.
+    """
+    reference = log.require("reference", "a closed-loop replay")
+    rate = even_sampling(log)
+    if abs(rate / cascade.sampling - 1) > 1e-3:
+        raise FricError(
+            f"the record is sampled at {rate:g} Hz and the controller runs at {cascade.sampling:g} Hz",
+            where=log.where,
+            mend="Give the rate of the record as the controller's sampling.",
+        )
+    force = log.force if log.force is not None else plant.K_f * log.require("input", "a closed-loop replay")
+    control = ControlConstants(
+        cascade.K_v, cascade.K_p, cascade.K_i, low_pass_pole(cascade.velocity_filter, cascade.sampling), 1 / rate,
+        cascade.limit, 0.0,
+    )  # fmt: skip
+    position, voltage = _run(log, rate, plant, control, friction, load, reference, np.zeros(len(log)))
+    return _compared("closed", log, friction, rate, cutoff, position, (force, plant.K_f * voltage))
+
+
+def validate_open_loop(
+    log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
+) -> Validation:
+    """Return what the identified axis makes of the measured input alone; whatever the model misses adds up.
+
+    Parameters
+    ----------
+    log
+        A record with position, and input or force.
+    plant, friction, load, cutoff
+        As in `validate_closed_loop`.
+
+    Raises
+    ------
+    FricError
+        When a channel is missing, or the sampling is uneven.
+    """
+    rate = even_sampling(log)
+    voltage = log.input if log.input is not None else log.require("force", "an open-loop replay") / plant.K_f
+    control = ControlConstants(0.0, 0.0, 0.0, 0.0, 1 / rate, float("inf"), 0.0)
+    position, _ = _run(log, rate, plant, control, friction, load, log.require("position", "a validation"), voltage)
+    return _compared("open", log, friction, rate, cutoff, position, None)
+
+
+def _run(
+    log: Log,
+    rate: float,
+    plant: Plant,
+    control: ControlConstants,
+    friction: FrictionModel,
+    load: float,
+    reference: NDArray[np.float64],
+    model: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return position [m] and voltage [V] of a run that begins as the record does."""
+    measured = log.require("position", "a validation")
+    state, none, zeros = friction.initial_state(), np.zeros(0), np.zeros(len(log))
+    first = min(max(int(LEAD * rate), 4), len(log))
+    start = np.polynomial.Polynomial.fit(log.time[:first], measured[:first], 2)
+    origin = log.time[0]
+    traces, _ = closed_loop(
+        type(friction).step,
+        state,
+        friction.packed(),
+        PlantConstants(
+            plant.A, plant.B, plant.M, load, plant.transport_delay(rate), float(state.size == 0),
+            float(start(origin) - reference[0]), float(start.deriv()(origin)),
+        ),
+        control,
+        ObserverFilters(none, none, none, none),
+        Commands(np.ascontiguousarray(reference), zeros, np.ascontiguousarray(model), zeros),
+        SUBSTEPS,
+    )  # fmt: skip
+    if not np.isfinite(traces.position[-1]):
+        raise FricError("the simulated axis runs away", where=log.where, mend="Look at the controller's gains.")
+    return traces.position, traces.input
+
+
+def _compared(
+    loop: Literal["closed", "open"],
+    log: Log,
+    friction: FrictionModel,
+    rate: float,
+    cutoff: float | None,
+    position: NDArray[np.float64],
+    force: tuple[NDArray[np.float64], NDArray[np.float64]] | None,
+) -> Validation:
+    corner = Conditioning.of(rate, cutoff).cutoff
+    sos = signal.butter(4, corner, fs=rate, output="sos")
+    z = log.require("position", "a validation"), position
+    v = np.gradient(zero_phase(sos, z[0], 4), 1 / rate), np.gradient(zero_phase(sos, z[1], 4), 1 / rate)
+    a = np.gradient(v[0], 1 / rate), np.gradient(v[1], 1 / rate)
+    pairs = {"position": z, "velocity": v, "acceleration": a} | ({} if force is None else {"force": force})
+    signals = {name: _difference(*pair) for name, pair in pairs.items()}
+    told = signals["force" if force is not None else "velocity"]
+    return Validation(loop, log, friction, signals, corner, _worst_second(told, rate))
+
+
+def _difference(measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> Compared:
+    error = measured - simulated
+    size = float(np.linalg.norm(measured))
+    relative = float(np.linalg.norm(error)) / size if size > 0 else float("inf")
+    return Compared(measured, simulated, relative, float(np.sqrt(np.mean(error**2))))
+
+
+def _worst_second(compared: Compared, rate: float) -> tuple[int, int]:
+    squares = np.cumsum(np.append(0.0, (compared.measured - compared.simulated) ** 2))
+    width = min(round(rate), len(squares) - 1)
+    first = int(np.argmax(squares[width:] - squares[:-width]))
+    return first, first + width

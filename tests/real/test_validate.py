@@ -1,0 +1,49 @@
+"""The EMPS benchmark in closed loop: no worse than published (Janot, Gautier, Brunot 2019)."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+RECORD = ROOT / "../shared/data/emps/DATA_EMPS.mat"
+PUBLISHED = {"position": 0.01375e-2, "velocity": 0.229e-2, "acceleration": 8.60e-2, "force": 5.85e-2}
+
+pytestmark = [pytest.mark.real, pytest.mark.skipif(not RECORD.exists(), reason="the EMPS record is not here")]
+
+
+def fric(*words):
+    return subprocess.run([sys.executable, "-m", "fric", *map(str, words)], check=True, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("emps")
+    log, plant = folder / "emps.h5", folder / "plant.yaml"
+    fric("ingest", RECORD, "--map", ROOT / "configs/mappings/emps.yaml", "-o", log)
+    fric("identify", "plant", log, "-o", plant)
+    return log, plant
+
+
+def closed_loop(log, plant, *words):
+    controller = ROOT / "configs/controllers/emps.yaml"
+    found = json.loads(fric("validate", log, "--plant", plant, "--controller", controller, "--json", *words).stdout)
+    return {name: signal["relative"] for name, signal in found["validations"][0]["signals"].items()}
+
+
+def test_coulomb_friction_is_no_worse_than_published(files, tmp_path):
+    figure = tmp_path / "worst-second.png"
+    found = closed_loop(*files, "--plot", figure)
+    assert all(found[name] <= most for name, most in PUBLISHED.items()), found
+    assert figure.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("model", ["static", "gms"])
+def test_other_friction_lowers_the_force_error(files, tmp_path, model):
+    log, plant = files
+    friction = tmp_path / "friction.yaml"
+    words = ["--plant", plant, "--blocks", 2, "-o", friction]
+    fric("identify", "replay", "--model", model, log, *words)
+    assert closed_loop(log, plant, "--friction", friction)["force"] < closed_loop(log, plant)["force"]
