@@ -1,0 +1,70 @@
+"""The walk-through of docs/new-model.md is true: its one file, of at most 60 lines, is found and passes unasked."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fric.cli.identify.by_replay import models_in
+
+ROOT = Path(__file__).parents[2]
+PLUGIN = """
+import os
+import fric.friction
+
+fric.friction.__path__.append(os.environ["NEW_MODEL"])
+"""
+FIT = """
+import new_model_plugin
+from fric.friction import models
+from fric.identify.replay_fit import identify_by_replay
+from fric.identify.replayed import replayed
+from tests.identify.virtual_logs import logs_of
+
+truth = models()["bouc_wen"].typical()
+fit = identify_by_replay("bouc_wen", replayed(logs_of(truth, 1)))
+assert abs(fit.model.F_c / truth.F_c - 1) < 0.01 and abs(fit.model.k / truth.k - 1) < 0.01, fit.model
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("model")
+    (code,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/new-model.md").read_text(), re.MULTILINE | re.DOTALL)
+    (folder / "bouc_wen.py").write_text(code)
+    (folder / "new_model_plugin.py").write_text(PLUGIN)
+    return folder
+
+
+def python(folder, *words):
+    path = os.pathsep.join([str(folder), str(ROOT / "src"), str(ROOT)])
+    environment = os.environ | {"PYTHONPATH": path, "NEW_MODEL": str(folder)}
+    done = subprocess.run(
+        [sys.executable, *words], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_it_takes_at_most_60_lines(folder):
+    assert len((folder / "bouc_wen.py").read_text().splitlines()) <= 60
+
+
+def test_the_command_line_finds_it(folder):
+    assert models_in(folder)["bouc_wen"].startswith("The Bouc-Wen model")
+
+
+@pytest.mark.long
+def test_it_passes_the_shared_tests_unasked(folder):
+    words = ["-m", "pytest", "-p", "new_model_plugin", "tests/friction", "-k", "bouc_wen", "-p", "no:xdist"]
+    told = python(folder, *words)
+    assert int(re.search(r"(\d+) passed", told)[1]) > 20
+    assert "failed" not in told
+
+
+@pytest.mark.long
+def test_it_is_fitted_as_any_other(folder):
+    python(folder, "-c", FIT)
