@@ -12,6 +12,7 @@ from fric.friction.leuven import Leuven
 from fric.friction.lugre import LuGre
 from fric.friction.maxwell_slip import MaxwellSlip
 from fric.friction.stribeck import StaticMap
+from tests.friction.test_under_load import push
 
 STATIC = StaticMap(F_c=105.0, F_s=165.0, v_s=1e-3, delta=1.0, sigma=40.0)
 BLOCKS = ((0.566, 0.227, 0.207), (1e8, 1.4e6, 1e6))
@@ -139,3 +140,28 @@ def test_a_stiff_lugre_slides_at_full_speed_with_any_step(dt):
     force = stiff.replay(time, 0.1 * time, np.full(500, 0.1))
     assert np.all(np.abs(force[1:]) <= STATIC.F_s + 0.1 * (STATIC.sigma + stiff.sigma_1))
     assert force[-1] == pytest.approx(float(STATIC.steady_state(0.1)), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("model", "creeps"),
+    [
+        (LUGRE, True),
+        (Dahl(STATIC.F_s, 5e7), True),
+        (GMS(STATIC, *BLOCKS), False),
+        (MaxwellSlip(tuple(a * STATIC.F_s for a in BLOCKS[0]), BLOCKS[1]), False),
+        (replace(LEUVEN, n=30.0), False),
+    ],
+    ids=lambda value: value.name if hasattr(value, "name") else "",
+)
+def test_who_creeps_under_a_load_that_vibrates_below_break_away(model, creeps):
+    """The models that close no minor loop do: by more than an excursion in each cycle, and without end."""
+    dt, per_cycle, cycles = 1e-4, 2000, 60
+    load = STATIC.F_s * (0.5 + 0.25 * np.sin(2 * np.pi * np.arange(cycles * per_cycle) / per_cycle))
+    load *= np.minimum(np.arange(load.size) / (5 * per_cycle), 1.0)
+    means = push(model, load, dt).reshape(cycles, per_cycle).mean(axis=1)
+    late = (means[-1] - means[20]) / (cycles - 21)
+    if creeps:
+        assert late > 0.1e-6
+        assert means[40] - means[20] == pytest.approx(20 * late, rel=0.05)
+    else:
+        assert abs(late) < 1e-9

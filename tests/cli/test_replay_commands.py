@@ -1,0 +1,79 @@
+"""`fric identify MODEL`, `fric compare` and `fric validate` from the command line, on bundled logs."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fric.cli.identify.by_replay import MODELS
+from fric.friction import models
+from fric.io.documents.friction import FrictionDocument
+from fric.io.yaml import read_document
+
+ROOT = Path(__file__).parents[2]
+LOOPS = ROOT / "data/presliding-sine.h5"
+
+
+def fric(*words):
+    return subprocess.run([sys.executable, "-m", "fric", *map(str, words)], check=False, capture_output=True, text=True)
+
+
+def test_every_model_that_can_be_identified_has_a_subcommand():
+    assert set(MODELS) == {name for name, model in models().items() if model.identified}
+
+
+def test_help_needs_neither_numpy_nor_a_compiler():
+    code = "import sys, fric.cli.main; print([m for m in ('numpy', 'numba', 'scipy', 'nlopt') if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_a_model_is_written_and_read_again(tmp_path):
+    out, figure = tmp_path / "friction.yaml", tmp_path / "loops.png"
+    words = ["identify", "lugre", LOOPS, "-o", out, "--fix", "sigma=180 N*s/m", "--plot", figure]
+    told = fric(*words, "--json")
+    assert told.returncode == 0, told.stderr
+    printed = json.loads(told.stdout)
+    model = read_document(out, FrictionDocument).friction("lugre")
+    assert model.sigma_0 == pytest.approx(printed["lugre"]["sigma_0"]["value"], rel=1e-5)
+    assert model.static.sigma == 180.0
+    assert printed["static"]["sigma"]["fixed"]
+    assert len(printed["lugre_fit"]["records"]) == 2
+    assert figure.stat().st_size > 10_000
+    again = fric(*words)
+    assert again.returncode == 1
+    assert "--force" in again.stderr
+    kept = fric("identify", "dahl", LOOPS, "--static", out, "-o", tmp_path / "both.yaml")
+    assert kept.returncode == 0, kept.stderr
+    both = read_document(tmp_path / "both.yaml", FrictionDocument)
+    assert both.friction("lugre") == model
+    assert both.friction("dahl").sigma_0 > 0
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["identify", "lugre", LOOPS, "-o", "x.yaml", "--fix", "n=1"], "no parameter 'n'"),
+        (["identify", "lugre", LOOPS, "-o", "x.yaml", "--fix", "sigma_0=1 N"], "cannot be in 'N'"),
+        (["identify", "replay", "--model", "x", LOOPS, "-o", "x.yaml"], "no friction model 'x'"),
+        (["compare", LOOPS, "--models", "dahl,x"], "no friction model 'x'"),
+        (["compare", LOOPS, "--models", "dahl", "--fit-on", "x"], "no record 'x'"),
+        (["compare", LOOPS, "--fit-on", "presliding-sine-01", "--cycles", "2"], "two ways to split"),
+    ],
+)
+def test_what_cannot_be_done_is_told(tmp_path, monkeypatch, words, told):
+    monkeypatch.chdir(tmp_path)
+    done = fric(*words)
+    assert done.returncode == 1
+    assert told in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_one_record_scores_a_fit_to_the_other():
+    words = ["--models", "dahl,static", "--fit-on", "presliding-sine-01", "--json"]
+    found = json.loads(fric("compare", LOOPS, *words).stdout)
+    assert list(found["models"]) == ["dahl", "static"]
+    assert list(found["models"]["dahl"]["records"]) == ["presliding-sine-02"]
+    assert found["winner"] == "dahl"
