@@ -56,7 +56,7 @@ def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Funct
         False where the function makes no arrays or views of them. Then they are not counted, which in a GMS step
         would take a quarter of the time.
     """
-    options: dict[str, Any] = {"error_model": "numpy", "_nrt": makes_arrays}
+    options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "_nrt": makes_arrays}
 
     def decorate(function: Function) -> Function:
         dispatcher: Any = numba.njit(**options)(function)

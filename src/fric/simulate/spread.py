@@ -1,0 +1,238 @@
+"""Machines around a nominal one: what of the true machine is spread, how, and machine number i of a seed.
+
+What is drawn is what is true of a machine: its friction, its plant. What its controller believes stays: the friction
+that is fed forward, the nominal plant of the inverse model, the observer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import exp, log
+from typing import TYPE_CHECKING, Any, Literal, get_args
+from zlib import crc32
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.friction import FrictionModel, models
+from fric.simulate.intervals import NORMAL_97_5, Intervals, draw_within
+
+if TYPE_CHECKING:
+    from fric.drive.plant import Plant
+    from fric.friction import Parameter
+    from fric.simulate.machine import Axis, Machine
+
+Distribution = Literal["uniform", "log-uniform", "normal", "log-normal"]
+
+GROUPS = {"level": "force", "stiffness": "stiffness"}
+"""Spreads of every friction parameter of one dimension: the level of friction, and the stiffness before sliding."""
+
+PLANT = ("A", "B", "T_d", "K_f", "M")
+"""Spreads of the plant."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The factor by which a parameter of a drawn machine differs from that of the nominal one.
+
+    Parameters
+    ----------
+    low, high
+        The limits of the factor [1]; for ``normal`` and ``log-normal`` its 95 % interval.
+    distribution
+        ``uniform`` or ``normal`` in the factor, ``log-uniform`` or ``log-normal`` in its logarithm.
+    source
+        Why so much.
+
+    Raises
+    ------
+    FricError
+        When the limits are not positive or not in order, or the distribution is not known.
+    """
+
+    low: float
+    high: float
+    distribution: Distribution = "uniform"
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not 0 < self.low <= self.high < float("inf"):
+            raise FricError(
+                f"a factor from {self.low:g} to {self.high:g} is no spread",
+                mend="Give two positive factors, the lower first, as in [0.7, 1.3].",
+            )
+        if self.distribution not in get_args(Distribution):
+            raise FricError(
+                f"'{self.distribution}' is no distribution", mend=f"Known are {', '.join(get_args(Distribution))}."
+            )
+
+    def factor(self, generator: np.random.Generator) -> float:
+        """Draw a factor; one of a normal distribution that is not positive is drawn again."""
+        if self.low == self.high:
+            return self.low
+        if self.distribution.startswith("log"):
+            return exp(self._between(log(self.low), log(self.high), generator))
+        while True:
+            if (found := self._between(self.low, self.high, generator)) > 0:
+                return found
+
+    def _between(self, low: float, high: float, generator: np.random.Generator) -> float:
+        if self.distribution.endswith("uniform"):
+            return float(generator.uniform(low, high))
+        return float((low + high) / 2 + (high - low) / (2 * NORMAL_97_5) * generator.standard_normal())
+
+
+DEFAULT_SPREADS: dict[str, Spread] = {
+    "level": Spread(0.7, 1.3, "uniform", "friction changes with load, lubricant, temperature and wear"),
+    "stiffness": Spread(0.3, 2.0, "log-uniform", "stiffness before sliding is the least certain of what is identified"),
+    "C": Spread(0.1, 10.0, "log-uniform", "the attraction parameter is seldom identified: known to a power of ten"),
+    "K_f": Spread(0.9, 1.1, "uniform", "tolerance of a motor's force constant, and its loss as magnets warm up"),
+    "T_d": Spread(0.8, 1.2, "uniform", "delay of drive and field bus, that differs from setup to setup"),
+}
+"""What is spread where nothing else is said; `configs/spread.yaml` says the same."""
+
+
+def known_spreads() -> tuple[str, ...]:
+    """Return the names of all that can be spread."""
+    own = {parameter.name for model in models().values() for parameter in model.parameters}
+    return (*GROUPS, *PLANT, "load", *sorted(own))
+
+
+def check_spreads(spreads: Mapping[str, Spread]) -> None:
+    """Raise a `FricError` when a name is none that can be spread."""
+    for name in spreads:
+        if name not in known_spreads():
+            raise FricError(f"'{name}' is nothing that can be spread", mend=f"Known are {', '.join(known_spreads())}.")
+
+
+@dataclass
+class _Draws:
+    """The draws of one axis of one machine: each by a seed of its own name, so that none depends on the others."""
+
+    seed: int
+    index: int
+    axis: Axis
+    spreads: Mapping[str, Spread]
+    intervals: Intervals
+    factors: dict[str, float] = field(default_factory=dict)
+    drawn: dict[str, float] = field(default_factory=dict)
+
+    def generator(self, name: str) -> np.random.Generator:
+        key = (self.index, crc32(self.axis.name.encode()), crc32(name.encode()))
+        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
+
+    def factor(self, name: str) -> float:
+        if name not in self.spreads:
+            return 1.0
+        if name not in self.factors:
+            self.factors[name] = self.spreads[name].factor(self.generator(name))
+            self.drawn[f"{self.axis.name}.{name}"] = self.factors[name]
+        return self.factors[name]
+
+    def value(self, name: str, value: float, lower: float, *spreads: str) -> float:
+        """Return a parameter drawn from its interval; where it has none, times the factors of its spreads."""
+        interval = self.intervals.get(name)
+        if interval is None:
+            for spread in spreads:
+                value *= self.factor(spread)
+            return value
+        found = draw_within(value, interval, lower, self.generator(f"interval {name}"))
+        self.drawn[f"{self.axis.name}.{name}"] = found
+        return found
+
+
+def draw_machine(
+    machine: Machine,
+    index: int,
+    *,
+    seed: int = 0,
+    spreads: Mapping[str, Spread] | None = None,
+    intervals: Mapping[str, Intervals] | None = None,
+) -> tuple[Machine, dict[str, float]]:
+    """Return machine number ``index`` of those that a seed draws, and what was drawn.
+
+    The draw of a parameter depends on the seed, the index, the axis and the parameter alone: machine i is the same
+    however many are drawn, in whatever order, and whatever else is spread.
+
+    Parameters
+    ----------
+    machine
+        The nominal machine.
+    index
+        Which of the machines, from 0.
+    seed
+        The seed.
+    spreads
+        By name of a parameter, or ``level`` (every friction force), ``stiffness`` (every stiffness), ``M``, ``load``:
+        the `Spread` of its factor on each axis; `DEFAULT_SPREADS` where not given. K_f and M are what a motor and a
+        table have, so B = K_f/M follows them, and M·A stays with M.
+    intervals
+        By axis and name: intervals of parameters that were identified. These are drawn from them, and not spread.
+
+    Returns
+    -------
+    tuple
+        The machine; and by ``AXIS.NAME`` the factor of each spread, or the value [SI] drawn from an interval.
+
+    Raises
+    ------
+    FricError
+        When what was drawn is no machine, as with a delay shorter than half a sample.
+    """
+    spreads = DEFAULT_SPREADS if spreads is None else spreads
+    axes, drawn = {}, {}
+    for name, axis in machine.axes.items():
+        draws = _Draws(seed, index, axis, spreads, (intervals or {}).get(name, {}))
+        axes[name] = replace(
+            axis,
+            plant=_plant(axis.plant, draws),
+            nominal=axis.nominal or axis.plant,
+            friction=_friction(axis.friction, draws),
+            load=draws.value("offset", axis.load, float("-inf"), "load"),
+        )
+        drawn |= draws.drawn
+    return replace(machine, axes=axes), drawn
+
+
+def _plant(plant: Plant, draws: _Draws) -> Plant:
+    mass = draws.factor("M")
+    A = draws.value("A", plant.A, 0.0, "A")
+    B = draws.value("B", plant.B, 0.0, "B", "K_f")  # identified from the input, it holds whatever K_f is
+    return replace(
+        plant,
+        A=A if "A" in draws.intervals else A / mass,
+        B=B if "B" in draws.intervals else B / mass,
+        T_d=draws.value("T_d", plant.T_d, 0.0, "T_d"),
+        K_f=draws.value("K_f", plant.K_f, 0.0, "K_f"),
+    )
+
+
+def _friction(model: FrictionModel, draws: _Draws, prefix: str = "") -> FrictionModel:
+    changed: dict[str, Any] = {}
+    for part in ("static", "negative"):
+        if isinstance(inner := getattr(model, part, None), FrictionModel):
+            changed[part] = _friction(inner, draws, "negative." if part == "negative" else prefix)
+    for parameter in _own_parameters(model):
+        before = getattr(model, parameter.name)
+        spreads = (*(group for group, dimension in GROUPS.items() if parameter.dimension == dimension), parameter.name)
+        name = prefix + parameter.name
+        if isinstance(before, tuple):
+            after: Any = tuple(
+                draws.value(f"{name}_{n}", value, parameter.lower, *spreads) for n, value in enumerate(before, 1)
+            )
+            if parameter.name == "alpha" and after != before:
+                after = tuple(value / sum(after) for value in after)
+        else:
+            after = draws.value(name, before, parameter.lower, *spreads)
+        changed[parameter.name] = after
+    for parameter in _own_parameters(model):
+        if parameter.at_least and prefix + parameter.name in draws.intervals:
+            changed[parameter.name] = max(changed[parameter.name], changed[parameter.at_least])
+    return replace(model, **changed)  # type: ignore[type-var]
+
+
+def _own_parameters(model: FrictionModel) -> list[Parameter]:
+    """Return the parameters of a model and of those that it builds upon, without those of its static map."""
+    classes = [base for base in reversed(type(model).__mro__) if "parameters" in vars(base)]
+    return [parameter for base in classes for parameter in base.parameters if hasattr(model, parameter.name)]
