@@ -16,6 +16,7 @@ from .figures.bode import bode_figure as bode_figure
 from .figures.circle import polar_figure as polar_figure
 from .figures.comparison import draw_comparison as draw_comparison
 from .figures.gms import draw_gms as draw_gms
+from .figures.monte_carlo import monte_carlo_figure as monte_carlo_figure
 from .figures.nyquist import nichols_figure as nichols_figure
 from .figures.nyquist import nyquist_figure as nyquist_figure
 from .figures.path import path_figure as path_figure
@@ -24,6 +25,7 @@ from .figures.plant import draw_plant as draw_plant
 from .figures.qfilter import q_filter_figure as q_filter_figure
 from .figures.record import draw_record as draw_record
 from .figures.replay import draw_replay as draw_replay
+from .figures.reversal import reversal_figure as reversal_figure
 from .figures.static_map import draw_static_map as draw_static_map
 from .figures.style import save_figure as save_figure
 from .figures.validation import draw_validation as draw_validation
@@ -74,6 +76,8 @@ from .io.replay import read_friction as read_friction
 from .io.replay import replay_tree as replay_tree
 from .io.run import read_runs as read_runs
 from .io.run import write_runs as write_runs
+from .io.spread import read_identified as read_identified
+from .io.spread import read_spreads as read_spreads
 from .io.validation import coulomb_of_plant as coulomb_of_plant
 from .io.validation import friction_and_load as friction_and_load
 from .io.validation import read_cascade as read_cascade
@@ -87,7 +91,13 @@ from .simulate.circle import Circle as Circle
 from .simulate.circle import circle_document as circle_document
 from .simulate.circle import reduction as reduction
 from .simulate.circle import run_circle as run_circle
+from .simulate.cluster import cluster_outcomes as cluster_outcomes
 from .simulate.experiment import experiment as experiment
+from .simulate.monte_carlo import MonteCarlo as MonteCarlo
+from .simulate.monte_carlo import Study as Study
+from .simulate.monte_carlo import monte_carlo as monte_carlo
+from .simulate.monte_carlo import monte_carlo_document as monte_carlo_document
+from .simulate.monte_carlo import outcomes as outcomes
 from .simulate.path import path_document as path_document
 from .simulate.path import run_path as run_path
 from .simulate.validation import validate_closed_loop as validate_closed_loop

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import signal
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from types import FrameType
 from typing import Any
 
 from rich.console import Console
@@ -49,3 +51,26 @@ def progress(description: str, total: int | None = None) -> Iterator[Any]:
             bar.advance(task, steps)
 
         yield advance
+
+
+@contextmanager
+def interruption() -> Iterator[Callable[[], bool]]:
+    """Let the first Ctrl-C, or polite kill, be asked for instead of raised; the second one is raised as ever.
+
+    An exception out of nowhere would leave locks held that other threads wait for.
+    """
+    caught: list[int] = []
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def catch(number: int, frame: FrameType | None) -> None:
+        caught.append(number)
+        for own, handler in before.items():
+            signal.signal(own, handler)
+
+    for number in before:
+        signal.signal(number, catch)
+    try:
+        yield lambda: bool(caught)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

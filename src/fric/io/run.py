@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import fields
 from math import ceil
@@ -18,12 +19,16 @@ from fric.io.hdf5 import open_file
 from fric.io.output import staged
 from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
+from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
 from fric.simulate.path import PathRun, PointPath
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FORMAT = "run/1"
+MONTE_CARLO = "monte_carlo"
+"""The group of what many machines gave; every other is one of a scheme."""
+
 UNITS = {
     "time": "s",
     "reference": "m",
@@ -43,6 +48,7 @@ def write_runs(
     runs: Iterable[CircleRun | PathRun],
     provenance: str = "",
     *,
+    many: MonteCarlo | None = None,
     most_samples: int | None = None,
     force: bool = False,
 ) -> None:
@@ -59,11 +65,15 @@ def write_runs(
     most_samples
         Samples of a trace that are kept at most: of a longer one every second, third, … sample. Radial errors and
         metrics are those of all samples. All where it is not given.
+    many
+        What the schemes made of it on many machines.
     force
         Replace a file that exists.
     """
     with staged(path, force=force) as draft, h5py.File(draft, "w") as file:
         file.attrs.update({"fric": FORMAT, "provenance": provenance})
+        if many is not None:
+            _write_monte_carlo(file.create_group(MONTE_CARLO), many)
         for run in runs:
             group = file.create_group(run.scheme.name)
             group.attrs.update({f"scheme_{key}": value for key, value in _told(run.scheme).items()})
@@ -78,6 +88,20 @@ def write_runs(
                 axis.attrs.update({"saturated": trace.saturated, "every": every})
                 for channel, unit in UNITS.items():
                     _write(axis, channel, getattr(trace, channel)[::every], unit)
+
+
+def _write_monte_carlo(group: h5py.Group, many: MonteCarlo) -> None:
+    told = monte_carlo_document(many)
+    group.attrs.update({key: json.dumps(told.pop(key)) for key in ("spreads", "from_intervals")})
+    group.attrs["warnings"] = "\n".join(told.pop("warnings"))
+    schemes = told.pop("schemes")
+    group.attrs.update(told | {"schemes": list(schemes)})
+    _write(group, "quadrants", many.quadrants, "m")
+    for key in next(iter(schemes.values())):
+        group.attrs[key] = np.array([one[key] for one in schemes.values()], float)
+    drawn = group.create_group("drawn")
+    for name in sorted({name for outcome in many.outcomes for name in outcome.drawn}):
+        drawn[name] = np.array([outcome.drawn.get(name, np.nan) for outcome in many.outcomes])
 
 
 def _write_circle(group: h5py.Group, run: CircleRun) -> None:
@@ -112,7 +136,7 @@ def read_runs(path: Path) -> list[CircleRun | PathRun]:
                 f"holds {found}, not {FORMAT}", where=str(path), mend="Give a file of `fric simulate circle`."
             )
         try:
-            return [_read(name, group) for name, group in file.items()]
+            return [_read(name, group) for name, group in file.items() if name != MONTE_CARLO]
         except (OSError, KeyError) as error:
             raise FricError(f"is damaged ({error})", where=str(path), mend="Make it again.") from None
 

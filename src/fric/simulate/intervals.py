@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import exp, inf, log
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
 
+    from fric.estimate import Estimate
+    from fric.friction import FrictionModel, Parameter
+
 Intervals = Mapping[str, tuple[float, float]]
-"""95 % intervals by the name of a parameter; ``negative.F_c`` of the negative direction, ``k_2`` of the second block."""
+"""95 % intervals by parameter; ``negative.F_c`` is of the negative direction, ``k_2`` of the second block."""
 
 NORMAL_97_5 = 1.959963984540054
 """The 97.5 % quantile of the standard normal distribution."""
@@ -39,3 +42,59 @@ def draw_within(value: float, interval: tuple[float, float], lower: float, gener
     if lower > -inf and low > 0:
         return value * exp(z * (log(high / value) if z > 0 else log(value / low)))
     return max(value + z * (high - value if z > 0 else value - low), lower)
+
+
+def own_parameters(model: FrictionModel) -> list[Parameter]:
+    """Return the parameters of a model and of those that it builds upon, without those of its static map."""
+    classes = [vars(base) for base in reversed(type(model).__mro__)]
+    return [parameter for own in classes for parameter in own.get("parameters", ()) if hasattr(model, parameter.name)]
+
+
+def friction_intervals(
+    model: FrictionModel, sections: Mapping[str, Mapping[str, Estimate]]
+) -> tuple[dict[str, tuple[float, float]], list[str]]:
+    """Return the intervals of a friction model's parameters, and the names of those that cannot be drawn from.
+
+    Parameters
+    ----------
+    model
+        The model that the sections give.
+    sections
+        The sections of a friction file.
+    """
+    found: dict[str, tuple[float, float]] = {}
+    refused: list[str] = []
+    parts = (("", model), ("", getattr(model, "static", None)), ("negative.", getattr(model, "negative", None)))
+    for prefix, part in parts:
+        if part is None:
+            continue
+        own = [vars(base)["name"] for base in type(part).__mro__ if "name" in vars(base)]
+        names = ["static_negative"] if prefix else own
+        for parameter in own_parameters(part):
+            given = (sections[name].get(parameter.name) for name in names if name in sections)
+            estimate = next((one for one in given if one is not None), None)
+            if estimate is not None:
+                closed, open_ended = closed_intervals(prefix + parameter.name, estimate)
+                found |= closed
+                refused += open_ended
+    return found, refused
+
+
+def closed_intervals(name: str, estimate: Estimate) -> tuple[dict[str, tuple[float, float]], list[str]]:
+    """Return an estimate's intervals by name, one per element of a vector, and the names of those that are open.
+
+    An interval that does not hold its value is none to draw from either.
+    """
+    if estimate.ci95 is None:
+        return {}, []
+    vector = isinstance(estimate.value, tuple)
+    values: Any = estimate.value if vector else (estimate.value,)
+    limits: Any = estimate.ci95 if vector else (estimate.ci95,)
+    found, refused = {}, []
+    for n, (value, (low, high)) in enumerate(zip(values, limits, strict=True), 1):
+        own = f"{name}_{n}" if vector else name
+        if -inf < low <= value <= high < inf:
+            found[own] = (low, high)
+        else:
+            refused.append(own)
+    return found, refused

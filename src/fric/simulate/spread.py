@@ -16,11 +16,10 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.friction import FrictionModel, models
-from fric.simulate.intervals import NORMAL_97_5, Intervals, draw_within
+from fric.simulate.intervals import NORMAL_97_5, Intervals, draw_within, own_parameters
 
 if TYPE_CHECKING:
     from fric.drive.plant import Plant
-    from fric.friction import Parameter
     from fric.simulate.machine import Axis, Machine
 
 Distribution = Literal["uniform", "log-uniform", "normal", "log-normal"]
@@ -181,7 +180,8 @@ def draw_machine(
         When what was drawn is no machine, as with a delay shorter than half a sample.
     """
     spreads = DEFAULT_SPREADS if spreads is None else spreads
-    axes, drawn = {}, {}
+    axes: dict[str, Axis] = {}
+    drawn: dict[str, float] = {}
     for name, axis in machine.axes.items():
         draws = _Draws(seed, index, axis, spreads, (intervals or {}).get(name, {}))
         axes[name] = replace(
@@ -213,7 +213,7 @@ def _friction(model: FrictionModel, draws: _Draws, prefix: str = "") -> Friction
     for part in ("static", "negative"):
         if isinstance(inner := getattr(model, part, None), FrictionModel):
             changed[part] = _friction(inner, draws, "negative." if part == "negative" else prefix)
-    for parameter in _own_parameters(model):
+    for parameter in own_parameters(model):
         before = getattr(model, parameter.name)
         spreads = (*(group for group, dimension in GROUPS.items() if parameter.dimension == dimension), parameter.name)
         name = prefix + parameter.name
@@ -226,13 +226,7 @@ def _friction(model: FrictionModel, draws: _Draws, prefix: str = "") -> Friction
         else:
             after = draws.value(name, before, parameter.lower, *spreads)
         changed[parameter.name] = after
-    for parameter in _own_parameters(model):
+    for parameter in own_parameters(model):
         if parameter.at_least and prefix + parameter.name in draws.intervals:
             changed[parameter.name] = max(changed[parameter.name], changed[parameter.at_least])
     return replace(model, **changed)  # type: ignore[type-var]
-
-
-def _own_parameters(model: FrictionModel) -> list[Parameter]:
-    """Return the parameters of a model and of those that it builds upon, without those of its static map."""
-    classes = [base for base in reversed(type(model).__mro__) if "parameters" in vars(base)]
-    return [parameter for base in classes for parameter in base.parameters if hasattr(model, parameter.name)]

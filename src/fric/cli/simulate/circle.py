@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as js
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -10,6 +11,7 @@ import typer
 import fric
 from fric.cli.console import print_json, print_table, print_warnings, progress
 from fric.cli.options import BelievedFriction, Force, Gain, Json, MachineFile, Plot, RunFile, SchemeNames, SchemesFile
+from fric.cli.simulate import monte_carlo as many
 from fric.units import parse, readable
 
 
@@ -26,14 +28,32 @@ def circle(
     friction: BelievedFriction = None,
     gain: Gain = None,
     schemes: SchemesFile = None,
+    monte_carlo: many.Machines = None,
+    spread: many.SpreadFile = None,
+    from_intervals: many.FromIntervals = False,
+    seed: many.Seed = 0,
+    workers: many.Workers = None,
+    scheduler: many.Scheduler = None,
     output: RunFile = None,
     plot: Plot = None,
+    plot_reversal: Annotated[
+        Path | None,
+        typer.Option("--plot-reversal", metavar="FIG", help="Draw error and voltages over time near a reversal."),
+    ] = None,
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Run a circular test under compensation schemes: the quadrant glitches that each leaves."""
-    fric.refuse_existing(output, plot, force=force)
-    subject = fric.read_machine(machine, believed=friction or (), gain=gain)
+    """Run a circular test under compensation schemes: the quadrant glitches that each leaves.
+
+    With --monte-carlo the test runs on many machines: how the glitch of each scheme is distributed over them, and how
+    often each scheme is the best. Ctrl-C keeps the machines that are done.
+    """
+    fric.refuse_existing(output, plot, plot_reversal, force=force)
+    if monte_carlo is None and (spread or from_intervals or workers or scheduler):
+        raise typer.BadParameter("--spread, --from-intervals, --workers and --scheduler go with --monte-carlo")
+    identified = fric.read_identified(machine, believed=friction or (), gain=gain) if from_intervals else None
+    subject = identified.machine if identified else fric.read_machine(machine, believed=friction or (), gain=gain)
+    spreads = fric.read_spreads(spread) if spread else None
     test = fric.Circle(parse(radius, "position"), parse(velocity, "velocity"), revolutions, -1 if clockwise else 1)
     chosen = fric.choose_schemes(scheme, fric.read_schemes(schemes) if schemes else None)
     runs = []
@@ -41,19 +61,51 @@ def circle(
         for wanted in chosen:
             runs.append(fric.run_circle(subject, wanted, test, only=axis))
             advance()
+    found = None
+    if monte_carlo is not None:
+        study = fric.Study(
+            subject,
+            tuple(chosen),
+            test,
+            seed,
+            **({} if spreads is None else {"spreads": spreads}),
+            intervals=identified.intervals if identified else {},
+            only=axis,
+        )
+        found = many.run_study(study, monte_carlo, workers, scheduler)
     if output is not None:
-        fric.write_runs(output, runs, js.dumps(fric.provenance()), force=force)
+        fric.write_runs(output, runs, js.dumps(fric.provenance()), many=found, force=force)
     if plot is not None:
-        fric.save_figure(fric.polar_figure(runs), plot, force=force)
+        nominal = {run.scheme.name: run.circularity.glitch for run in runs}
+        figure = fric.polar_figure(runs) if found is None else fric.monte_carlo_figure(found, nominal)
+        fric.save_figure(figure, plot, force=force)
+    if plot_reversal is not None:
+        fric.save_figure(fric.reversal_figure(runs), plot_reversal, force=force)
+    if identified:
+        print_warnings(identified.warnings)
     print_warnings(dict.fromkeys(f"scheme {run.scheme.name}: {warning}" for run in runs for warning in run.warnings))
+    print_warnings(found.warnings() if found else ())
     if json:
-        print_json(fric.circle_document(runs))
-        return
+        told = fric.circle_document(runs)
+        print_json(told | ({"monte_carlo": fric.monte_carlo_document(found)} if found else {}))
+        return _end(found)
     published = subject.published_glitches(test.radius, test.feed)
     quadrants = ("+x", "+y", "-x", "-y")
     columns = ["scheme", *quadrants, "glitch", "rms", "range", "reduction", *(["paper"] if published else [])]
-    title = f"{subject.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
+    where = f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
+    if found:
+        title = f"{subject.name}: {len(found)} machines, {where}"
+        many.print_distributions(found, runs, published, title, intervals=from_intervals)
+        return _end(found)
+    title = f"{subject.name}: {where}"
     print_table(columns, [_row(run, runs, published) for run in runs], title)
+    return None
+
+
+def _end(found: Any) -> None:
+    """End with status 1 where a study was cut short."""
+    if found is not None and len(found) < found.asked:
+        raise typer.Exit(1)
 
 
 def _row(run: Any, runs: list[Any], published: Any) -> list[str]:

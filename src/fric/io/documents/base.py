@@ -50,16 +50,20 @@ class Quantity(Part):
         def scaled(value: Any) -> Any:
             return tuple(scaled(v) for v in value) if isinstance(value, list) else float(value) * scale
 
-        def limits(given: Any) -> Any:
-            if isinstance(given[0], list):
-                return tuple(limits(each) for each in given)
-            low, high = given  # a limit that the data do not set is written as null
-            return (-inf if low is None else low * scale, inf if high is None else high * scale)
+        limits = None if self.ci95 is None else scaled(self._limits())
+        unit = si_unit(dimension, motion)
+        return Estimate(scaled(self.value), unit, limits, self.fixed, self.assumed, self.source)
 
-        return Estimate(
-            scaled(self.value), si_unit(dimension, motion), None if self.ci95 is None else limits(self.ci95),
-            self.fixed, self.assumed, self.source,
-        )  # fmt: skip
+    def _limits(self) -> Any:
+        """Return the limits of the interval, an open one as infinity, one pair per element of the value."""
+        vector = isinstance(self.value, list)
+        pairs: Any = self.ci95 if vector else [self.ci95]
+        if len(pairs) != (len(self.value) if isinstance(self.value, list) else 1) or any(
+            not isinstance(pair, list) or len(pair) != 2 for pair in pairs
+        ):
+            raise FricError("ci95 does not fit the value", mend="Give [low, high], one such pair per value.")
+        ends = [[-inf if low is None else low, inf if high is None else high] for low, high in pairs]
+        return ends if vector else ends[0]
 
 
 class Provenance(Part):

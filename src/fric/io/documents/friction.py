@@ -52,9 +52,12 @@ class FrictionDocument(Document):
         """Return how well a model fitted, as its identification told it; empty where it was not identified."""
         return self.fit if model == "static" else dict((self.model_extra or {}).get(f"{model}_fit", {}))
 
+    def sections(self) -> list[str]:
+        """Return the names of the sections that hold parameters: the static map's, and those of other models."""
+        given = {key for key in ("static", "static_negative") if getattr(self, key)}
+        return sorted(given | set(self.model_extra or {}) & set(models()))
+
     def friction(self, name: str) -> FrictionModel:
         """Return one friction model of this file (``static``, ``gms``, …) with the parameters given here."""
-        given = {key for key in ("static", "static_negative") if getattr(self, key)}
-        given |= set(self.model_extra or {}) & set(models())
-        sections = {key: self.estimates(key) for key in sorted(given)}
+        sections = {key: self.estimates(key) for key in self.sections()}
         return models()[name].from_sections(sections)

@@ -1,0 +1,50 @@
+"""The spread file: ``fric: spread/1``."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from fric.errors import FricError
+from fric.io.documents.base import Document, Part, Quantity
+from fric.simulate.spread import Distribution, Spread, check_spreads
+
+
+class SpreadPart(Part):
+    """The factor by which a parameter of a drawn machine differs from that of the nominal one."""
+
+    distribution: Distribution = Field("uniform", description="of the factor, or of its logarithm")
+    factor: Quantity = Field(
+        description="limits [low, high] of the factor; its 95 % interval where the distribution is normal or log-normal"
+    )
+
+    def spread(self) -> Spread:
+        """Return the spread."""
+        limits = self.factor.si("ratio", "linear")
+        if not isinstance(limits.value, tuple) or len(limits.value) != 2:
+            raise FricError("a spread has a lower and an upper factor", mend="Give them as value: [0.7, 1.3].")
+        return Spread(*limits.value, self.distribution, limits.source)
+
+
+class SpreadDocument(Document):
+    """A spread file: what of the true machine is drawn around the nominal one, and how widely."""
+
+    type: ClassVar[str] = "spread"
+
+    spreads: dict[str, SpreadPart] = Field(
+        description="by level (every friction force), stiffness (every stiffness), load, M, or a parameter's name"
+    )
+
+    @model_validator(mode="after")
+    def _names_and_factors_fit(self) -> Self:
+        for name, part in self.spreads.items():
+            try:
+                check_spreads({name: part.spread()})
+            except FricError as error:
+                raise ValueError(f"spreads.{name}: {error.what}\n{error.mend}") from None
+        return self
+
+    def read(self) -> dict[str, Spread]:
+        """Return the spreads by name."""
+        return {name: part.spread() for name, part in self.spreads.items()}

@@ -1,0 +1,100 @@
+"""What of a machine is drawn: its spreads, and the intervals of what was identified, from their files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from fric.errors import FricError
+from fric.io.documents.friction import FrictionDocument
+from fric.io.documents.machine import MachineDocument, true_friction
+from fric.io.documents.spread import SpreadDocument
+from fric.io.machine import read_machine
+from fric.io.yaml import read_document
+from fric.simulate.intervals import Intervals, closed_intervals, friction_intervals
+from fric.simulate.machine import Machine
+from fric.simulate.spread import Spread
+
+
+def read_spreads(path: Path) -> dict[str, Spread]:
+    """Read spreads by name from a spread file."""
+    return read_document(path, SpreadDocument).read()
+
+
+@dataclass(frozen=True)
+class Identified:
+    """A machine as it was identified.
+
+    Parameters
+    ----------
+    machine
+        The machine, true to the estimates.
+    intervals
+        By axis and parameter, the 95 % intervals that hold their estimate and are closed.
+    warnings
+        Which parameters cannot be drawn from their interval.
+    """
+
+    machine: Machine
+    intervals: Mapping[str, Intervals]
+    warnings: tuple[str, ...]
+
+
+def read_identified(path: Path, *, believed: Iterable[str] = (), gain: float | None = None) -> Identified:
+    """Read a machine file with the intervals of what was identified of it.
+
+    What is identified of an axis is what its controller believes: the friction file given in ``believed``, or that of
+    its feedforward, and the nominal plant; what these do not tell, and an axis without them, is as the machine file
+    says that it is.
+
+    Parameters
+    ----------
+    path, believed, gain
+        As in `fric.io.machine.read_machine`.
+
+    Raises
+    ------
+    FricError
+        As `read_machine`; and when no parameter has an interval.
+    """
+    believed = tuple(believed)
+    machine = read_machine(path, believed=believed, gain=gain)
+    files = {axis: Path(file) for axis, _, file in (given.partition("=") for given in believed)}
+    intervals: dict[str, Intervals] = {}
+    axes, warnings = dict(machine.axes), []
+    for name, part in read_document(path, MachineDocument).axes.items():
+        own = read_document(files[name], FrictionDocument) if name in files else part.feedforward.friction
+        friction = _merged(part.friction, own) if own else part.friction
+        model, axis = true_friction(friction), machine.axes[name]
+        sections = {key: friction.estimates(key) for key in friction.sections()}
+        found, refused = friction_intervals(model, sections)
+        plant = {**(part.nominal or part.plant).estimates(part.motion)}
+        if "offset" in sections.get("static", {}):
+            plant["offset"] = sections["static"]["offset"]
+        for symbol, estimate in plant.items():
+            closed, open_ended = closed_intervals(symbol, estimate)
+            found |= closed
+            refused += open_ended
+        if refused:
+            warnings.append(
+                f"axis {name}: {', '.join(refused)} cannot be drawn from the interval, which is open or does not hold "
+                "the estimate: the spread holds, where there is one"
+            )
+        if found:
+            intervals[name] = found
+        load = float(plant["offset"]) if "offset" in plant else axis.load
+        axes[name] = replace(axis, plant=axis.nominal or axis.plant, friction=model, load=load)
+    if not intervals:
+        raise FricError(
+            "no parameter has a 95 % interval",
+            where=str(path),
+            mend="Give the files that `fric identify` wrote: --friction x=FRICTION.yaml, or in the machine file.",
+        )
+    return Identified(replace(machine, axes=axes), intervals, tuple(warnings))
+
+
+def _merged(of_machine: FrictionDocument, identified: FrictionDocument) -> FrictionDocument:
+    """Return the friction that was identified, and what it does not tell as the machine has it."""
+    given, own = of_machine.model_dump(exclude_none=True), identified.model_dump(exclude_none=True)
+    return FrictionDocument.model_validate(given | {key: own[key] for key in identified.sections()})

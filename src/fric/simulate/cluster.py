@@ -1,0 +1,79 @@
+"""The machines of a study on a Dask cluster (the extra ``dask``)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import fric
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from fric.simulate.monte_carlo import Outcome, Study
+
+
+def _version() -> str:
+    return fric.__version__
+
+
+@contextmanager
+def cluster_outcomes(
+    study: Study, machines: int, address: str, *, timeout: float = 15.0
+) -> Iterator[Iterator[Outcome]]:
+    """Give the outcomes of machines 0, 1, 2, … in their order, run by the workers of a Dask cluster.
+
+    The work is that of `fric.simulate.monte_carlo.outcomes`, machine by machine. When the block ends early, machines
+    that were not begun are left out.
+
+    Parameters
+    ----------
+    study
+        What is run on each machine.
+    machines
+        How many.
+    address
+        Address of the scheduler, as ``tcp://host:8786``.
+    timeout
+        How long to wait for the scheduler, and for its first worker [s].
+
+    Raises
+    ------
+    FricError
+        When Dask is not installed, the scheduler does not answer, or its workers have no fric of this version.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise FricError(
+            "a Dask cluster needs distributed, which is not installed", mend="pip install 'fric[dask]'"
+        ) from None
+    if machines < 1:
+        raise FricError(f"{machines} machines are none to work with", mend="Give 1 or more.")
+    try:
+        client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise FricError(
+            f"the Dask scheduler at {address} does not answer ({error})",
+            mend="Start one with `dask scheduler`, and give the address that it prints, as tcp://host:8786.",
+        ) from None
+    with client:
+        _require_workers(client, address, timeout)
+        futures = client.map(study, range(machines), pure=False)
+        try:
+            yield (future.result() for future in futures)
+        finally:
+            client.cancel(futures)
+
+
+def _require_workers(client: Any, address: str, timeout: float) -> None:
+    mend = f"Start them with `dask worker {address}` in an environment with fric {fric.__version__}."
+    try:
+        client.wait_for_workers(1, timeout=timeout)
+        versions = client.run(_version)
+    except TimeoutError:
+        raise FricError(f"the Dask scheduler at {address} has no workers", mend=mend) from None
+    except ImportError:
+        raise FricError(f"a worker of the Dask scheduler at {address} has no fric", mend=mend) from None
+    if other := set(versions.values()) - {fric.__version__}:
+        raise FricError(f"a worker of the Dask scheduler at {address} has fric {', '.join(sorted(other))}", mend=mend)

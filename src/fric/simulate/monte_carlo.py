@@ -1,0 +1,287 @@
+"""The circular test on many machines: how the glitch of each scheme is distributed, and which scheme is the best.
+
+Each machine is drawn and run by its number alone (`fric.simulate.spread`), so that the same machines give the same
+digits on one core, on all of them, and on a cluster.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.simulate.circle import Circle, run_circle
+from fric.simulate.intervals import Intervals
+from fric.simulate.spread import DEFAULT_SPREADS, Spread, check_spreads, draw_machine
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.compensation.base import Compensation
+    from fric.simulate.machine import Machine
+
+QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
+"""Quantiles of the glitch that are told, by their keys in JSON and run files."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """What is run on each of many machines.
+
+    Parameters
+    ----------
+    machine
+        The nominal machine.
+    schemes
+        The compensation schemes.
+    circle
+        The test.
+    seed
+        Seed of the machines.
+    spreads, intervals
+        What is drawn, as in `draw_machine`.
+    only
+        Name of the one axis that is simulated.
+
+    Raises
+    ------
+    FricError
+        When nothing is drawn, or a spread is of nothing that the machine has.
+    """
+
+    machine: Machine
+    schemes: tuple[Compensation, ...]
+    circle: Circle = field(default_factory=Circle)
+    seed: int = 0
+    spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)
+    intervals: Mapping[str, Intervals] = field(default_factory=dict)
+    only: str | None = None
+
+    def __post_init__(self) -> None:
+        check_spreads(self.spreads)
+
+    def drawn(self, index: int) -> tuple[Machine, dict[str, float]]:
+        """Return machine number ``index``, and what was drawn for it."""
+        return draw_machine(self.machine, index, seed=self.seed, spreads=self.spreads, intervals=self.intervals)
+
+    def __call__(self, index: int) -> Outcome:
+        """Run all schemes on machine number ``index``; one that cannot run leaves no glitch, and says why."""
+        quadrants = np.full((len(self.schemes), 4), np.nan)
+        saturated = np.zeros(len(self.schemes), bool)
+        failures: dict[str, str] = {}
+        try:
+            machine, drawn = self.drawn(index)
+        except FricError as error:
+            return Outcome(index, {}, quadrants, saturated, {scheme.name: error.what for scheme in self.schemes})
+        for n, scheme in enumerate(self.schemes):
+            try:
+                run = run_circle(machine, scheme, self.circle, only=self.only)
+            except FricError as error:
+                failures[scheme.name] = error.what
+                continue
+            quadrants[n] = run.circularity.quadrants
+            saturated[n] = any(trace.saturated for trace in run.traces.values())
+        return Outcome(index, drawn, quadrants, saturated, failures)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the schemes left on one of the machines.
+
+    Parameters
+    ----------
+    index
+        Number of the machine.
+    drawn
+        What was drawn for it, by ``AXIS.NAME``: factors of spreads [1], values drawn from intervals [SI].
+    quadrants
+        Glitch per scheme at +x, +y, -x and -y [m], shape (schemes, 4); nan where the scheme could not run.
+    saturated
+        Whether the drive saturated, shape (schemes,).
+    failures
+        Why a scheme could not run, by its name: a loop that is not stable on this machine.
+    """
+
+    index: int
+    drawn: Mapping[str, float]
+    quadrants: NDArray[np.float64]
+    saturated: NDArray[np.bool_]
+    failures: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """How the glitch of one scheme is distributed over the machines.
+
+    Parameters
+    ----------
+    quantiles
+        Glitch [m] by the names of `QUANTILES`; nan where the scheme ran on no machine.
+    best
+        Share of the machines on which no other scheme leaves less [1]; equal schemes share a machine.
+    failed, saturated
+        Machines on which the scheme could not run, and on which the drive saturated.
+    """
+
+    quantiles: Mapping[str, float]
+    best: float
+    failed: int
+    saturated: int
+
+
+@dataclass(frozen=True)
+class MonteCarlo:
+    """Outcomes of a study.
+
+    Parameters
+    ----------
+    study
+        What was run.
+    asked
+        Machines that were asked for.
+    outcomes
+        Those that were run: machines 0, 1, 2, …, fewer than asked for where the study was interrupted.
+    """
+
+    study: Study
+    asked: int
+    outcomes: tuple[Outcome, ...]
+
+    def __len__(self) -> int:
+        return len(self.outcomes)
+
+    @property
+    def quadrants(self) -> NDArray[np.float64]:
+        """Signed glitches [m], shape (machines, schemes, 4)."""
+        return np.array([outcome.quadrants for outcome in self.outcomes])
+
+    @property
+    def glitches(self) -> NDArray[np.float64]:
+        """Glitch of each machine and scheme [m], shape (machines, schemes); nan where a scheme could not run."""
+        return np.asarray(np.abs(self.quadrants).max(axis=2))
+
+    def distributions(self) -> dict[str, Distribution]:
+        """Return the distribution of the glitch by scheme."""
+        glitches = self.glitches
+        least = np.where(np.isnan(glitches), np.inf, glitches)
+        winners = (least == least.min(axis=1, keepdims=True)) & np.isfinite(least)
+        shares = winners / np.maximum(winners.sum(axis=1, keepdims=True), 1)
+        saturated = np.array([outcome.saturated for outcome in self.outcomes]).sum(axis=0)
+        found = {}
+        for n, scheme in enumerate(self.study.schemes):
+            ran = glitches[np.isfinite(glitches[:, n]), n]
+            quantiles = {
+                name: float(np.quantile(ran, share)) if len(ran) else float("nan") for name, share in QUANTILES.items()
+            }
+            found[scheme.name] = Distribution(
+                quantiles, float(shares[:, n].mean()), len(glitches) - len(ran), int(saturated[n])
+            )
+        return found
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return what the user should know: machines that could not run, drives that saturate, spreads without use."""
+        told = []
+        for name, found in self.distributions().items():
+            if found.failed:
+                why = next(outcome.failures[name] for outcome in self.outcomes if name in outcome.failures)
+                told.append(
+                    f"scheme {name} could not run on {found.failed} of {len(self)} machines, which its quantiles leave "
+                    f"out: {why}"
+                )
+            if found.saturated:
+                told.append(f"scheme {name}: the drive saturates on {found.saturated} of {len(self)} machines")
+        return (*told, *_unused(self))
+
+
+def _unused(found: MonteCarlo) -> Iterator[str]:
+    ran = [outcome for outcome in found.outcomes if len(outcome.failures) < len(found.study.schemes)]
+    drawn = {key.partition(".")[2] for outcome in ran for key in outcome.drawn}
+    for name in found.study.spreads if ran else ():
+        if name not in drawn:
+            yield f"the spread of {name} has no effect: no axis has such a parameter that is not drawn otherwise"
+
+
+def default_workers() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def outcomes(study: Study, machines: int, *, workers: int | None = None) -> Iterator[Iterator[Outcome]]:
+    """Give the outcomes of machines 0, 1, 2, … in their order, as they are ready.
+
+    The machines are shared out among threads: the compiled loop, which takes nine tenths of the time, leaves the
+    interpreter to the others, and threads start at once and need no copy of the study. When the block ends early,
+    machines that were not begun are left out.
+
+    Parameters
+    ----------
+    study
+        What is run on each machine.
+    machines
+        How many.
+    workers
+        Threads; as many as there are cores where not given.
+
+    Raises
+    ------
+    FricError
+        When there are no machines or workers.
+    """
+    workers = default_workers() if workers is None else workers
+    for what, number in (("machines", machines), ("workers", workers)):
+        if number < 1:
+            raise FricError(f"{number} {what} are none to work with", mend="Give 1 or more.")
+    pool = ThreadPoolExecutor(workers)
+    try:
+        yield pool.map(study, range(machines))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> MonteCarlo:
+    """Run a study on so many machines.
+
+    Parameters
+    ----------
+    study
+        What is run on each machine.
+    machines
+        How many.
+    workers
+        Threads; as many as there are cores where not given.
+
+    Raises
+    ------
+    FricError
+        When a scheme cannot run on the nominal machine, or there are no machines or workers.
+    """
+    with outcomes(study, machines, workers=workers) as found:
+        return MonteCarlo(study, machines, tuple(found))
+
+
+def monte_carlo_document(found: MonteCarlo) -> dict[str, Any]:
+    """Return the distributions as a plain document, for programs; null where a scheme ran on no machine."""
+    schemes = {}
+    for name, one in found.distributions().items():
+        told: dict[str, Any] = {key: None if np.isnan(value) else value for key, value in one.quantiles.items()}
+        told["ci95"] = [told.pop("low"), told.pop("high")]
+        schemes[name] = told | {"best": one.best, "failed": one.failed, "saturated": one.saturated}
+    return {
+        "machines": len(found),
+        "asked": found.asked,
+        "seed": found.study.seed,
+        "from_intervals": {axis: sorted(given) for axis, given in found.study.intervals.items()},
+        "spreads": {
+            name: {"distribution": spread.distribution, "factor": [spread.low, spread.high]}
+            for name, spread in found.study.spreads.items()
+        },
+        "schemes": schemes,
+        "warnings": list(found.warnings()),
+    }

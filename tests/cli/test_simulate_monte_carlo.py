@@ -1,0 +1,134 @@
+import json
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+import distributed
+import h5py
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fric.cli import main
+from fric.cli.main import app
+from fric.io.run import read_runs
+from fric.simulate import monte_carlo
+from tests.io.test_spread import FRICTION
+
+RUN = CliRunner()
+MACHINE = Path("configs/xy-table.yaml").resolve()
+SMALL = ("simulate", "circle", str(MACHINE), "--radius", "5 mm", "--velocity", "50 mm/s", "--revolutions", "1")
+
+
+def circle(*words: str) -> str:
+    done = RUN.invoke(app, [*SMALL, *words])
+    if done.exception is not None:
+        raise done.exception
+    return done.stdout
+
+
+def test_the_table_json_and_run_file_tell_the_same(tmp_path):
+    out = tmp_path / "run.h5"
+    words = ("--scheme", "a,f", "--monte-carlo", "5", "--seed", "3")
+    told = json.loads(circle(*words, "--json", "-o", str(out)))
+    many = told["monte_carlo"]
+    assert (many["machines"], many["asked"], many["seed"]) == (5, 5, 3)
+    assert many["spreads"]["level"] == {"distribution": "uniform", "factor": [0.7, 1.3]}
+    table = [line.split() for line in circle(*words).splitlines() if line.startswith("(")]
+    for line, (name, one) in zip(table, many["schemes"].items(), strict=True):
+        assert one["p05"] <= one["median"] <= one["p95"]
+        shown = [told["schemes"][name]["glitch"], one["p05"], one["median"], one["p95"]]
+        assert line[-5:-1] == [f"{value * 1e6:.1f}" for value in shown]
+        assert line[-1] == f"{one['best']:.0%}"
+    assert [run.scheme.name for run in read_runs(out)] == ["a", "f"]
+    with h5py.File(out) as file:
+        group = file["monte_carlo"]
+        assert list(group.attrs["schemes"]) == ["a", "f"]
+        glitches = np.abs(group["quadrants"][:]).max(axis=2)
+        assert glitches.shape == (5, 2)
+        np.testing.assert_allclose(np.median(glitches, axis=0), group.attrs["median"])
+        assert group.attrs["ci95"].shape == (2, 2)
+        assert len(group["drawn/x.level"]) == 5
+        assert json.loads(group.attrs["spreads"]) == many["spreads"]
+
+
+def test_workers_and_a_cluster_change_no_digit():
+    words = ("--scheme", "a", "--monte-carlo", "3", "--json")
+    one = circle(*words, "--workers", "1")
+    assert one == circle(*words, "--workers", "2")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=":0", protocol="tcp"
+    ) as cluster:
+        assert one == circle(*words, "--scheduler", cluster.scheduler_address)
+
+
+def test_from_intervals_prints_a_glitch_with_its_interval(tmp_path):
+    (tmp_path / "x.yaml").write_text(FRICTION)
+    (tmp_path / "none.yaml").write_text("fric: spread/1\nspreads: {}\n")
+    words = ["--scheme", "a,c", "--axis", "x", "--gain", "1", "--monte-carlo", "8", "--from-intervals"]
+    words += ["--friction", f"x={tmp_path / 'x.yaml'}", "--spread", str(tmp_path / "none.yaml")]
+    done = RUN.invoke(app, [*SMALL, *words])
+    assert done.exit_code == 0
+    assert "cannot be drawn from the interval" in done.stderr
+    line = next(line for line in done.stdout.splitlines() if line.startswith("(a)"))
+    assert "(95 % interval)" in done.stdout
+    told = json.loads(circle(*words, "--json"))["monte_carlo"]
+    one = told["schemes"]["a"]
+    low, high = one["ci95"]
+    assert f"{one['median'] * 1e6:.1f} ({low * 1e6:.1f} … {high * 1e6:.1f})" in line
+    assert "F_c" in told["from_intervals"]["x"]
+    # a well identified machine is known better than one of the default spreads
+    wide = json.loads(circle("--scheme", "a", "--axis", "x", "--monte-carlo", "8", "--json"))["monte_carlo"]["schemes"]
+    assert high - low < 0.5 * np.ptp(wide["a"]["ci95"])
+
+
+def test_figures_are_drawn(tmp_path):
+    many, reversal = tmp_path / "many.svg", tmp_path / "reversal.svg"
+    circle("--scheme", "a,c,f", "--monte-carlo", "3", "--plot", str(many), "--plot-reversal", str(reversal))
+    assert "best on" in _text_of(many)
+    assert reversal.stat().st_size > 10_000
+
+
+def _text_of(figure: Path) -> str:
+    return figure.read_text().replace("<!-- ", "").replace(" -->", "")
+
+
+def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):
+    """The real signal through the real handler: what is kept is what a smaller N gives."""
+    out = tmp_path / "run.h5"
+    run, calls = monte_carlo.run_circle, []
+
+    def interrupting(*given: Any, **named: Any) -> Any:
+        calls.append(1)
+        if len(calls) == 5:
+            os.kill(os.getpid(), signal.SIGINT)
+        return run(*given, **named)
+
+    words = [*SMALL, "--scheme", "a", "--json", "--monte-carlo"]
+    monkeypatch.setattr(monte_carlo, "run_circle", interrupting)
+    monkeypatch.setattr(sys, "argv", ["fric", *words, "5000", "-o", str(out)])
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        with pytest.raises(SystemExit) as ended:
+            main.main()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    assert ended.value.code == 1
+    printed = capsys.readouterr()
+    told = json.loads(printed.out)["monte_carlo"]
+    assert 1 <= told["machines"] < 50
+    assert told["asked"] == 5000
+    assert f"{told['machines']} of 5000 machines are done" in printed.err
+    monkeypatch.setattr(monte_carlo, "run_circle", run)
+    again = json.loads(circle("--scheme", "a", "--json", "--monte-carlo", str(told["machines"])))["monte_carlo"]
+    assert again["schemes"] == told["schemes"]
+    with h5py.File(out) as file:
+        assert len(file["monte_carlo/quadrants"]) == told["machines"]
+
+
+@pytest.mark.parametrize("words", [("--workers", "2"), ("--from-intervals",), ("--scheduler", "tcp://a:1")])
+def test_what_goes_with_many_machines_alone_is_wrong_usage(words):
+    assert RUN.invoke(app, [*SMALL, *words]).exit_code == 2

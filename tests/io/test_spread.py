@@ -1,0 +1,112 @@
+from pathlib import Path
+
+import pytest
+
+from fric.errors import FricError
+from fric.io.documents.base import Quantity
+from fric.io.machine import read_machine
+from fric.io.spread import read_identified, read_spreads
+from fric.simulate.spread import DEFAULT_SPREADS
+
+MACHINE = Path("configs/xy-table.yaml").resolve()
+FRICTION = """fric: friction/1
+axis: x
+static:
+  F_c: {value: 100, unit: N, ci95: [98, 103]}
+  F_s: {value: 160, unit: N, ci95: [150, 165]}
+  v_s: {value: 1, unit: mm/s, ci95: [0.9, null]}
+  sigma: {value: 40, unit: N*s/m}
+  offset: {value: 2, unit: N, ci95: [1, 3]}
+gms:
+  alpha: {value: [0.6, 0.3, 0.1], unit: "1", ci95: [[0.55, 0.65], [0.25, 0.35], [0.08, 0.12]]}
+  k: {value: [90, 2, 0.1], unit: N/um, ci95: [[80, 100], [1.5, null], [0.2, 0.3]]}
+  C: {value: 1e4, unit: N/s, assumed: true}
+"""
+
+
+@pytest.fixture
+def friction(tmp_path: Path) -> str:
+    (tmp_path / "x.yaml").write_text(FRICTION)
+    return f"x={tmp_path / 'x.yaml'}"
+
+
+def test_the_spread_file_is_what_is_spread_where_none_is_given():
+    assert read_spreads(Path("configs/spread.yaml")) == DEFAULT_SPREADS
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("levels: {factor: {value: [0.7, 1.3], unit: '1'}}", "line 3: spreads.levels: 'levels' is nothing"),
+        ("level: {factor: {value: [1.3, 0.7], unit: '1'}}", "line 3: spreads.level: a factor from 1.3 to 0.7"),
+        ("level: {factor: {value: 0.3, unit: '1'}}", "a lower and an upper factor"),
+        ("level: {factor: {value: [0.7, 1.3], unit: N}}", "ratio cannot be in 'N'"),
+        ("level: {distribution: triangular, factor: {value: [0.7, 1.3], unit: '1'}}", "uniform"),
+    ],
+)
+def test_bad_spread_files_are_told_with_their_line(tmp_path, text, told):
+    (tmp_path / "spread.yaml").write_text(f"fric: spread/1\nspreads:\n  {text}\n")
+    with pytest.raises(FricError, match=told):
+        read_spreads(tmp_path / "spread.yaml")
+
+
+def test_what_was_identified_is_the_centre_and_the_belief(friction):
+    found = read_identified(MACHINE, believed=[friction])
+    axis, before = found.machine.axes["x"], read_machine(MACHINE).axes["x"]
+    assert axis.friction.static.F_c == 100
+    assert axis.friction == axis.believed.models["gms"]
+    assert (axis.plant, axis.load) == (before.plant, 2.0)
+    assert found.machine.axes["y"] == read_machine(MACHINE).axes["y"]
+    names = {"F_c", "F_s", "offset", "alpha_1", "alpha_2", "alpha_3", "k_1"}
+    assert set(found.intervals) == {"x"}
+    assert set(found.intervals["x"]) == names
+    assert found.intervals["x"]["k_1"] == (80e6, 100e6)
+    # an open limit, and an interval that does not hold its estimate
+    assert found.warnings == (
+        "axis x: k_2, k_3, v_s cannot be drawn from the interval, which is open or does not hold the estimate: "
+        "the spread holds, where there is one",
+    )
+
+
+def test_what_was_not_identified_is_as_the_machine_file_says(tmp_path):
+    static = FRICTION[: FRICTION.index("gms:")]
+    (tmp_path / "x.yaml").write_text(static)
+    axis = read_identified(MACHINE, believed=[f"x={tmp_path / 'x.yaml'}"]).machine.axes["x"]
+    assert axis.friction.static.F_c == 100
+    assert axis.friction.k == read_machine(MACHINE).axes["x"].friction.k
+    assert set(axis.believed.models) == {"static"}
+
+
+def test_the_nominal_plant_is_what_was_identified(tmp_path):
+    plant = """fric: plant/1
+axis: x
+A: {value: 30, unit: 1/s, ci95: [28, 33]}
+B: {value: 4.5, unit: m/(s^2*V), ci95: [4.4, 4.6]}
+T_d: {value: 0.6, unit: ms, ci95: [0.55, 0.65]}
+K_f: {value: 548, unit: N/V}
+"""
+    (tmp_path / "plant.yaml").write_text(plant)
+    text = MACHINE.read_text().replace("    controller:", "    nominal: plant.yaml\n    controller:", 1)
+    (tmp_path / "machine.yaml").write_text(text)
+    found = read_identified(tmp_path / "machine.yaml")
+    assert found.machine.axes["x"].plant.B == 4.5
+    assert found.intervals["x"] == {"A": (28, 33), "B": (4.4, 4.6), "T_d": pytest.approx((0.55e-3, 0.65e-3))}
+
+
+def test_a_machine_without_intervals_is_told():
+    with pytest.raises(FricError, match="no parameter has a 95 % interval"):
+        read_identified(MACHINE)
+
+
+@pytest.mark.parametrize(
+    ("value", "ci95"), [(1.0, [1.0]), (1.0, [[0.0, 2.0]]), ([1.0, 2.0], [0.0, 3.0]), ([1.0, 2.0], [[0.0, 3.0]])]
+)
+def test_intervals_fit_their_values(value, ci95):
+    with pytest.raises(FricError, match="ci95 does not fit"):
+        Quantity(value=value, unit="N", ci95=ci95).si("force", "linear")
+
+
+def test_an_open_limit_is_infinite():
+    given = Quantity(value=[1.0, 2.0], unit="mm", ci95=[[None, 2.0], [1.0, None]]).si("position", "linear")
+    assert given.ci95 == ((float("-inf"), 2e-3), (1e-3, float("inf")))
+    assert given.as_dict()["ci95"] == [[None, 2e-3], [1e-3, None]]
