@@ -47,3 +47,10 @@ def test_a_constant_velocity_is_not_taken_for_the_lattice(each):
     assert lattice_step(0.25e-6 * np.floor(each * time)) == pytest.approx(0.25e-6, rel=1e-6) or each == 1.0
     rng = np.random.default_rng(0)
     assert lattice_step(each * time + 0.01 * rng.standard_normal(3000)) is None
+
+
+@pytest.mark.parametrize("samples", [2500, 4096])
+def test_a_sine_without_an_encoder_has_no_step(samples):
+    t = np.arange(samples) / 82.0
+    assert lattice_step(15e-6 * np.sin(2 * np.pi * 0.1 * t)) is None
+    assert lattice_step(450e-6 * np.sin(2 * np.pi * 0.1 * t + 0.3)) is None

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
 _EVIDENCE = 16
 """Neighbouring values that must lie on the lattice before it is believed, unless each value came up often."""
+FINEST = 1e-3
+"""Step, as a share of the usual gap between neighbouring values, below which any gap is near a multiple of it."""
 _GAPS = 400
 """Gaps that are looked at, of many."""
 
@@ -37,8 +39,11 @@ def lattice_step(values: NDArray[np.float64]) -> float | None:
     if len(gaps) < needed:
         return None
     gaps = np.sort(gaps)
-    rounded = _rounded_step(gaps[:_GAPS], needed, rounding, often=len(values) > 2 * len(levels))
-    return rounded or _common_divisor(gaps[:: len(gaps) // _GAPS + 1], max(64.0 * rounding, 1e-4 * float(gaps[0])))
+    usual = float(np.median(gaps))
+    step = _rounded_step(gaps[:_GAPS], needed, rounding, often=len(values) > 2 * len(levels))
+    if step is None or step < 10.0 * FINEST * usual:  # the small gaps alone tell it: so does the crest of a sine
+        step = _common_divisor(gaps[:: len(gaps) // _GAPS + 1], max(64.0 * rounding, 1e-4 * float(gaps[0])))
+    return None if step is None or step < FINEST * usual else step
 
 
 def _common_divisor(gaps: NDArray[np.float64], error: float) -> float | None:
