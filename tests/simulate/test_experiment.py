@@ -126,7 +126,16 @@ def test_a_log_passes_through_its_file_and_holds_no_truth(tmp_path: Path) -> Non
         np.testing.assert_array_equal(read.channels()[channel], values)
 
 
+def test_of_all_experiments_each_takes_the_settings_it_knows() -> None:
+    logs = list(experiment(IDEAL, "all", samples=300, speeds=[0.01], amplitudes=[15e-6]))
+    assert [log.kind for log in logs] == list(EXPERIMENTS)
+    assert all(len(log) <= 300 for log in logs[:3])
+    assert len(logs[3]) == 16_000  # the controller's rate: a longer step would lose the upper frequencies
+
+
 def test_kinds_and_settings_that_do_not_exist_are_told() -> None:
+    with pytest.raises(FricError, match="'sliding-sine' has no setting 'speeds'"):
+        list(experiment(AXIS, "sliding-sine", speeds=[0.01]))
     with pytest.raises(FricError, match="no experiment 'drop'"):
         list(experiment(AXIS, "drop"))
     with pytest.raises(FricError, match="half the controller's rate"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from hashlib import sha256
+from inspect import signature
 from math import ceil
 from typing import TYPE_CHECKING
 from zlib import crc32
@@ -17,7 +18,7 @@ from fric.reference import Reference, multisine, sine, sliding_sine, strokes
 from fric.simulate.axis import SUBSTEPS, run_axis
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -218,12 +219,12 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
     seed
         Seed of all that is random.
     settings
-        Settings of that experiment's own function, such as ``speeds``.
+        Settings of that experiment's own function, such as ``speeds``; of all, each takes those it knows.
 
     Raises
     ------
     FricError
-        When there is no such experiment.
+        When there is no such experiment, or a setting is none of its own.
     """
     makers: dict[str, Callable[..., list[Log]]] = {
         "constant-velocity": constant_velocity,
@@ -233,9 +234,20 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
     }
     if kind != "all" and kind not in makers:
         raise FricError(f"there is no experiment '{kind}'", mend=f"There are {', '.join(makers)}, and all.")
-    for name, make in makers.items():
-        if kind in {name, "all"}:
-            yield from make(axis, seed=seed, **settings)
+    wanted = {name: make for name, make in makers.items() if kind in {name, "all"}}
+    takes = {name: settings.keys() & signature(make).parameters for name, make in wanted.items()}
+    for unknown in settings.keys() - set().union(*takes.values()):
+        raise FricError(
+            f"the experiment '{kind}' has no setting '{unknown}'",
+            mend=f"It has {', '.join(sorted(_settings(wanted.values())))}.",
+        )
+    for name, make in wanted.items():
+        yield from make(axis, seed=seed, **{key: settings[key] for key in takes[name]})
+
+
+def _settings(makers: Iterable[Callable[..., list[Log]]]) -> set[str]:
+    """Return the names of what can be set of experiments, besides axis and seed."""
+    return {name for make in makers for name in signature(make).parameters} - {"axis", "seed"}
 
 
 def _record(
