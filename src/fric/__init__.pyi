@@ -31,9 +31,6 @@ from .figures.style import save_figure as save_figure
 from .figures.validation import draw_validation as draw_validation
 from .identify.choose import plant_records as plant_records
 from .identify.compare import compare_models as compare_models
-from .identify.compare import split_by_cycles as split_by_cycles
-from .identify.compare import split_by_folds as split_by_folds
-from .identify.compare import split_by_record as split_by_record
 from .identify.frequency_response import measure_response as measure_response
 from .identify.gms import identify_gms as identify_gms
 from .identify.gms_fit import GMSFit as GMSFit
@@ -44,6 +41,9 @@ from .identify.plant import identify_plant as identify_plant
 from .identify.replay_fit import identify_by_replay as identify_by_replay
 from .identify.replayed import replayed as replayed
 from .identify.rigid_body import identify_motion as identify_motion
+from .identify.splits import split_by_cycles as split_by_cycles
+from .identify.splits import split_by_folds as split_by_folds
+from .identify.splits import split_by_record as split_by_record
 from .identify.static import identify_static as identify_static
 from .io.comparison import comparison_tree as comparison_tree
 from .io.design import controller_tree as controller_tree

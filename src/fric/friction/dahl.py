@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _FLOAT = types.float64
 
 
-@compiled(_FLOAT(_FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT))
+@compiled(_FLOAT(_FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT), makes_arrays=False)
 def _advance(F: float, dz: float, F_c: float, sigma_0: float, n: float) -> float:
     """Return the force after a motion dz without reversal: the exact solution, for any n and any dz.
 

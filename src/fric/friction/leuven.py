@@ -24,7 +24,7 @@ FINEST = 0.02
 """Change of F_h/s in one substep; a step that changes it by less is taken whole."""
 
 
-@compiled(_FLOAT(_FLOAT, _ARRAY, _ARRAY))
+@compiled(_FLOAT(_FLOAT, _ARRAY, _ARRAY), makes_arrays=False)
 def _move(dz: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
     """Move the blocks by dz, and return the sum of their forces."""
     F_s, blocks = parameters[1], state.size - 2
@@ -36,7 +36,7 @@ def _move(dz: float, state: NDArray[np.float64], parameters: NDArray[np.float64]
     return force
 
 
-@compiled(_FLOAT(_FLOAT, _FLOAT, _ARRAY, _ARRAY))
+@compiled(_FLOAT(_FLOAT, _FLOAT, _ARRAY, _ARRAY), makes_arrays=False)
 def _advance(dx: float, s: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
     """Advance the hysteresis by a motion dx without reversal at a level s, and return its force.
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
 
 
-@compiled(_FLOAT(_FLOAT, _ARRAY, _ARRAY))
+@compiled(_FLOAT(_FLOAT, _ARRAY, _ARRAY), makes_arrays=False)
 def _advance(dz: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
     """Advance all blocks by a motion without reversal, and return the sum of their forces; exact."""
     blocks = state.size - 1

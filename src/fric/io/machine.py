@@ -15,7 +15,9 @@ from fric.io.yaml import read_document
 from fric.simulate.machine import Believed, Machine
 
 
-def read_machine(path: Path, *, believed: Iterable[str] = (), gain: float | None = None) -> Machine:
+def read_machine(
+    path: Path, *, believed: Iterable[str] = (), gain: float | None = None, friction_model: str | None = None
+) -> Machine:
     """Read a machine file, and the files that it names.
 
     Parameters
@@ -26,6 +28,8 @@ def read_machine(path: Path, *, believed: Iterable[str] = (), gain: float | None
         Friction files that its controllers believe instead, each as ``AXIS=FRICTION.yaml``.
     gain
         Gain of the friction feedforward on all axes, instead of the machine's.
+    friction_model
+        Name of the model, of those in the machine's own friction, that the axes have; the richest where not given.
 
     Raises
     ------
@@ -35,6 +39,10 @@ def read_machine(path: Path, *, believed: Iterable[str] = (), gain: float | None
     document = read_document(path, MachineDocument)
     try:
         machine = document.machine()
+        if friction_model is not None:
+            own = {name: part.friction.friction(friction_model) for name, part in document.axes.items()}
+            axes = {name: replace(axis, friction=own[name]) for name, axis in machine.axes.items()}
+            machine = replace(machine, axes=axes)
     except FricError as error:
         raise error.at(str(path)) from None
     for given in believed:
@@ -50,8 +58,8 @@ def read_machine(path: Path, *, believed: Iterable[str] = (), gain: float | None
                 where=file,
                 mend="Give the friction file of this axis.",
             )
-        own = replace(axis, believed=Believed(believed_models(friction), axis.believed.gain))
-        machine = replace(machine, axes={**machine.axes, name: own})
+        believing = replace(axis, believed=Believed(believed_models(friction), axis.believed.gain))
+        machine = replace(machine, axes={**machine.axes, name: believing})
     if gain is None:
         return machine
     axes = {name: replace(axis, believed=replace(axis.believed, gain=gain)) for name, axis in machine.axes.items()}

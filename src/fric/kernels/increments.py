@@ -7,7 +7,7 @@ from math import expm1
 from fric.kernels.signatures import compiled
 
 
-@compiled("Tuple((f8, f8))(f8, f8, f8, f8)")
+@compiled("Tuple((f8, f8))(f8, f8, f8, f8)", makes_arrays=False)
 def relax(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, float]:
     """Return what a relaxation leaves of a load, and what it pulls it to, while the level goes from s_0 to s_1.
 
@@ -23,7 +23,7 @@ def relax(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, fl
     return left, (mean - left) * s_0 + (1.0 - mean) * s_1
 
 
-@compiled("Tuple((f8, f8))(f8, f8, f8)")
+@compiled("Tuple((f8, f8))(f8, f8, f8)", makes_arrays=False)
 def turn(v_0: float, v: float, dt: float) -> tuple[float, float]:
     """Return the path [m] and the time [s] before the motion turns in a step; zeros where it does not.
 

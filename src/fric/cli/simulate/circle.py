@@ -27,6 +27,10 @@ def circle(
     ] = None,
     friction: BelievedFriction = None,
     gain: Gain = None,
+    friction_model: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Model that the machine has, of those in its file; else the richest."),
+    ] = None,
     schemes: SchemesFile = None,
     monte_carlo: many.Machines = None,
     spread: many.SpreadFile = None,
@@ -52,7 +56,13 @@ def circle(
     if monte_carlo is None and (spread or from_intervals or workers or scheduler):
         raise typer.BadParameter("--spread, --from-intervals, --workers and --scheduler go with --monte-carlo")
     identified = fric.read_identified(machine, believed=friction or (), gain=gain) if from_intervals else None
-    subject = identified.machine if identified else fric.read_machine(machine, believed=friction or (), gain=gain)
+    if friction_model and from_intervals:
+        raise typer.BadParameter("--friction-model does not go with --from-intervals")
+    subject = (
+        identified.machine
+        if identified
+        else fric.read_machine(machine, believed=friction or (), gain=gain, friction_model=friction_model)
+    )
     spreads = fric.read_spreads(spread) if spread else None
     test = fric.Circle(parse(radius, "position"), parse(velocity, "velocity"), revolutions, -1 if clockwise else 1)
     chosen = fric.choose_schemes(scheme, fric.read_schemes(schemes) if schemes else None)
