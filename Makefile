@@ -29,9 +29,11 @@ bench: $(STAMP)
 docs: $(STAMP)
 	$(BIN)/typer fric.cli.main utils docs --name fric --title "Commands" --output docs/commands.md
 	$(BIN)/python docs/examples.py
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo 'Open $(CURDIR)/site/index.html'
 
 data: $(STAMP)
 	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/make.sh
 
 clean:
-	rm -rf .venv build dist demo
+	rm -rf .venv build dist demo site

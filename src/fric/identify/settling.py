@@ -68,7 +68,7 @@ def _mean_se(batches: NDArray[np.float64]) -> float:
     """Return the standard error of the mean of batch means that may be correlated, by their initial positive sum."""
     centred = batches - batches.mean()
     n = len(centred)
-    covariance = np.correlate(centred, centred, "full")[n - 1 : n - 1 + n // 4] / n
+    covariance = np.correlate(centred, centred, "full")[n - 1 : n - 1 + max(n // 4, 1)] / n
     negative = np.flatnonzero(covariance <= 0.0)
     upto = int(negative[0]) if len(negative) else len(covariance)
     return float(np.sqrt(max(covariance[0] + 2.0 * covariance[1:upto].sum(), 0.0) / max(n - 1, 1)))
