@@ -74,6 +74,7 @@ from .io.provenance import provenance as provenance
 from .io.replay import parse_parameters as parse_parameters
 from .io.replay import read_friction as read_friction
 from .io.replay import replay_tree as replay_tree
+from .io.report import write_report as write_report
 from .io.run import read_runs as read_runs
 from .io.run import write_runs as write_runs
 from .io.spread import read_identified as read_identified
@@ -87,6 +88,9 @@ from .io.yaml import read_document as read_document
 from .io.yaml import write_document as write_document
 from .log import FrequencyResponse as FrequencyResponse
 from .log import Log as Log
+from .report.collect import collect as collect
+from .report.page import render_report as render_report
+from .report.summary import report_document as report_document
 from .simulate.circle import Circle as Circle
 from .simulate.circle import circle_document as circle_document
 from .simulate.circle import reduction as reduction

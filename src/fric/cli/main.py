@@ -10,6 +10,7 @@ import typer
 
 import fric
 from fric.cli import compare, design, identify, ingest, inspect, reproduce, schema, simulate, validate
+from fric.cli import design, identify, ingest, inspect, report, schema, simulate
 from fric.errors import FricError
 
 app = typer.Typer(
@@ -30,6 +31,7 @@ def _version(wanted: bool) -> None:
 
 app.command()(ingest.ingest)
 app.command()(inspect.inspect)
+app.command()(report.report)
 app.command()(schema.schema)
 app.command()(reproduce.reproduce)
 app.add_typer(design.app)

@@ -121,8 +121,15 @@ def _write_path(group: h5py.Group, run: PathRun) -> None:
     group["reversals"] = np.array([(turn.axis, turn.x, turn.y, turn.glitch) for turn in found.reversals], REVERSAL)
 
 
-def read_runs(path: Path) -> list[CircleRun | PathRun]:
+def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
     """Read the runs of a run file, one per scheme.
+
+    Parameters
+    ----------
+    path
+        The run file.
+    traces
+        Read what each axis recorded too, which is nearly all of the file.
 
     Raises
     ------
@@ -136,9 +143,16 @@ def read_runs(path: Path) -> list[CircleRun | PathRun]:
                 f"holds {found}, not {FORMAT}", where=str(path), mend="Give a file of `fric simulate circle`."
             )
         try:
-            return [_read(name, group) for name, group in file.items() if name != MONTE_CARLO]
+            return [_read(name, group, traces) for name, group in file.items() if name != MONTE_CARLO]
         except (OSError, KeyError) as error:
             raise FricError(f"is damaged ({error})", where=str(path), mend="Make it again.") from None
+
+
+def read_run_provenance(path: Path) -> dict[str, Any]:
+    """Return what made a run file: ``fric``, ``created``, ``command``, ``machine``; empty where it does not say."""
+    with open_file(path) as file:
+        told = json.loads(str(file.attrs.get("provenance", "")) or "{}")
+    return told if isinstance(told, dict) else {}
 
 
 def _told(thing: Compensation | Circle) -> dict[str, Any]:
@@ -151,12 +165,12 @@ def _write(group: h5py.Group, name: str, values: NDArray[np.float64], unit: str)
     dataset.attrs["unit"] = unit
 
 
-def _read(name: str, group: h5py.Group) -> CircleRun | PathRun:
+def _read(name: str, group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     attributes = {key: _plain(value) for key, value in group.attrs.items()}
     scheme = {f.name: attributes[f"scheme_{f.name}"] for f in fields(Compensation) if f"scheme_{f.name}" in attributes}
     traces = {
         axis: Trace(**{channel: recorded[channel][:] for channel in UNITS}, saturated=int(recorded.attrs["saturated"]))
-        for axis, recorded in group["axes"].items()
+        for axis, recorded in (group["axes"].items() if with_traces else ())
     }
     warnings = tuple(line for line in str(attributes["warnings"]).splitlines() if line)
     if "points" in group:

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 from base64 import b64encode
 from functools import cache
+from math import isfinite
+from typing import TYPE_CHECKING
 
+from bokeh.embed import json_item
+from bokeh.resources import Resources
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 import fric
+from fric.io.report import REPORT_MARK
+from fric.report.collect import as_data
+from fric.report.view import view
 from fric.units import readable, significant
+
+if TYPE_CHECKING:
+    from fric.report.material import Material
 
 
 @cache
@@ -33,7 +44,9 @@ def environment() -> Environment:
         "micrometres": micrometres,
         "embedded": embedded,
         "percent": percent,
+        "limit": limit,
     }
+    made.policies["json.dumps_kwargs"] = {"sort_keys": False, "separators": (",", ":")}  # Bokeh's order has a meaning
     made.globals["version"] = fric.__version__
     return made
 
@@ -50,6 +63,52 @@ def percent(share: float) -> str:
     return "0.0 %" if told in {"+0.0 %", "-0.0 %"} else told.replace("-", "−")
 
 
+def limit(value: float, unit: str) -> str:
+    """Return a limit of an interval for people; an infinite one is open."""
+    return readable(value, unit).replace("-", "−") if isfinite(value) else "open"
+
+
 def embedded(picture: bytes, media: str = "image/svg+xml") -> str:
     """Return a picture as a ``data:`` address, so that the page needs no other file."""
     return f"data:{media};base64,{b64encode(picture).decode()}"
+
+
+def render_report(material: Material, title: str = "") -> str:
+    """Return the report of what was collected as one HTML page that needs nothing else.
+
+    Parameters
+    ----------
+    material
+        What `fric.report.collect.collect` read.
+    title
+        Heading of the page; by the machine and its axes where not given.
+    """
+    seen = view(material)
+    figures = {drawn.id: json_item(drawn.model) for drawn in seen.figures()}
+    return (
+        environment()
+        .get_template("report.html.j2")
+        .render(
+            view=seen,
+            title=title or _title(material),
+            bokeh=Markup("\n".join(library().js_raw)),
+            figures=figures,
+            settings={drawn.id: dict(drawn.settings) for drawn in seen.figures() if drawn.settings},
+            data=as_data(material),
+            mark=Markup(REPORT_MARK),
+        )
+    )
+
+
+@cache
+def library() -> Resources:
+    """Return Bokeh's script for the page itself; it tells the console nothing but errors."""
+    return Resources(mode="inline", components=["bokeh"], log_level="error")
+
+
+def _title(material: Material) -> str:
+    machines = dict.fromkeys(str(test.provenance.get("machine", "")) for test in material.tests)
+    names = [name for name in machines if name]
+    axes = material.axes()
+    parts = names + ([f"axis {axes[0]}" if len(axes) == 1 else f"axes {', '.join(axes)}"] if axes else [])
+    return "Friction report: " + "; ".join(parts or ["contours"])

@@ -84,7 +84,8 @@ def circle(
         )
         found = many.run_study(study, monte_carlo, workers, scheduler)
     if output is not None:
-        fric.write_runs(output, runs, js.dumps(fric.provenance()), many=found, force=force)
+        made = fric.provenance() | {"machine": subject.name}
+        fric.write_runs(output, runs, js.dumps(made), many=found, force=force)
     if plot is not None:
         nominal = {run.scheme.name: run.circularity.glitch for run in runs}
         figure = fric.polar_figure(runs) if found is None else fric.monte_carlo_figure(found, nominal)

@@ -38,7 +38,7 @@ def path(
             runs.append(fric.run_path(subject, wanted, followed))
             advance()
     if output is not None:
-        fric.write_runs(output, runs, js.dumps(fric.provenance()), force=force)
+        fric.write_runs(output, runs, js.dumps(fric.provenance() | {"machine": subject.name}), force=force)
     if plot is not None:
         fric.save_figure(fric.path_figure(runs), plot, force=force)
     print_warnings(dict.fromkeys(f"scheme {run.scheme.name}: {warning}" for run in runs for warning in run.warnings))

@@ -1,0 +1,46 @@
+"""What a file is, by what stands in it and not by its name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from fric.errors import FricError
+from fric.io.hdf5 import open_file
+from fric.io.report import REPORT_MARK
+from fric.io.yaml import read_tree
+
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+
+def recognise(path: Path) -> str:
+    """Return what the file says of itself: ``run/1``, ``log/1``, ``report/1``, ``friction/1``, ….
+
+    Raises
+    ------
+    FricError
+        When it cannot be read, or is none of fric's.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            head = file.read(512)
+    except FileNotFoundError:
+        raise FricError("there is no such file", where=str(path)) from None
+    except OSError as error:
+        raise FricError(f"cannot be read: {error.strerror or error}", where=str(path)) from None
+    if head.startswith(HDF5_SIGNATURE):
+        with open_file(path) as file:
+            found = str(file.attrs.get("fric", ""))
+    elif head.lstrip().lower().startswith((b"<!doctype html", b"<html")):
+        found = "report/1" if REPORT_MARK in path.read_text(encoding="utf-8", errors="replace") else ""
+    else:
+        tree = read_tree(path)
+        found = str(tree.get("fric", "")) if isinstance(tree, Mapping) else ""
+    if not found:
+        raise FricError(
+            "is no file of fric's",
+            where=str(path),
+            mend="Give run files, log files, or YAML documents that fric wrote; `fric ingest` reads foreign logs.",
+        )
+    return found

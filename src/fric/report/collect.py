@@ -1,0 +1,199 @@
+"""Files of every kind, recognised by their content, brought together for a report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from fric.compensation.base import Compensation
+from fric.contour import QUADRANTS
+from fric.errors import FricError
+from fric.io.documents import document_types
+from fric.io.hdf5 import read_records
+from fric.io.recognise import recognise
+from fric.io.report import FORMAT, read_report
+from fric.io.run import read_run_provenance, read_runs
+from fric.io.yaml import plain, read_document, read_tree
+from fric.report.material import KINDS, Contour, ContourTest, Item, Material
+from fric.simulate.circle import CircleRun
+from fric.simulate.path import PathRun
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.log import FrequencyResponse, Log
+
+T = TypeVar("T", Item, ContourTest)
+
+BINS = 720
+"""Parts of a contour; its least and its greatest error in each are kept, so that no spike is thinned away."""
+
+
+def collect(paths: Iterable[Path]) -> Material:
+    """Read what a report is made of; each file is recognised by its content.
+
+    Run files, log files, documents of friction, plant, controller and observer, and earlier reports, which carry what
+    they were made of. Where two files tell of the same thing, the one made later is reported, and the earlier is
+    compared with it.
+
+    Raises
+    ------
+    FricError
+        When a file cannot be read, is of a kind that a report has no place for, or nothing was given to report.
+    """
+    items: list[Item] = []
+    tests: list[ContourTest] = []
+    records: list[Log | FrequencyResponse] = []
+    for path in map(Path, paths):
+        found = recognise(path)
+        kind = found.partition("/")[0]
+        if kind in KINDS:
+            read_document(path, document_types()[kind])
+            items.append(_item(path.name, plain(read_tree(path))))
+        elif kind == "run":
+            tests.append(_test(path.name, read_run_provenance(path), read_runs(path, traces=False)))
+        elif kind == "log":
+            records += read_records(path)
+        elif found == FORMAT:
+            earlier = read_report(path)
+            items += [_item(f"{path.name}: {entry['source']}", entry["tree"]) for entry in earlier["documents"]]
+            tests += [contour_test(entry, f"{path.name}: ") for entry in earlier["tests"]]
+        else:
+            raise FricError(
+                f"holds {found}, which a report has no place for",
+                where=str(path),
+                mend="Give runs, logs, earlier reports, and documents of friction, plant, controller and observer.",
+            )
+    if not items and not tests:
+        raise FricError(
+            "there is nothing to report but logs",
+            mend="Give a friction file of `fric identify` or a run file of `fric simulate circle` too.",
+        )
+    return _sorted(items, tests, records)
+
+
+def _item(source: str, tree: Mapping[str, Any]) -> Item:
+    kind = str(tree["fric"]).partition("/")[0]
+    document = document_types()[kind].model_validate(tree)
+    return Item(source, kind, str(tree["axis"]), tree, document)
+
+
+def _sorted(
+    items: Sequence[Item], tests: Sequence[ContourTest], records: Sequence[Log | FrequencyResponse]
+) -> Material:
+    """Tell what is newest from what came before it."""
+    newest, pairs, replaced = [], [], []
+    for kind in KINDS:
+        for axis in dict.fromkeys(item.axis for item in items if item.kind == kind):
+            alike = _by_date([item for item in items if (item.kind, item.axis) == (kind, axis)])
+            last = alike[-1]
+            replaced += [item for item in alike[:-1] if _carried_over(item, last)]
+            before = [item for item in alike[:-1] if not _carried_over(item, last)]
+            newest.append(last)
+            pairs += [(earlier, last) for earlier in before]
+    last_tests, test_pairs = [], []
+    for same in dict.fromkeys(test.same for test in tests):
+        runs = _by_date([test for test in tests if test.same == same])
+        last_tests.append(runs[-1])
+        test_pairs += [(earlier, runs[-1]) for earlier in runs[:-1]]
+    return Material(
+        tuple(newest), tuple(last_tests), tuple(records), tuple(pairs), tuple(test_pairs), tuple(replaced)
+    )  # fmt: skip
+
+
+def _by_date(things: list[T]) -> list[T]:
+    """Sort by date where each has one; else the order given is that of time."""
+    return sorted(things, key=lambda thing: thing.created) if all(thing.created for thing in things) else things
+
+
+def _carried_over(earlier: Item, later: Item) -> bool:
+    """Say whether all that the earlier document identified stands in the later one: a static map, then its GMS."""
+    about = {"fric", "axis", "motion", "fit", "warnings", "provenance"}
+    return all(later.tree.get(key) == value for key, value in earlier.tree.items() if key not in about)
+
+
+def _test(source: str, provenance: Mapping[str, Any], runs: Sequence[CircleRun | PathRun]) -> ContourTest:
+    first = runs[0]
+    if isinstance(first, CircleRun):
+        contours = [_circle(run) for run in runs if isinstance(run, CircleRun)]
+        circle = first.circle
+        return ContourTest(source, provenance, circle.feed, circle.radius, circle.direction, QUADRANTS, tuple(contours))
+    turns = first.contour.reversals
+    labels = tuple(f"{n}: axis {turn.axis + 1}" for n, turn in enumerate(turns, 1))
+    paths = [_path(run) for run in runs if isinstance(run, PathRun)]
+    return ContourTest(source, provenance, first.path.feed, None, 1, labels, tuple(paths))
+
+
+def _circle(run: CircleRun) -> Contour:
+    found = run.circularity
+    return Contour(
+        run.scheme, found.quadrants, found.glitch, found.rms, found.range, *thinned(found.angle, found.error),
+        run.warnings,
+    )  # fmt: skip
+
+
+def _path(run: PathRun) -> Contour:
+    found = run.contour
+    glitches = tuple(turn.glitch for turn in found.reversals)
+    return Contour(
+        run.scheme, glitches, found.glitch, found.rms, found.range, *thinned(found.station, found.error), run.warnings
+    )  # fmt: skip
+
+
+def thinned(
+    place: NDArray[np.float64], error: NDArray[np.float64], bins: int = BINS
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the least and the greatest of each of so many parts of a curve, in order, and its two ends."""
+    if len(place) <= 2 * bins:
+        return place, error
+    edges = np.linspace(0, len(place), bins + 1).astype(int)
+    kept = {0, len(place) - 1}
+    for start, stop in pairwise(edges):
+        kept |= {start + int(np.argmin(error[start:stop])), start + int(np.argmax(error[start:stop]))}
+    chosen = np.array(sorted(kept))
+    return place[chosen], error[chosen]
+
+
+def as_data(material: Material) -> dict[str, Any]:
+    """Return what a report is made of as plain data, which stands in its page and `contour_test` reads again."""
+    return {
+        "fric": FORMAT,
+        "documents": [{"source": item.source, "tree": plain(item.tree)} for item in material.items],
+        "tests": [_test_data(test) for test in material.tests],
+    }
+
+
+def _test_data(test: ContourTest) -> dict[str, Any]:
+    head = {key: getattr(test, key) for key in ("source", "feed", "radius", "direction")}
+    contours = []
+    for one in test.contours:
+        scheme = {key: getattr(one.scheme, key) for key in ("name", "title", "friction", "observer", "gain")}
+        numbers = {key: getattr(one, key) for key in ("glitch", "rms", "range", "glitch_ci95")}
+        contours.append(
+            {
+                "scheme": scheme, "glitches": list(one.glitches), **numbers, "warnings": list(one.warnings),
+                "place": [float(f"{value:.6g}") for value in one.place],
+                "error": [float(f"{value:.4g}") for value in one.error],
+            }
+        )  # fmt: skip
+    return head | {"provenance": dict(test.provenance), "labels": list(test.labels), "contours": contours}
+
+
+def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
+    """Return a test from the data of an earlier report."""
+    contours = tuple(
+        Contour(
+            Compensation(**one["scheme"]), tuple(one["glitches"]), one["glitch"], one["rms"], one["range"],
+            np.array(one["place"]), np.array(one["error"]), tuple(one["warnings"]),
+            None if one["glitch_ci95"] is None else tuple(one["glitch_ci95"]),
+        )
+        for one in data["contours"]
+    )  # fmt: skip
+    return ContourTest(
+        before + data["source"], data["provenance"], data["feed"], data["radius"], data["direction"],
+        tuple(data["labels"]), contours,
+    )  # fmt: skip

@@ -1,0 +1,140 @@
+"""Drift: what changed from one date to another, against how sure each number is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import hypot, inf, isnan
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from fric.estimate import Estimate
+    from fric.report.material import ContourTest, Item
+
+Verdict = Literal["moved", "within", "unknown"]
+
+
+@dataclass(frozen=True)
+class Change:
+    """One number at two dates.
+
+    Parameters
+    ----------
+    name, unit
+        What it is, and its SI unit.
+    before, after
+        Its values.
+    before_ci95, after_ci95
+        Their 95 % intervals; an infinite limit is one that the data do not set; None where there is no interval.
+    """
+
+    name: str
+    unit: str
+    before: float
+    after: float
+    before_ci95: tuple[float, float] | None = None
+    after_ci95: tuple[float, float] | None = None
+
+    @property
+    def difference(self) -> float:
+        """After less before."""
+        return self.after - self.before
+
+    @property
+    def relative(self) -> float | None:
+        """The difference over the earlier value; None where that is 0."""
+        return self.difference / abs(self.before) if self.before else None
+
+    @property
+    def difference_ci95(self) -> tuple[float, float] | None:
+        """95 % interval of the difference of two independent numbers with intervals that need not be symmetric.
+
+        The distances of the limits from the values add in quadrature (Zou and Donner 2008, the method of variance
+        estimates recovery): below, the later number's lower with the earlier one's upper; above, the other way round.
+        """
+        if self.before_ci95 is None or self.after_ci95 is None:
+            return None
+        below = hypot(self.after - self.after_ci95[0], self.before_ci95[1] - self.before)
+        above = hypot(self.after_ci95[1] - self.after, self.before - self.before_ci95[0])
+        return self.difference - below, self.difference + above
+
+    @property
+    def verdict(self) -> Verdict:
+        """``moved`` where the interval of the difference does not hold 0; ``unknown`` where there is no interval."""
+        interval = self.difference_ci95
+        if interval is None or interval == (-inf, inf):
+            return "unknown"
+        return "within" if interval[0] <= 0 <= interval[1] else "moved"
+
+
+def document_changes(before: Item, after: Item) -> list[Change]:
+    """Return the change of each number that two documents of one kind and axis share.
+
+    What was set by hand or assumed is left out. Slip blocks are compared one by one where both have as many.
+    """
+    found: list[Change] = []
+    earlier_sections = before.sections()
+    for section, later in after.sections().items():
+        prefix = "" if section in {"static", after.kind} else f"{section}."
+        earlier = earlier_sections.get(section, {})
+        for name in (name for name in later if name in earlier):
+            one, other = earlier[name], later[name]
+            if not (one.fixed or one.assumed or other.fixed or other.assumed):
+                found += _changes(prefix + name, one, other)
+    return found
+
+
+def block_counts(before: Item, after: Item) -> tuple[int, int] | None:
+    """Return how many slip blocks the GMS models of two friction documents have, where they differ."""
+    blocks = [item.sections().get("gms", {}).get("k") for item in (before, after)]
+    counts = [len(k.value) if k is not None and isinstance(k.value, tuple) else 0 for k in blocks]
+    return (counts[0], counts[1]) if all(counts) and counts[0] != counts[1] else None
+
+
+def _changes(name: str, before: Estimate, after: Estimate) -> Iterator[Change]:
+    if not isinstance(before.value, tuple) or not isinstance(after.value, tuple):
+        if isinstance(before.value, float) and isinstance(after.value, float):
+            yield Change(name, after.unit, before.value, after.value, _limits(before.ci95), _limits(after.ci95))
+        return
+    if len(before.value) != len(after.value):
+        return
+    intervals = [one.ci95 or (None,) * len(before.value) for one in (before, after)]
+    for n, (one, other, low, high) in enumerate(zip(before.value, after.value, *intervals, strict=True), 1):
+        yield Change(f"{name}_{n}", after.unit, one, other, _limits(low), _limits(high))
+
+
+def _limits(given: Any) -> tuple[float, float] | None:
+    """Return the limits of an interval, None and NaN standing for one that the data do not set."""
+    if given is None:
+        return None
+    low, high = given
+    return (-inf if low is None or isnan(low) else float(low)), (inf if high is None or isnan(high) else float(high))
+
+
+def glitch_changes(before: ContourTest, after: ContourTest) -> list[Change]:
+    """Return the change of the glitch of each scheme that both tests ran."""
+    earlier = {one.scheme.name: one for one in before.contours}
+    return [
+        Change(
+            f"({one.scheme.name}) {one.scheme.title}", "m", earlier[one.scheme.name].glitch, one.glitch,
+            earlier[one.scheme.name].glitch_ci95, one.glitch_ci95,
+        )
+        for one in after.contours
+        if one.scheme.name in earlier
+    ]  # fmt: skip
+
+
+def told(changes: list[Change]) -> str:
+    """Tell in a sentence how many numbers moved beyond what their intervals allow."""
+    moved = [change for change in changes if change.verdict == "moved"]
+    known = [change for change in changes if change.verdict != "unknown"]
+    if not known:
+        return "None of the numbers has an interval: that they differ is seen, and not whether they moved."
+    if not moved:
+        return f"None of the {len(known)} numbers with intervals moved beyond them."
+    names = ", ".join(f"{change.name} ({_percent(change)})" for change in moved)
+    return f"{len(moved)} of {len(known)} numbers moved beyond their intervals: {names}."
+
+
+def _percent(change: Change) -> str:
+    return "from 0" if change.relative is None else f"{change.relative:+.1%}".replace("-", "−")

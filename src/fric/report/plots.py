@@ -1,0 +1,210 @@
+"""The figures of friction and observer: map, virgin curve, loops, Q-filter limit, drift."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.compensation.q_filter import QFilter
+from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
+from fric.report.canvas import Drawn, band, canvas, curve, hover, legend, measured, scale
+from fric.units import readable, si_unit
+
+if TYPE_CHECKING:
+    from fric.design.perturbation import Perturbation
+    from fric.report.curves import Band, FrictionCurves
+    from fric.report.drift import Change
+    from fric.report.material import Item
+
+BAND_TOLD = "The band is from the intervals of the parameters one by one, as if they were independent."
+
+
+def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
+    """Return the friction-velocity map over both directions, and over speed on a logarithmic axis."""
+    first = next(iter(curves.maps.values()))
+    peak = float(max(np.abs(one.y).max() for one in curves.maps.values()))
+    force = scale(peak, "force", item.motion)
+    speed: tuple[float, str] = (1e3, "mm/s") if item.motion == "linear" else (1.0, "rad/s")
+    wide = canvas(f"velocity [{speed[1]}]", f"friction [{force[1]}]")
+    near = canvas(f"speed [{speed[1]}]", f"friction in the direction of motion [{force[1]}]", x_axis_type="log")
+    for direction, one in curves.maps.items():
+        color = VERMILION if direction == "negative" else BLUE
+        label = "eq. (2)" if direction == "both" else f"eq. (2), {direction}"
+        for sign in {"both": (-1, 1), "positive": (1,), "negative": (-1,)}[direction]:
+            _branch(wide, one, sign, speed[0], force[0], color, label)
+        _branch(near, one, 1, speed[0], force[0], color, label)
+    _strokes(wide, near, item, curves, speed[0], force[0])
+    for plot, place in ((wide, "bottom_right"), (near, "top_right")):
+        legend(plot, place)
+    lowest = int(np.argmin(first.y))
+    unit, per_second = si_unit("force", item.motion), si_unit("velocity", item.motion)
+    alt = (
+        f"Friction of axis {item.axis} over velocity. At {readable(first.x[0], per_second)} it is "
+        f"{readable(first.y[0], unit)}; the least is {readable(first.y[lowest], unit)} at "
+        f"{readable(first.x[lowest], per_second)}; at the highest speed drawn it is {readable(first.y[-1], unit)}."
+    )
+    points = f" Points: {len(curves.points)} measured strokes with 95 % intervals." if curves.points else ""
+    return [
+        Drawn(f"map-{item.axis}", "Friction-velocity map", BAND_TOLD + points, alt, wide),
+        Drawn(f"map-log-{item.axis}", "The same over the logarithm of speed", "", alt, near),
+    ]
+
+
+def _branch(plot: Any, one: Band, sign: int, speed: float, force: float, color: str, label: str) -> None:
+    x, low, high = sign * one.x * speed, sign * one.low * force, sign * one.high * force
+    band(plot, x, low, high, color, f"{label}: 95 % band")
+    line = curve(plot, x, sign * one.y * force, color, label)
+    hover(plot, [line], [("velocity", "@x"), ("friction", "@y")])
+
+
+def _strokes(wide: Any, near: Any, item: Item, curves: FrictionCurves, speed: float, force: float) -> None:
+    if not curves.points:
+        return
+    v = np.array([point.velocity for point in curves.points])
+    F = np.array([point.force for point in curves.points]) * force
+    between = item.tree.get("fit", {}).get("between_strokes", {}).get("value", 0.0)
+    half = 1.96 * force * np.hypot([point.standard_error for point in curves.points], between)
+    measured(wide, v * speed, F, F - half, F + half)
+    size = F * np.sign(v)
+    for chosen, color, label in ((v > 0, BLACK, "measured, positive"), (v < 0, ORANGE, "measured, negative")):
+        if chosen.any():
+            x, y, h = np.abs(v[chosen]) * speed, size[chosen], half[chosen]
+            measured(near, x, y, y - h, y + h, color, label)
+
+
+def virgin_curves(item: Item, curves: FrictionCurves) -> list[Drawn]:
+    """Return the virgin curve with its band and knots, over displacement and over its logarithm."""
+    if curves.virgin is None or curves.knots is None:
+        return []
+    model, (knots, at_knots) = curves.virgin, curves.knots
+    force = scale(float(model.y.max()), "force", item.motion)
+    length = scale(float(knots.max()), "position", item.motion)
+    drawn = []
+    for axis_type in ("linear", "log"):
+        plot = canvas(f"displacement [{length[1]}]", f"friction [{force[1]}]", x_axis_type=axis_type)
+        found = curves.measured_virgin
+        if found is not None:
+            z, F, half = found.displacement * length[0], found.force * force[0], np.nan_to_num(found.band) * force[0]
+            band(plot, z, F - half, F + half, ORANGE, "measured: 95 % band")
+            plot.scatter(z, F, size=3, color=BLACK, legend_label="measured")
+        band(plot, model.x * length[0], model.low * force[0], model.high * force[0], BLUE, "GMS: 95 % band")
+        line = curve(plot, model.x * length[0], model.y * force[0], BLUE, "GMS")
+        hover(plot, [line], [("displacement", "@x"), ("friction", "@y")])
+        plot.scatter(
+            knots * length[0], at_knots * force[0], size=8, color=BLUE, fill_color="#ffffff", legend_label="knots"
+        )
+        legend(plot)
+        drawn.append(plot)
+    unit = si_unit("position", item.motion)
+    told = ", ".join(readable(float(knot), unit) for knot in knots)
+    alt = (
+        f"Virgin curve of axis {item.axis}: from rest the friction rises to "
+        f"{readable(float(at_knots[-1]), si_unit('force', item.motion))}; its {len(knots)} blocks slip at {told}."
+    )
+    return [
+        Drawn(f"virgin-{item.axis}", "Virgin curve", f"Knots at {told}. {BAND_TOLD}", alt, drawn[0]),
+        Drawn(f"virgin-log-{item.axis}", "The same over the logarithm of displacement", "", alt, drawn[1]),
+    ]
+
+
+def loops(item: Item, curves: FrictionCurves) -> list[Drawn]:
+    """Return the pre-sliding loops: each record with the model replayed along it, or the model's own loops."""
+    if not curves.loops:
+        return []
+    largest = max(float(np.abs(loop.model).max()) for loop in curves.loops)
+    force = scale(largest, "force", item.motion)
+    if curves.loops[0].measured is None:
+        length = scale(max(float(loop.position.max()) for loop in curves.loops), "position", item.motion)
+        plot = canvas(f"position [{length[1]}]", f"friction [{force[1]}]")
+        for loop, color in zip(curves.loops, (ORANGE, VERMILION, BLUE), strict=False):
+            curve(plot, loop.position * length[0], loop.model * force[0], color, loop.name)
+        legend(plot)
+        alt = f"Hysteresis loops of the GMS model of axis {item.axis}, the larger the wider."
+        return [
+            Drawn(f"loops-{item.axis}", "Pre-sliding loops of the model", "No pre-sliding log was given.", alt, plot)
+        ]
+    drawn = []
+    for n, loop in enumerate(curves.loops):
+        assert loop.measured is not None
+        amplitude = 0.5 * float(np.ptp(loop.position))
+        length = scale(amplitude, "position", item.motion)
+        plot = canvas(f"position from the middle [{length[1]}]", f"friction [{force[1]}]")
+        curve(plot, loop.position * length[0], loop.measured * force[0], GREY, "measured", line_width=1.2)
+        curve(plot, loop.position * length[0], loop.model * force[0], BLUE, "GMS replayed", line_width=1.2)
+        legend(plot)
+        rms = readable(float(np.sqrt(np.mean((loop.measured - loop.model) ** 2))), si_unit("force", item.motion))
+        told = f"amplitude {readable(amplitude, si_unit('position', item.motion))}; measured less replayed {rms} rms"
+        alt = f"Loop {loop.name} of axis {item.axis}, {told}."
+        drawn.append(Drawn(f"loop-{item.axis}-{n}", f"Loop {loop.name}", told.capitalize() + ".", alt, plot))
+    return drawn
+
+
+def q_filter(item: Item, Delta: Perturbation | None) -> Drawn:
+    """Return |Q| with what limits it: eq. (8), the peak sensitivity, and 1/|Delta| where it is known."""
+    sections = item.sections()["observer"]
+    name, cutoff = str(item.tree.get("filter", "binomial2")), float(sections["cutoff"])
+    limits = item.tree.get("limits", {})
+    plot = canvas("frequency [Hz]", "magnitude [dB]", x_axis_type="log", y_range=(-50, 40))
+    top = 8 * cutoff if Delta is None else float(Delta.frequency[-1])
+    known = [one["cutoff"]["value"] for one in limits.values() if "cutoff" in one]
+    f = np.geomspace(cutoff / 30, max([top, *(3 * one for one in known)]), 600)
+
+    def size(at: float) -> Any:
+        return 20 * np.log10(np.abs(QFilter(name, at).response(f)))
+
+    line = curve(plot, f, size(cutoff), BLUE, f"Q, cutoff {cutoff:.3g} Hz", line_width=2.5)
+    hover(plot, [line], [("frequency", "@x Hz"), ("|Q|", "@y dB")])
+    for key, told, color in (("robust", "eq. (8)", VERMILION), ("sensitive", "peak sensitivity", ORANGE)):
+        limit = limits.get(key, {})
+        if "cutoff" in limit and abs(limit["cutoff"]["value"] / cutoff - 1) > 1e-3:
+            label = f"limit by {told}, cutoff {limit['cutoff']['value']:.3g} Hz"
+            curve(plot, f, size(limit["cutoff"]["value"]), color, label, line_dash="dashed")
+        if "Delta" in limit:
+            plot.scatter(
+                [limit["frequency"]["value"]], [-20 * np.log10(limit["Delta"]["value"])], size=9, color=color,
+                legend_label="1/|Δ| where it limits",
+            )  # fmt: skip
+    if Delta is not None:
+        every = slice(None, None, max(1, len(Delta.frequency) // 600))
+        inverse = -20 * np.log10(np.maximum(np.abs(Delta.Delta), 1e-12))
+        curve(
+            plot, Delta.frequency[every], inverse[every], BLACK,
+            "1/|Δ|, measured" if Delta.measured else "1/|Δ| of the delay alone", line_width=1.2,
+        )  # fmt: skip
+    legend(plot, "bottom_left")
+    reason = str(item.tree.get("reason", ""))
+    told = ", ".join(
+        f"{what} allows {limits[key]['cutoff']['value']:.3g} Hz"
+        for key, what in (("robust", "|T·Δ| ≤ 1, eq. (8),"), ("sensitive", "the peak sensitivity of the whole loop"))
+        if "cutoff" in limits.get(key, {})
+    )
+    caption = f"Q is {name} with its cutoff at {cutoff:.3g} Hz" + (f": {reason}." if reason else ".")
+    caption += f" As limit, {told}." if told else ""
+    alt = f"Magnitude of the filter Q of axis {item.axis} over frequency. {caption}"
+    return Drawn(f"q-{item.axis}", "How far Q may reach", caption, alt, plot)
+
+
+def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> Drawn | None:
+    """Return each relative change with its 95 % interval; None where no number has both."""
+    shown = [one for one in changes if one.relative is not None and one.verdict != "unknown"]
+    if not shown:
+        return None
+    names = [one.name for one in shown][::-1]
+    plot = canvas("change [%]", "", height=90 + 26 * len(shown), y_range=names)
+    plot.line([0, 0], [names[0], names[-1]], color=GREY, line_dash="dashed")
+    for one in shown:
+        low, high = one.difference_ci95 or (0.0, 0.0)
+        percent = np.array([one.difference, low, high]) / abs(one.before) * 100
+        percent = np.clip(np.nan_to_num(percent), -1e4, 1e4)
+        color = VERMILION if one.verdict == "moved" else BLUE
+        plot.segment(x0=[percent[1]], x1=[percent[2]], y0=[one.name], y1=[one.name], color=color, line_width=2)
+        marker = "diamond" if one.verdict == "moved" else "circle"
+        plot.scatter([percent[0]], [one.name], size=9, color=color, marker=marker)
+    moved = [one.name for one in shown if one.verdict == "moved"]
+    alt = (
+        f"Relative change of {len(shown)} numbers with 95 % intervals; {', '.join(moved) or 'none'} moved beyond them."
+    )
+    caption = "Diamonds: the interval of the difference does not hold 0. Circles: it does."
+    return Drawn(identity, title, caption, alt, plot)

@@ -1,0 +1,247 @@
+"""From what was collected to what the page tells: rows of tables, figures, words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fric.design.perturbation import Perturbation, measured_perturbation, model_perturbation
+from fric.errors import FricError
+from fric.estimate import estimate_rows
+from fric.identify.frequency_response import measure_response
+from fric.io.documents.plant import PlantDocument
+from fric.log import FrequencyResponse, Log
+from fric.report.advice import Advice, advise
+from fric.report.canvas import Drawn
+from fric.report.contours import colour, contour_figure, dash
+from fric.report.curves import friction_curves, presliding
+from fric.report.drift import Change, block_counts, document_changes, glitch_changes, told
+from fric.report.plots import drift_figure, friction_map, loops, q_filter, virgin_curves
+from fric.units import readable, significant
+
+if TYPE_CHECKING:
+    from fric.report.material import ContourTest, Item, Material
+
+TITLES = {
+    "static": "static map, eq. (2)",
+    "static_negative": "static map of the negative direction",
+    "at_speed": "friction at one speed",
+    "gms": "GMS model, eqs. (3) to (5)",
+    "plant": "plant, eq. (1)",
+    "controller": "controller",
+    "observer": "disturbance observer",
+}
+FIT = (("rmse", "rms of the residual"), ("r2", "R²"), ("points", "points"), ("method", "method"))
+
+
+@dataclass(frozen=True)
+class Group:
+    """Numbers of one section of a document, as rows: name, value, interval or what else is known, unit."""
+
+    title: str
+    source: str
+    rows: Sequence[tuple[str, str, str, str]]
+    fit: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class AxisView:
+    """What is told of one axis."""
+
+    name: str
+    groups: Sequence[Group]
+    figures: Sequence[Drawn]
+    observer: Drawn | None
+    notes: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Line:
+    """One scheme in the table and among the switches of a contour."""
+
+    name: str
+    title: str
+    glitches: Sequence[float]
+    glitch: float
+    interval: tuple[float, float] | None
+    rms: float
+    range: float
+    reduction: float | None
+    advised: bool
+    colour: str
+    dash: str
+
+
+@dataclass(frozen=True)
+class TestView:
+    """What is told of one contour."""
+
+    test: ContourTest
+    figure: Drawn
+    lines: Sequence[Line]
+    advice: Advice
+    earlier: ContourTest | None
+
+    __test__ = False  # no test of pytest's
+
+
+@dataclass(frozen=True)
+class DriftView:
+    """What changed between two files."""
+
+    title: str
+    before: str
+    after: str
+    told: str
+    changes: Sequence[Change]
+    figure: Drawn | None
+
+
+@dataclass(frozen=True)
+class View:
+    """All that the page tells."""
+
+    warnings: Sequence[tuple[str, Sequence[str]]]
+    axes: Sequence[AxisView]
+    tests: Sequence[TestView]
+    drifts: Sequence[DriftView]
+    sources: Sequence[tuple[str, str, Any]]
+    next_step: str
+
+    def figures(self) -> Iterator[Drawn]:
+        """Yield every figure of the page."""
+        for axis in self.axes:
+            yield from axis.figures
+            if axis.observer is not None:
+                yield axis.observer
+        yield from (test.figure for test in self.tests)
+        yield from (drift.figure for drift in self.drifts if drift.figure is not None)
+
+
+def view(material: Material) -> View:
+    """Return what a page tells of what was collected."""
+    reach = presliding(material)
+    earlier = {id(after): before for before, after in material.test_pairs}
+    tests = [_test(n, test, earlier.get(id(test)), reach) for n, test in enumerate(material.tests)]
+    sources = [(item.source, item.kind, item.provenance) for item in (*material.items, *material.replaced)]
+    sources += [(before.source, f"{before.kind}, earlier", before.provenance) for before, _ in material.pairs]
+    sources += [(test.source, "run", test.provenance) for test in material.tests]
+    sources += [(before.source, "run, earlier", before.provenance) for before, _ in material.test_pairs]
+    return View(
+        _warnings(material), [_axis(material, axis) for axis in material.axes()], tests, list(_drifts(material)),
+        sources, _next_step(material),
+    )  # fmt: skip
+
+
+def _warnings(material: Material) -> list[tuple[str, list[str]]]:
+    """Return the warnings by where they are from, each once."""
+    found = [(f"{item.kind} of axis {item.axis}", item.warnings) for item in material.items]
+    for test in material.tests:
+        texts = [f"scheme ({one.scheme.name}): {text}" for one in test.contours for text in one.warnings]
+        found.append((f"run {test.source}", texts))
+    return [(source, list(dict.fromkeys(texts))) for source, texts in found if texts]
+
+
+def _axis(material: Material, axis: str) -> AxisView:
+    items = [item for item in material.items if item.axis == axis]
+    groups = [group for item in items for group in _groups(item)]
+    figures: list[Drawn] = []
+    notes: list[str] = []
+    observer = None
+    for item in items:
+        if item.kind == "friction":
+            curves = friction_curves(material, item)
+            figures += friction_map(item, curves) if curves.maps else []
+            figures += virgin_curves(item, curves) + loops(item, curves)
+            notes += curves.notes
+        elif item.kind == "observer":
+            observer = q_filter(item, perturbation(material, item))
+    return AxisView(axis, groups, figures, observer, notes)
+
+
+def _groups(item: Item) -> Iterator[Group]:
+    for section, estimates in item.sections().items():
+        rows = estimate_rows({name: one.as_dict() for name, one in estimates.items()})
+        fit = item.tree.get(f"{section}_fit" if section in {"gms"} else "fit", {})
+        shown = [(title, _fit_value(fit[key])) for key, title in FIT if key in fit]
+        yield Group(TITLES.get(section, section), item.source, rows, shown)
+
+
+def _fit_value(value: Any) -> str:
+    if isinstance(value, dict):
+        return readable(value["value"], value["unit"])
+    return significant(value, 4) if isinstance(value, float) else str(value)
+
+
+def perturbation(material: Material, item: Item) -> Perturbation | None:
+    """Return Delta of an axis: measured where a frequency response and the plant were given, else the delay alone."""
+    given = material.of("plant", item.axis)
+    if given is None or not isinstance(given.document, PlantDocument):
+        return None
+    try:
+        plant = given.document.linear(item.motion)
+    except FricError:  # without B, which the warnings of the plant file tell
+        return None
+    for record in material.records:
+        if record.axis != item.axis:
+            continue
+        if isinstance(record, FrequencyResponse):
+            return measured_perturbation(record, plant)
+        if isinstance(record, Log) and record.kind == "frequency-response":
+            response = measure_response(record)
+            return measured_perturbation(response.table, plant, sampling=response.sampling)
+    cutoff = float(item.sections()["observer"]["cutoff"])
+    return model_perturbation(plant, 40 * cutoff)
+
+
+def _test(n: int, test: ContourTest, earlier: ContourTest | None, reach: float | None) -> TestView:
+    advice = advise(test, reach)
+    bare = next((one for one in test.contours if not (one.scheme.friction or one.scheme.observer)), None)
+    lines = [
+        Line(
+            one.scheme.name, one.scheme.title, one.glitches, one.glitch, one.glitch_ci95, one.rms, one.range,
+            None if bare is None or one is bare or not bare.glitch else 1 - one.glitch / bare.glitch,
+            one.scheme == advice.choice, colour(k), dash(one),
+        )
+        for k, one in enumerate(test.contours)
+    ]  # fmt: skip
+    return TestView(test, contour_figure(n, test, earlier), lines, advice, earlier)
+
+
+def _drifts(material: Material) -> Iterator[DriftView]:
+    for n, (before, after) in enumerate(material.pairs):
+        changes = document_changes(before, after)
+        counts = block_counts(before, after)
+        words = told(changes)
+        if counts:
+            words += f" The models have {counts[0]} and {counts[1]} blocks, which cannot be compared one by one."
+        title = f"{after.kind.capitalize()} of axis {after.axis}"
+        yield DriftView(
+            title, _dated(before), _dated(after), words, changes, drift_figure(f"drift-{n}", title, changes)
+        )
+    for n, (earlier, later) in enumerate(material.test_pairs):
+        changes = glitch_changes(earlier, later)
+        what = f"circle of {readable(later.radius, 'm')}" if later.radius is not None else "path"
+        title = f"Glitch: {what} at {readable(later.feed, 'm/s')}"
+        figure = drift_figure(f"drift-run-{n}", title, changes)
+        yield DriftView(title, _dated(earlier), _dated(later), told(changes), changes, figure)
+
+
+def _dated(thing: Item | ContourTest) -> str:
+    return f"{thing.source} ({thing.created[:10]})" if thing.created else thing.source
+
+
+def _next_step(material: Material) -> str:
+    """Tell what is missing for an advice, where there is no run."""
+    if material.tests:
+        return ""
+    has_gms = any("gms" in item.sections() for item in material.items if item.kind == "friction")
+    has_friction = any(item.kind == "friction" for item in material.items)
+    if not has_friction:
+        return "No friction and no run was given. Begin with `fric identify static` on strokes at constant velocity."
+    step = "" if has_gms else "The friction has no pre-sliding part yet; `fric identify gms` finds it. "
+    return (
+        step + "To see which compensation leaves how large a glitch, run `fric simulate circle MACHINE.yaml --friction "
+        "x=FRICTION.yaml -o RUN.h5` and give RUN.h5 to `fric report` too."
+    )
