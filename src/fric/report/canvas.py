@@ -57,7 +57,7 @@ def canvas(x: str, y: str, **given: Any) -> Any:
         **{"height": 330, "sizing_mode": "stretch_width", "tools": "pan,box_zoom,wheel_zoom,reset,save"} | given,
     )
     plot.toolbar.logo = None
-    plot.background_fill_color = plot.border_fill_color = None
+    plot.background_fill_color = plot.border_fill_color = "#ffffff"  # without it, what was painted before shows through
     plot.outline_line_color = None
     for axis in plot.axis:
         axis.axis_label_text_font_style = "normal"

@@ -47,7 +47,7 @@ def _polar(n: int, test: ContourTest, earlier: ContourTest | None) -> Drawn:
     R = test.radius * 1e3
     plot = canvas(
         "x [mm], its error magnified", "y [mm], its error magnified", x_range=Range1d(-1.6 * R, 1.6 * R),
-        y_range=Range1d(-1.6 * R, 1.6 * R), match_aspect=True, aspect_ratio=1.0, height=560, max_width=680,
+        y_range=Range1d(-1.6 * R, 1.6 * R), aspect_ratio=1.0, height=560, max_width=680,
     )  # fmt: skip
     grid = ColumnDataSource({"xs": [], "ys": [], "label": [], "lx": [], "ly": []}, name="grid")
     plot.multi_line("xs", "ys", source=grid, color=GREY, line_width=0.6, line_dash="dotted")

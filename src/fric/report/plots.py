@@ -36,7 +36,7 @@ def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
             _branch(wide, one, sign, speed[0], force[0], color, label)
         _branch(near, one, 1, speed[0], force[0], color, label)
     _strokes(wide, near, item, curves, speed[0], force[0])
-    for plot, place in ((wide, "bottom_right"), (near, "top_right")):
+    for plot, place in ((wide, "bottom_right"), (near, "bottom_left")):
         legend(plot, place)
     lowest = int(np.argmin(first.y))
     unit, per_second = si_unit("force", item.motion), si_unit("velocity", item.motion)
@@ -137,7 +137,7 @@ def loops(item: Item, curves: FrictionCurves) -> list[Drawn]:
         rms = readable(float(np.sqrt(np.mean((loop.measured - loop.model) ** 2))), si_unit("force", item.motion))
         told = f"amplitude {readable(amplitude, si_unit('position', item.motion))}; measured less replayed {rms} rms"
         alt = f"Loop {loop.name} of axis {item.axis}, {told}."
-        drawn.append(Drawn(f"loop-{item.axis}-{n}", f"Loop {loop.name}", told.capitalize() + ".", alt, plot))
+        drawn.append(Drawn(f"loop-{item.axis}-{n}", f"Loop {loop.name}", f"A{told[1:]}.", alt, plot))
     return drawn
 
 

@@ -2,6 +2,7 @@
 // Draws the figures, and lets the controls beside a contour switch its schemes, magnify its error and zoom.
 const read = (id) => JSON.parse(document.getElementById(id).textContent);
 const settings = read("settings");
+const WHOLE = 1.6; // half of what is seen of a circle, in radii
 
 async function draw() {
   const drawn = {};
@@ -52,7 +53,7 @@ function control(panel, plot) {
       source.data = { ...source.data, x, y };
     }
     const step = round(radius * 1000 / factor / 6);
-    const errors = [-4, -3, -2, -1, 1, 2, 3].map((n) => n * step).filter((e) => radius + factor * e / 1000 > 0.1 * radius);
+    const errors = [-3, -2, -1, 1, 2, 3].map((n) => n * step).filter((e) => radius + factor * e / 1000 > 0.3 * radius);
     const turn = Array.from({ length: 181 }, (_, i) => i * Math.PI / 90);
     const circles = errors.map((error) => turn.map((angle) => place(angle, error)));
     const marks = errors.map((error) => place(Math.PI / 8, error));
@@ -75,13 +76,17 @@ function control(panel, plot) {
   set(given.magnification);
 
   const look = (x, y, half) => {
-    Object.assign(plot.x_range, { start: x - half, end: x + half });
-    Object.assign(plot.y_range, { start: y - half, end: y + half });
+    const wide = half * plot.inner_width / plot.inner_height; // so that a circle is round
+    const [x_range, y_range] = [{ start: x - wide, end: x + wide }, { start: y - half, end: y + half }];
+    Object.assign(plot.x_range, x_range);
+    Object.assign(plot.y_range, y_range);
   };
+  look(0, 0, WHOLE * radius);
+  for (const range of [plot.x_range, plot.y_range]) Object.assign(range, { reset_start: range.start, reset_end: range.end });
   for (const button of all(".zoom")) {
     button.addEventListener("click", () => {
       const quadrant = button.dataset.quadrant;
-      if (quadrant === "all") return look(0, 0, 1.6 * radius);
+      if (quadrant === "all") return look(0, 0, WHOLE * radius);
       const angle = Number(quadrant) * Math.PI / 2;
       look(1.1 * radius * Math.cos(angle), 1.1 * radius * Math.sin(angle), 0.4 * radius);
     });

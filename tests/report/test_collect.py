@@ -1,0 +1,90 @@
+"""Files are recognised by their content, sorted by date, and come out of a report as they went in."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fric.errors import FricError
+from fric.io.recognise import recognise
+from fric.io.report import read_report, write_report
+from fric.io.run import read_runs
+from fric.report.collect import as_data, collect, contour_test, thinned
+from fric.report.page import render_report
+
+from .conftest import LOGS, PAPER
+
+
+def test_content_counts_and_not_the_name(files: SimpleNamespace, tmp_path: Path) -> None:
+    for source, found in ((files.run, "run/1"), (files.march, "friction/1"), (LOGS / "presliding-sine.h5", "log/1")):
+        other = tmp_path / f"{found[:3]}.txt"
+        shutil.copy(source, other)
+        assert recognise(other) == found
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [
+        ("a: 1\n", "no file of fric's"),
+        ("<!doctype html><p>hello", "no file of fric's"),
+        ("fric: machine/1", "no place"),
+    ],
+)
+def test_what_is_no_part_of_a_report_is_refused(tmp_path: Path, content: str, what: str) -> None:
+    path = tmp_path / "file.yaml"
+    path.write_text(content)
+    with pytest.raises(FricError, match=what):
+        collect([path])
+    with pytest.raises(FricError, match="no such file"):
+        collect([tmp_path / "none.h5"])
+
+
+def test_a_machine_file_or_logs_alone_make_no_report() -> None:
+    with pytest.raises(FricError, match="no place"):
+        collect([PAPER])
+    with pytest.raises(FricError, match="nothing to report but logs"):
+        collect([LOGS / "presliding-sine.h5"])
+
+
+def test_a_static_map_that_the_gms_file_carries_over_is_no_earlier_date(files: SimpleNamespace) -> None:
+    material = collect([files.static, files.march])
+    assert [item.source for item in material.items] == ["march.yaml"]
+    assert [item.source for item in material.replaced] == ["static.yaml"]
+    assert not material.pairs
+
+
+def test_an_open_limit_of_an_interval_is_infinite(files: SimpleNamespace) -> None:
+    (item,) = collect([files.march]).items
+    assert item.sections()["gms"]["C"].ci95 == (0.0, np.inf)
+
+
+def test_the_numbers_of_a_run_pass_through_a_report_to_the_last_digit(files: SimpleNamespace, tmp_path: Path) -> None:
+    material = collect([files.run, files.march])
+    path = tmp_path / "report.html"
+    write_report(path, render_report(material))
+    again = collect([path])
+    runs = {run.scheme.name: run for run in read_runs(files.run)}
+    (test,) = again.tests
+    assert {one.scheme.name for one in test.contours} == set(runs)
+    for one in test.contours:
+        truth = runs[one.scheme.name].circularity
+        assert one.glitches == truth.quadrants
+        assert (one.glitch, one.rms, one.range) == (truth.glitch, truth.rms, truth.range)
+    assert again.items[0].tree == material.items[0].tree
+    assert read_report(path)["documents"] == as_data(material)["documents"]
+    assert contour_test(read_report(path)["tests"][0], "").created == "2026-03-02T08:00:00+00:00"
+
+
+def test_thinning_keeps_every_peak() -> None:
+    angle = np.linspace(0, 2 * np.pi, 75_400)
+    error = np.zeros(angle.size)
+    error[[1234, 40_000, 75_000]] = [22e-6, -9e-6, 5e-6]  # spikes of one sample
+    place, kept = thinned(angle, error, 720)
+    assert len(place) <= 2 * 720 + 2
+    assert np.all(np.diff(place) > 0)
+    assert sorted(kept[kept != 0]) == [-9e-6, 5e-6, 22e-6]
+    assert (place[0], place[-1]) == (angle[0], angle[-1])

@@ -1,0 +1,80 @@
+"""Bands of curves from the intervals of a file; points and loops from logs."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import fric
+from fric.errors import FricError
+from fric.friction.gms import GMS
+from fric.io.friction import static_tree
+from fric.io.hdf5 import read_logs
+from fric.io.yaml import write_document
+from fric.report.collect import collect
+from fric.report.curves import friction_curves, map_band, presliding, virgin_band
+
+from .conftest import LOGS
+
+
+def test_a_band_ends_where_the_only_unsure_parameter_does(files: SimpleNamespace) -> None:
+    static = collect([files.march]).items[0].sections()["static"]
+    only = {name: (one if name == "F_s" else type(one)(one.value, one.unit)) for name, one in static.items()}
+    band = map_band(only, np.array([1e-9, 1.0]))
+    assert band.low[0] == pytest.approx(163, abs=1e-3)
+    assert band.high[0] == pytest.approx(167, abs=1e-3)
+    assert band.low[1] == band.y[1] == band.high[1] == pytest.approx(105 + 40)  # F_s is of no account at 1 m/s
+
+
+def test_the_virgin_curve_ends_at_F_s_and_begins_with_all_springs(files: SimpleNamespace) -> None:
+    sections = collect([files.march]).items[0].sections()
+    band = virgin_band(sections, 2e-4)
+    assert band.y[-1] == pytest.approx(165)
+    assert (band.low[-1], band.high[-1]) == (pytest.approx(163), pytest.approx(167))
+    assert band.y[0] / band.x[0] == pytest.approx(sum(sections["gms"]["k"].value))
+    assert np.all((band.low <= band.y) & (band.y <= band.high))
+
+
+def test_a_friction_file_alone_gives_the_loops_of_its_model(files: SimpleNamespace) -> None:
+    material = collect([files.march])
+    curves = friction_curves(material, material.items[0])
+    model = GMS.from_sections(material.items[0].sections())
+    for loop in curves.loops:  # Masing: a branch is the virgin curve stretched by two
+        amplitude = loop.position.max()
+        assert loop.model.max() == pytest.approx(float(model.virgin_curve(amplitude)), rel=2e-3)
+        assert loop.measured is None
+    assert presliding(material) == pytest.approx(model.slip_displacements.max())
+    assert not curves.points
+
+
+def test_logs_give_points_and_loops(files: SimpleNamespace) -> None:
+    material = collect([files.march, LOGS / "constant-velocity.h5", LOGS / "presliding-sine.h5"])
+    curves = friction_curves(material, material.items[0])
+    assert len(curves.points) == 34
+    assert curves.measured_virgin is not None
+    assert [loop.name for loop in curves.loops] == ["presliding-sine-01", "presliding-sine-02"]
+    assert all(np.abs(loop.measured).max() > 50 for loop in curves.loops)
+
+
+def test_logs_are_not_drawn_against_a_map_that_the_drive_s_damping_was_taken_off(
+    files: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    log = LOGS / "constant-velocity.h5"
+    plant = fric.read_plant(files.plant, axis="x", motion="linear")
+    logs = read_logs(log)
+    path = tmp_path_factory.mktemp("taken-off") / "friction.yaml"
+    write_document(path, static_tree(fric.identify_static(logs, plant=plant), logs))
+    alone = collect([path, log])
+    curves = friction_curves(alone, alone.items[0])
+    assert not curves.points
+    assert "Give the plant file too" in curves.notes[0]
+    whole = collect([path, log, files.plant])
+    assert len(friction_curves(whole, whole.of("friction", "x")).points) == 34
+
+
+def test_an_axis_that_is_not_there_is_none(files: SimpleNamespace) -> None:
+    assert collect([files.march]).of("friction", "z") is None
+    with pytest.raises(FricError):
+        collect([files.folder / "none.yaml"])

@@ -1,0 +1,87 @@
+"""The page: it stands alone, is small, and its numbers are those of the files."""
+
+from __future__ import annotations
+
+from html.parser import HTMLParser
+from types import SimpleNamespace
+
+import pytest
+
+from fric.io.run import read_runs
+from fric.report.collect import collect
+from fric.report.page import render_report
+
+from .conftest import LOGS
+
+
+class Page(HTMLParser):
+    """What of a page can load something, and what its tables and figures say."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.addresses: list[str] = []
+        self.ids: list[str] = []
+        self.numbers: dict[str, list[float]] = {}
+        self.images: list[dict[str, str | None]] = []
+        self.styles: list[str] = []
+        self._row, self._tag = "", ""
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given, self._tag = dict(attrs), tag
+        names = ("src", "href", "action", "srcset", "poster", "data", "formaction", "xlink:href", "ping", "manifest")
+        self.addresses += [str(given[name]) for name in names if name in given]
+        self.ids += [str(given["id"])] if "id" in given else []
+        if tag == "tr":
+            self._row = str(given.get("data-scheme", ""))
+        if tag == "data" and self._row:
+            self.numbers.setdefault(self._row, []).append(float(str(given["value"])))
+        if given.get("role") == "img" or tag == "img":
+            self.images.append(given)
+
+    def handle_data(self, data: str) -> None:
+        if self._tag == "style":
+            self.styles.append(data)
+
+
+@pytest.fixture(scope="module")
+def html(files: SimpleNamespace) -> str:
+    everything = [files.march, files.september, files.static, files.observer, files.plant, files.run, files.later_run]
+    return render_report(collect([*everything, *LOGS.glob("*.h5")]))
+
+
+def test_it_is_one_small_file_that_names_no_address(html: str) -> None:
+    page = Page(html)
+    assert len(html.encode()) < 3_000_000
+    assert all(address.startswith(("#", "data:")) for address in page.addresses)
+    assert not any("url(" in style or "@import" in style for style in page.styles)
+    assert "default-src 'none'" in html
+    assert len(page.ids) == len(set(page.ids))
+    assert {address[1:] for address in page.addresses if address.startswith("#")} <= set(page.ids)
+
+
+def test_its_numbers_are_those_of_the_run_file(html: str, files: SimpleNamespace) -> None:
+    numbers = Page(html).numbers
+    for run in read_runs(files.later_run):
+        found = run.circularity
+        assert numbers[run.scheme.name] == [*found.quadrants, found.glitch, found.rms, found.range]
+
+
+def test_every_figure_has_words_for_it(html: str) -> None:
+    images = Page(html).images
+    assert len(images) >= 8
+    for image in images:
+        assert len(str(image.get("aria-label") or image.get("alt"))) > 40
+    assert "blocks slip at 0.934 µm" in html
+
+
+def test_warnings_stand_before_everything_else_and_are_escaped(html: str) -> None:
+    assert html.index('id="warnings"') < html.index('id="advice"') < html.index('id="identified"')
+    assert "strokes &lt;scatter&gt; by 2.1 N beyond their own noise &amp; more" in html
+
+
+def test_a_page_of_a_run_alone_and_of_a_document_alone(files: SimpleNamespace) -> None:
+    assert "xy feed table" in render_report(collect([files.run]))
+    alone = render_report(collect([files.static]))
+    assert "fric identify gms" in alone
+    assert 'id="contours"' not in alone
