@@ -54,11 +54,14 @@ def test_nothing_is_advised_where_nothing_helps() -> None:
     assert found.headline.startswith("Leave it as it is")
 
 
-def test_an_interval_widens_what_counts_as_the_same() -> None:
-    sure = [contour("a", 20), contour("b", 6), contour("f", 3)]
-    unsure = [*sure[:2], contour("f", 3, (1, 7))]
-    assert advice.choose(sure).scheme.name == "f"
-    assert advice.choose(unsure).scheme.name == "b"
+def test_on_many_machines_the_upper_limit_is_what_counts() -> None:
+    nominal = [contour("a", 20), contour("b", 6), contour("f", 3)]
+    spread = [contour("a", 20, (15, 25)), contour("b", 6, (4, 7)), contour("f", 3, (1, 12))]
+    assert advice.choose(nominal).scheme.name == "f"
+    assert advice.choose(spread).scheme.name == "b"
+    assert "between 4 µm and 7 µm; schemes are compared" in advice.advise(circle(*spread)).reasons[0]
+    half_known = [*nominal[:2], spread[2]]  # one interval alone compares nothing
+    assert advice.choose(half_known).scheme.name == "f"
 
 
 def test_an_observer_that_sees_the_feedforward_is_found() -> None:

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import fric
 from fric.errors import FricError
 from fric.io.recognise import recognise
 from fric.io.report import read_report, write_report
@@ -88,3 +89,17 @@ def test_thinning_keeps_every_peak() -> None:
     assert np.all(np.diff(place) > 0)
     assert sorted(kept[kept != 0]) == [-9e-6, 5e-6, 22e-6]
     assert (place[0], place[-1]) == (angle[0], angle[-1])
+
+
+def test_what_many_machines_gave_comes_as_intervals(files: SimpleNamespace, tmp_path: Path) -> None:
+    path = tmp_path / "many.h5"
+    machine = fric.read_machine(PAPER)
+    schemes = tuple(fric.choose_schemes("a,c"))
+    found = fric.monte_carlo(fric.Study(machine, schemes, seed=1), 8)
+    fric.write_runs(path, [fric.run_circle(machine, scheme) for scheme in schemes], many=found)
+    for one in collect([path]).tests[0].contours:
+        low, high = one.glitch_ci95
+        assert (low, high) == tuple(fric.monte_carlo_document(found)["schemes"][one.scheme.name]["ci95"])
+        assert 0 < low < high
+    assert "on 95 % of machines" in render_report(collect([path]))
+    assert "on 95 % of machines" not in render_report(collect([files.run]))

@@ -9,8 +9,7 @@ from types import FrameType
 import typer
 
 import fric
-from fric.cli import compare, design, identify, ingest, inspect, reproduce, schema, simulate, validate
-from fric.cli import design, identify, ingest, inspect, report, schema, simulate
+from fric.cli import compare, design, identify, ingest, inspect, report, reproduce, schema, simulate, validate
 from fric.errors import FricError
 
 app = typer.Typer(

@@ -155,6 +155,22 @@ def read_run_provenance(path: Path) -> dict[str, Any]:
     return told if isinstance(told, dict) else {}
 
 
+def read_glitch_intervals(path: Path) -> dict[str, tuple[float, float]]:
+    """Return between what the glitch of each scheme lay on 95 % of the machines that were drawn [m], by scheme.
+
+    Empty where the file tells of one machine alone; a scheme that ran on none of them is left out.
+    """
+    with open_file(path) as file:
+        if MONTE_CARLO not in file:
+            return {}
+        attributes = file[MONTE_CARLO].attrs
+        found = {
+            str(name): (float(low), float(high))
+            for name, (low, high) in zip(attributes["schemes"], attributes["ci95"], strict=True)
+        }
+    return {name: limits for name, limits in found.items() if np.isfinite(limits).all()}
+
+
 def _told(thing: Compensation | Circle) -> dict[str, Any]:
     values = {field.name: getattr(thing, field.name) for field in fields(thing)}
     return {key: value for key, value in values.items() if value is not None}

@@ -67,7 +67,12 @@ def advise(test: ContourTest, presliding: float | None = None) -> Advice:
             f"Use {named(chosen)}: it leaves a glitch of {left}, "
             f"{1 - chosen.glitch / bare.glitch:.0%} less than the {readable(bare.glitch, 'm')} without compensation."
         )
-    reasons = [effort(contours, chosen), *overcompensation(contours), *too_weak(contours)]
+    reasons = [
+        *on_many_machines(contours, chosen),
+        effort(contours, chosen),
+        *overcompensation(contours),
+        *too_weak(contours),
+    ]
     reasons += [*observer_share(contours), *observer_spoils(contours), *uneven(test)]
     if presliding is not None and test.radius is not None:
         reasons.append(build_up(presliding, test.radius, test.feed))
@@ -89,23 +94,31 @@ def demand(scheme: Compensation) -> int:
     return (0 if scheme.friction is None else 1 if scheme.friction == "static" else 2) + int(scheme.observer)
 
 
-def tolerance(contours: Sequence[Contour]) -> float:
-    """Return by how much two glitches must differ to count [m].
+def counted(contour: Contour, contours: Sequence[Contour]) -> float:
+    """Return the glitch that schemes are compared by [m].
 
-    The half width of the best scheme's interval where there is one, and never less than `EARNED` of the glitch without
-    compensation (of the largest, where that was not run).
+    The upper limit of the interval where every scheme has one: what 95 % of the machines that were drawn stay under,
+    or nearly. The glitch of the one machine otherwise.
+    """
+    if any(one.glitch_ci95 is None for one in contours) or contour.glitch_ci95 is None:
+        return contour.glitch
+    return contour.glitch_ci95[1]
+
+
+def tolerance(contours: Sequence[Contour]) -> float:
+    """Return by how much two glitches must differ to count [m]: `EARNED` of that without compensation.
+
+    Of the largest, where the bare loop was not run.
     """
     bare = uncompensated(contours)
-    best = min(contours, key=lambda one: one.glitch)
-    floor = EARNED * (bare or max(contours, key=lambda one: one.glitch)).glitch
-    return floor if best.glitch_ci95 is None else max(floor, best.glitch_ci95[1] - best.glitch)
+    return EARNED * (max(one.glitch for one in contours) if bare is None else bare.glitch)
 
 
 def choose(contours: Sequence[Contour]) -> Contour:
     """Return the scheme that asks for the least among those that are as good as the best, within the tolerance."""
-    least = min(one.glitch for one in contours)
-    good = [one for one in contours if one.glitch <= least + tolerance(contours)]
-    return min(good, key=lambda one: (demand(one.scheme), one.glitch))
+    least = min(counted(one, contours) for one in contours)
+    good = [one for one in contours if counted(one, contours) <= least + tolerance(contours)]
+    return min(good, key=lambda one: (demand(one.scheme), counted(one, contours)))
 
 
 def effort(contours: Sequence[Contour], chosen: Contour) -> str:
@@ -125,6 +138,16 @@ def effort(contours: Sequence[Contour], chosen: Contour) -> str:
         f"The best scheme that asks for less, {named(next_best)}, leaves {readable(next_best.glitch, 'm')}: "
         f"{readable(next_best.glitch - chosen.glitch, 'm', 2)} more, and {counts} count here."
     )
+
+
+def on_many_machines(contours: Sequence[Contour], chosen: Contour) -> list[str]:
+    """Tell what the scheme leaves on the machines that were drawn around this one."""
+    if chosen.glitch_ci95 is None:
+        return []
+    low, high = (readable(limit, "m") for limit in chosen.glitch_ci95)
+    told = f"On 95 % of the machines that were drawn around this one, {named(chosen)} leaves between {low} and {high}"
+    by_limit = all(one.glitch_ci95 is not None for one in contours)
+    return [told + ("; schemes are compared by that upper limit." if by_limit else ".")]
 
 
 def peak(contour: Contour) -> float:

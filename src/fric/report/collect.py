@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -16,7 +17,7 @@ from fric.io.documents import document_types
 from fric.io.hdf5 import read_records
 from fric.io.recognise import recognise
 from fric.io.report import FORMAT, read_report
-from fric.io.run import read_run_provenance, read_runs
+from fric.io.run import read_glitch_intervals, read_run_provenance, read_runs
 from fric.io.yaml import plain, read_document, read_tree
 from fric.report.material import KINDS, Contour, ContourTest, Item, Material
 from fric.simulate.circle import CircleRun
@@ -55,7 +56,8 @@ def collect(paths: Iterable[Path]) -> Material:
             read_document(path, document_types()[kind])
             items.append(_item(path.name, plain(read_tree(path))))
         elif kind == "run":
-            tests.append(_test(path.name, read_run_provenance(path), read_runs(path, traces=False)))
+            test = _test(path.name, read_run_provenance(path), read_runs(path, traces=False))
+            tests.append(_with_intervals(test, read_glitch_intervals(path)))
         elif kind == "log":
             records += read_records(path)
         elif found == FORMAT:
@@ -126,6 +128,11 @@ def _test(source: str, provenance: Mapping[str, Any], runs: Sequence[CircleRun |
     labels = tuple(f"{n}: axis {turn.axis + 1}" for n, turn in enumerate(turns, 1))
     paths = [_path(run) for run in runs if isinstance(run, PathRun)]
     return ContourTest(source, provenance, first.path.feed, None, 1, labels, tuple(paths))
+
+
+def _with_intervals(test: ContourTest, intervals: Mapping[str, tuple[float, float]]) -> ContourTest:
+    contours = (replace(one, glitch_ci95=intervals.get(one.scheme.name)) for one in test.contours)
+    return replace(test, contours=tuple(contours))
 
 
 def _circle(run: CircleRun) -> Contour:

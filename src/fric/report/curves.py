@@ -13,8 +13,9 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
 from fric.identify.gms_records import taken_off
+from fric.identify.loops import Loops, find_loops
 from fric.identify.static import steady_points
-from fric.identify.virgin_curve import Loops, VirginCurve, find_loops, virgin_curve
+from fric.identify.virgin_curve import VirginCurve, virgin_curve
 from fric.io.documents.plant import PlantDocument
 from fric.log import Log
 

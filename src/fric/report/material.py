@@ -104,7 +104,7 @@ class Contour:
     warnings
         What the simulation told.
     glitch_ci95
-        95 % interval of the glitch [m], where the run carries one.
+        Between what the glitch lay on 95 % of the machines that were drawn [m], where the run tells.
     """
 
     scheme: Compensation
