@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 from fric.contour import Circularity, ContourError, circularity
 from fric.errors import FricError
-from fric.reference import circle
+from fric.reference import Reference, circle
 from fric.simulate.axis import SUBSTEPS, Trace, run_axis
 
 if TYPE_CHECKING:
@@ -121,17 +122,17 @@ def run_circle(
     test = test or Circle()
     first, second = pair(machine)
     sampling = machine.axes[first].cascade.sampling
-    references = dict(
-        zip(
-            (first, second),
-            circle(test.radius, test.feed, test.revolutions, sampling, direction=test.direction),
-            strict=True,
-        )
-    )
+    references = dict(zip((first, second), _references(test, sampling), strict=True))
     moved = [machine.axis(only).name] if only else [first, second]
     traces = {name: run_axis(machine.axes[name], references[name], scheme, substeps=substeps) for name in moved}
     x, y = (traces[name].position if name in traces else references[name].position for name in (first, second))
     return CircleRun(scheme, test, traces, circularity(x, y, test.radius), saturation_warnings(traces))
+
+
+@lru_cache(maxsize=4)
+def _references(test: Circle, sampling: float) -> tuple[Reference, Reference]:
+    """Return the motion of both axes, which schemes and machines share."""
+    return circle(test.radius, test.feed, test.revolutions, sampling, direction=test.direction)
 
 
 def pair(machine: Machine) -> tuple[str, str]:
