@@ -216,7 +216,7 @@ def default_workers() -> int:
 def outcomes(study: Study, machines: int, *, workers: int | None = None) -> Iterator[Iterator[Outcome]]:
     """Give the outcomes of machines 0, 1, 2, … in their order, as they are ready.
 
-    The machines are shared out among threads: the compiled loop, which takes nine tenths of the time, leaves the
+    The machines are shared out among threads: the compiled loops, which take four fifths of the time, leave the
     interpreter to the others, and threads start at once and need no copy of the study. When the block ends early,
     machines that were not begun are left out.
 
