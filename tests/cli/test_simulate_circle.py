@@ -77,6 +77,21 @@ def test_believed_friction_is_separate_from_true_friction(tmp_path: Path) -> Non
     assert weak["b"]["glitch"] > 2 * own["b"]["glitch"]
 
 
+def test_a_controller_of_its_own_is_used_and_told_by_its_type(tmp_path: Path) -> None:
+    soft = tmp_path / "soft.yaml"
+    soft.write_text(
+        "fric: controller/1\naxis: x\nK_v: 60 1/s\nK_p: 40 V*s/m\nK_i: 800 V/m\n"
+        "velocity_filter: 500 Hz\nsampling: 4 kHz\n"
+    )
+    words = ("--scheme", "a", "--axis", "x", "--json")
+    stiff, weak = (json.loads(circle(*words, *more))["schemes"]["a"] for more in ((), ("--with", f"x={soft}")))
+    assert weak["glitch"] > 2 * stiff["glitch"]
+    with pytest.raises(FricError, match="controller of the linear axis x, and axis y"):
+        circle("--with", f"y={soft}")
+    with pytest.raises(FricError, match="no file that a controller uses"):
+        circle("--with", f"x={MACHINE}")
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

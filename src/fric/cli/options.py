@@ -25,7 +25,12 @@ SchemesFile = Annotated[
 ]
 BelievedFriction = Annotated[
     list[str] | None,
-    typer.Option("--friction", metavar="AXIS=FRICTION.yaml", help="Friction that the controller believes."),
+    typer.Option(
+        "--friction",
+        "--with",
+        metavar="AXIS=FILE.yaml",
+        help="Friction that the controller of an axis believes; or its plant, controller or observer. Repeatable.",
+    ),
 ]
 Gain = Annotated[
     float | None, typer.Option("--gain", help="Gain of the friction feedforward, instead of the machine's.")

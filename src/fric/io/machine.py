@@ -8,11 +8,23 @@ from pathlib import Path
 
 from fric.compensation.base import Compensation
 from fric.errors import FricError
+from fric.io.documents.base import AxisDocument
+from fric.io.documents.controller import ControllerDocument
 from fric.io.documents.friction import FrictionDocument
-from fric.io.documents.machine import MachineDocument, believed_models
+from fric.io.documents.machine import MachineDocument
+from fric.io.documents.observer import ObserverDocument
+from fric.io.documents.plant import PlantDocument
 from fric.io.documents.schemes import SchemesDocument
-from fric.io.yaml import read_document
-from fric.simulate.machine import Believed, Machine
+from fric.io.yaml import read_document, read_tree
+from fric.simulate.machine import Machine
+
+BELIEVED: dict[str, type[AxisDocument | FrictionDocument]] = {
+    "plant": PlantDocument,
+    "controller": ControllerDocument,
+    "observer": ObserverDocument,
+    "friction": FrictionDocument,
+}
+"""What a controller's side of an axis can be given as a file, by document type."""
 
 
 def read_machine(
@@ -25,7 +37,8 @@ def read_machine(
     path
         The machine file.
     believed
-        Friction files that its controllers believe instead, each as ``AXIS=FRICTION.yaml``.
+        Files that its controllers use instead, each as ``AXIS=FILE.yaml``: friction to feed forward, a nominal
+        plant, a controller, an observer. What the axis truly is stays as it is.
     gain
         Gain of the friction feedforward on all axes, instead of the machine's.
     friction_model
@@ -36,7 +49,7 @@ def read_machine(
     FricError
         When a file does not read, a value is missing, of the wrong unit or not physical, or a part is of another axis.
     """
-    document = read_document(path, MachineDocument)
+    document = read_machine_document(path, believed)
     try:
         machine = document.machine()
         if friction_model is not None:
@@ -45,25 +58,50 @@ def read_machine(
             machine = replace(machine, axes=axes)
     except FricError as error:
         raise error.at(str(path)) from None
-    for given in believed:
-        name, equals, file = given.partition("=")
-        if not equals:
-            raise FricError(f"'{given}' does not say which axis it is for", mend="Write it as x=FRICTION.yaml.")
-        axis = machine.axis(name)
-        friction = read_document(Path(file), FrictionDocument)
-        if (friction.axis, friction.motion) != (axis.name, axis.motion):
-            raise FricError(
-                f"is the friction of the {friction.motion} axis {friction.axis}, "
-                f"and axis {axis.name} of the machine is {axis.motion}",
-                where=file,
-                mend="Give the friction file of this axis.",
-            )
-        believing = replace(axis, believed=Believed(believed_models(friction), axis.believed.gain))
-        machine = replace(machine, axes={**machine.axes, name: believing})
     if gain is None:
         return machine
     axes = {name: replace(axis, believed=replace(axis.believed, gain=gain)) for name, axis in machine.axes.items()}
     return replace(machine, axes=axes)
+
+
+def read_machine_document(path: Path, believed: Iterable[str] = ()) -> MachineDocument:
+    """Read a machine file as a document, with the files that its controllers use instead in their places."""
+    document = read_document(path, MachineDocument)
+    axes = dict(document.axes)
+    for given in believed:
+        name, equals, file = given.partition("=")
+        if not equals:
+            raise FricError(f"'{given}' does not say which axis it is for", mend="Write it as x=FRICTION.yaml.")
+        if name not in axes:
+            raise FricError(f"the machine has no axis '{name}'", mend=f"Its axes are {', '.join(axes)}.")
+        kind, part = _believed(Path(file))
+        if (part.axis, part.motion) != (name, axes[name].motion):
+            raise FricError(
+                f"is the {kind} of the {part.motion} axis {part.axis}, "
+                f"and axis {name} of the machine is {axes[name].motion}",
+                where=file,
+                mend=f"Give the {kind} file of this axis.",
+            )
+        if kind == "friction":
+            update: dict[str, object] = {"feedforward": axes[name].feedforward.model_copy(update={"friction": part})}
+        else:
+            update = {"nominal" if kind == "plant" else kind: part}
+        axes[name] = axes[name].model_copy(update=update)
+    return document.model_copy(update={"axes": axes})
+
+
+def _believed(file: Path) -> tuple[str, AxisDocument | FrictionDocument]:
+    tree = read_tree(file)
+    kind = str(tree.get("fric", "") if hasattr(tree, "get") else "").partition("/")[0]
+    if kind not in BELIEVED:
+        raise FricError(
+            f"is no file that a controller uses: its first line says 'fric: {kind}'"
+            if kind
+            else "is no file of fric's",
+            where=str(file),
+            mend=f"Give one of {', '.join(BELIEVED)}.",
+        )
+    return kind, read_document(file, BELIEVED[kind])
 
 
 def read_schemes(path: Path) -> dict[str, Compensation]:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from fric.errors import FricError
 from fric.io.documents.friction import FrictionDocument
-from fric.io.documents.machine import MachineDocument, true_friction
+from fric.io.documents.machine import true_friction
 from fric.io.documents.spread import SpreadDocument
-from fric.io.machine import read_machine
+from fric.io.machine import read_machine, read_machine_document
 from fric.io.yaml import read_document
 from fric.simulate.intervals import Intervals, closed_intervals, friction_intervals
 from fric.simulate.machine import Machine
@@ -60,11 +60,10 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), gain: float | N
     """
     believed = tuple(believed)
     machine = read_machine(path, believed=believed, gain=gain)
-    files = {axis: Path(file) for axis, _, file in (given.partition("=") for given in believed)}
     intervals: dict[str, Intervals] = {}
     axes, warnings = dict(machine.axes), []
-    for name, part in read_document(path, MachineDocument).axes.items():
-        own = read_document(files[name], FrictionDocument) if name in files else part.feedforward.friction
+    for name, part in read_machine_document(path, believed).axes.items():
+        own = part.feedforward.friction
         friction = _merged(part.friction, own) if own else part.friction
         model, axis = true_friction(friction), machine.axes[name]
         sections = {key: friction.estimates(key) for key in friction.sections()}
