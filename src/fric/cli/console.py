@@ -7,16 +7,42 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cached_property
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
+if TYPE_CHECKING:
+    from rich.console import Console
 
-# a file takes lines of any length
-OUT = Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 1000)
-ERR = Console(stderr=True, highlight=False, soft_wrap=True)
+# Rich is imported where it is first needed: `fric --help` prints nothing through it, and it costs 50 ms.
+
+
+class Stream:
+    """Standard output or standard error, written through Rich.
+
+    Parameters
+    ----------
+    stderr
+        True for standard error.
+    """
+
+    def __init__(self, *, stderr: bool) -> None:
+        self._stderr = stderr
+
+    @cached_property
+    def console(self) -> Console:
+        """Rich's console; a file takes lines of any length."""
+        from rich.console import Console
+
+        wide = self._stderr or sys.stdout.isatty()
+        return Console(stderr=self._stderr, highlight=False, soft_wrap=True, width=None if wide else 1000)
+
+    def print(self, *things: Any, markup: bool = True) -> None:
+        """Print as Rich does, with its markup or without."""
+        self.console.print(*things, markup=markup)
+
+
+OUT, ERR = Stream(stderr=False), Stream(stderr=True)
 
 
 def print_json(document: Mapping[str, Any]) -> None:
@@ -26,6 +52,8 @@ def print_json(document: Mapping[str, Any]) -> None:
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
     """Print a table: the first column to the left, numbers to the right."""
+    from rich.table import Table
+
     table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
     for n, column in enumerate(columns):
         table.add_column(column, justify="left" if n == 0 else "right")
@@ -43,8 +71,11 @@ def print_warnings(warnings: Iterable[str]) -> None:
 @contextmanager
 def progress(description: str, total: int | None = None) -> Iterator[Any]:
     """Show a progress bar on standard error, silent when that is no terminal; gives a function to advance it."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=ERR, transient=True, disable=not ERR.is_terminal) as bar:
+    console = ERR.console
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(description, total=total)
 
         def advance(steps: int = 1) -> None:
