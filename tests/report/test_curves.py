@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -71,7 +72,27 @@ def test_logs_are_not_drawn_against_a_map_that_the_drive_s_damping_was_taken_off
     assert not curves.points
     assert "Give the plant file too" in curves.notes[0]
     whole = collect([path, log, files.plant])
-    assert len(friction_curves(whole, whole.of("friction", "x")).points) == 34
+    curves = friction_curves(whole, whole.of("friction", "x"))
+    assert len(curves.points) == 34
+    assert curves.fitted
+
+
+def test_the_band_of_a_fit_made_again_is_narrower_than_that_of_intervals_alone(
+    tmp_path: Path, files: SimpleNamespace
+) -> None:
+    log = LOGS / "constant-velocity.h5"
+    logs = read_logs(log)
+    path = tmp_path / "friction.yaml"
+    write_document(path, static_tree(fric.identify_static(logs), logs))
+    material = collect([path, log])
+    curves = friction_curves(material, material.items[0])
+    assert curves.fitted
+    of_fit = curves.maps["both"]
+    alone = map_band(material.items[0].sections()["static"], of_fit.x)
+    assert of_fit.y == pytest.approx(alone.y, rel=1e-4)
+    assert np.mean(of_fit.high - of_fit.low) < np.mean(alone.high - alone.low)
+    other = collect([files.static, log])  # a file that these strokes did not make
+    assert not friction_curves(other, other.items[0]).fitted
 
 
 def test_an_axis_that_is_not_there_is_none(files: SimpleNamespace) -> None:

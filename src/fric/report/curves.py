@@ -14,7 +14,7 @@ from fric.errors import FricError
 from fric.friction.gms import GMS
 from fric.identify.gms_records import taken_off
 from fric.identify.loops import Loops, find_loops
-from fric.identify.static import steady_points
+from fric.identify.static import identify_static, steady_points
 from fric.identify.virgin_curve import VirginCurve, virgin_curve
 from fric.io.documents.plant import PlantDocument
 from fric.log import Log
@@ -23,8 +23,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.estimate import Estimate
-    from fric.identify.map_fit import SpeedPoint
+    from fric.identify.map_fit import MapFit, SpeedPoint
     from fric.report.material import Item, Material
+
+SAME = 0.02
+"""Share of its interval by which a number may differ that a file rounds, and that is fitted again."""
 
 LOOP_POINTS = 1500
 """Points of a loop that are drawn."""
@@ -61,6 +64,8 @@ class FrictionCurves:
         direction of motion.
     points
         Measured strokes, with the offset of the force channel taken off.
+    fitted
+        True where the map's band is that of its fit to these strokes, made again; else it is from the intervals alone.
     virgin
         The virgin curve of the GMS model.
     measured_virgin
@@ -75,6 +80,7 @@ class FrictionCurves:
 
     maps: Mapping[str, Band]
     points: tuple[SpeedPoint, ...] = ()
+    fitted: bool = False
     virgin: Band | None = None
     measured_virgin: VirginCurve | None = None
     knots: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
@@ -98,15 +104,18 @@ def friction_curves(material: Material, item: Item) -> FrictionCurves:
         found = steady_points(strokes, plant=plant)
         points = tuple(replace(point, force=point.force - offset) for point in found)
     maps = {_direction(name, static): map_band(one, _speeds(one, points)) for name, one in static.items()}
+    again = _fitted_again(static["static"], strokes, plant) if points and len(static) == 1 else None
+    if again is not None:
+        maps = {"both": _band_of_fit(again, _speeds(static["static"], points))}
     if "gms" not in sections:
-        return FrictionCurves(maps, points, notes=tuple(notes))
+        return FrictionCurves(maps, points, again is not None, notes=tuple(notes))
     model = GMS.from_sections(sections)
     loops, curve = ((), None) if notes else _measured(waves, plant, model)
     reach = 1.6 * float(model.slip_displacements.max())
     reach = max(reach, float(curve.displacement[-1])) if curve is not None else reach
     knots = np.sort(model.slip_displacements)
     return FrictionCurves(
-        maps, points, virgin_band(sections, reach), curve, (knots, model.virgin_curve(knots)),
+        maps, points, again is not None, virgin_band(sections, reach), curve, (knots, model.virgin_curve(knots)),
         loops or model_loops(model), tuple(notes),
     )  # fmt: skip
 
@@ -157,6 +166,33 @@ def map_band(static: Mapping[str, Estimate], speed: NDArray[np.float64]) -> Band
         return np.asarray(level + given.get("sigma", 0.0) * speed)
 
     return Band(speed, *_in_quadrature(force, {name: static[name] for name in values}))
+
+
+def _fitted_again(static: Mapping[str, Estimate], strokes: Sequence[Log], plant: Plant | None) -> MapFit | None:
+    """Return the fit of the map to these strokes, where it is the one that the file tells of; else None.
+
+    The file holds no covariance. The strokes do, if they are those that it was identified from.
+    """
+    delta = static.get("delta")
+    try:
+        fit = identify_static(strokes, plant=plant, delta=float(delta) if delta is not None and delta.fixed else None)
+    except FricError:  # the points are drawn, whatever can be fitted to them
+        return None
+    if fit.static is None:
+        return None
+    for name, told in static.items():
+        low, high = told.ci95 or (0.0, 0.0)
+        width = high - low if isinstance(low, float) and isinstance(high, float) and high - low < inf else 0.0
+        found = float(fit.static.estimates[name])
+        if abs(found - float(told)) > SAME * width + 1e-5 * abs(found):
+            return None
+    return fit.static
+
+
+def _band_of_fit(fit: MapFit, speed: NDArray[np.float64]) -> Band:
+    force, half = fit.predict(speed)
+    force = force - fit.solution.theta["offset"]
+    return Band(speed, force, force - half, force + half)
 
 
 def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], reach: float) -> Band:

@@ -45,9 +45,10 @@ def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
         f"{readable(first.y[0], unit)}; the least is {readable(first.y[lowest], unit)} at "
         f"{readable(first.x[lowest], per_second)}; at the highest speed drawn it is {readable(first.y[-1], unit)}."
     )
+    told = "The band is that of the fit to these strokes." if curves.fitted else BAND_TOLD
     points = f" Points: {len(curves.points)} measured strokes with 95 % intervals." if curves.points else ""
     return [
-        Drawn(f"map-{item.axis}", "Friction-velocity map", BAND_TOLD + points, alt, wide),
+        Drawn(f"map-{item.axis}", "Friction-velocity map", told + points, alt, wide),
         Drawn(f"map-log-{item.axis}", "The same over the logarithm of speed", "", alt, near),
     ]
 
@@ -192,7 +193,7 @@ def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> Drawn 
     if not shown:
         return None
     names = [one.name for one in shown][::-1]
-    plot = canvas("change [%]", "", height=90 + 26 * len(shown), y_range=names)
+    plot = canvas("change [%]", "", height=90 + 26 * len(shown), y_range=names, max_width=820)
     plot.line([0, 0], [names[0], names[-1]], color=GREY, line_dash="dashed")
     for one in shown:
         low, high = one.difference_ci95 or (0.0, 0.0)

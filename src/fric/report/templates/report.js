@@ -53,7 +53,7 @@ function control(panel, plot) {
       source.data = { ...source.data, x, y };
     }
     const step = round(radius * 1000 / factor / 6);
-    const errors = [-3, -2, -1, 1, 2, 3].map((n) => n * step).filter((e) => radius + factor * e / 1000 > 0.3 * radius);
+    const errors = [-3, -2, -1, 1, 2].map((n) => n * step).filter((e) => radius + factor * e / 1000 > 0.3 * radius);
     const turn = Array.from({ length: 181 }, (_, i) => i * Math.PI / 90);
     const circles = errors.map((error) => turn.map((angle) => place(angle, error)));
     const marks = errors.map((error) => place(Math.PI / 8, error));
