@@ -64,6 +64,11 @@ def test_two_dates_of_one_axis(files: SimpleNamespace) -> None:
     assert told(list(changes.values())).startswith("1 of ")
 
 
+def test_the_same_numbers_at_two_dates_are_said_to_be_the_same() -> None:
+    assert told([Change("F_c", "N", 105.0, 105.0, (104, 106), (104, 106))]) == "No number changed."
+    assert told([]) == "The two share no identified number."
+
+
 def test_the_glitch_of_two_dates(files: SimpleNamespace) -> None:
     material = collect([files.run, files.later_run])
     ((before, after),) = material.test_pairs

@@ -128,6 +128,8 @@ def told(changes: list[Change]) -> str:
     """Tell in a sentence how many numbers moved beyond what their intervals allow."""
     moved = [change for change in changes if change.verdict == "moved"]
     known = [change for change in changes if change.verdict != "unknown"]
+    if not any(change.difference for change in changes):
+        return "No number changed." if changes else "The two share no identified number."
     if not known:
         return "None of the numbers has an interval: that they differ is seen, and not whether they moved."
     if not moved:
