@@ -16,6 +16,7 @@ from fric.io.report import read_report, write_report
 from fric.io.run import read_runs
 from fric.report.collect import as_data, collect, contour_test, thinned
 from fric.report.page import render_report
+from fric.simulate.path import PointPath
 
 from .conftest import LOGS, PAPER
 
@@ -103,3 +104,23 @@ def test_what_many_machines_gave_comes_as_intervals(files: SimpleNamespace, tmp_
         assert 0 < low < high
     assert "on 95 % of machines" in render_report(collect([path]))
     assert "on 95 % of machines" not in render_report(collect([files.run]))
+
+
+def test_the_reversals_of_a_path_are_told_by_axis_and_place(tmp_path: Path) -> None:
+    turn = np.linspace(0, 2 * np.pi, 400)
+    ellipse = PointPath(0.02 * np.cos(turn), 0.012 * np.sin(turn), 0.05)
+    run = fric.run_path(fric.read_machine(PAPER), fric.choose_schemes("a")[0], ellipse)
+    path = tmp_path / "path.h5"
+    fric.write_runs(path, [run])
+    (test,) = collect([path]).tests
+    assert test.radius is None
+    assert [label.partition(",")[0] for label in test.labels[1:2]] == ["x at (-20"]
+    assert test.contours[0].glitches == tuple(one.glitch for one in run.contour.reversals)
+    assert "within 30°" not in render_report(collect([path]))
+
+
+def test_a_picture_is_no_file_of_fric_s(tmp_path: Path) -> None:
+    picture = tmp_path / "figure.png"
+    picture.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+    with pytest.raises(FricError, match="no file of fric's"):
+        recognise(picture)

@@ -34,6 +34,8 @@ def recognise(path: Path) -> str:
             found = str(file.attrs.get("fric", ""))
     elif head.lstrip().lower().startswith((b"<!doctype html", b"<html")):
         found = "report/1" if REPORT_MARK in path.read_text(encoding="utf-8", errors="replace") else ""
+    elif b"\0" in head:
+        found = ""
     else:
         tree = read_tree(path)
         found = str(tree.get("fric", "")) if isinstance(tree, Mapping) else ""

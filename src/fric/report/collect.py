@@ -125,7 +125,7 @@ def _test(source: str, provenance: Mapping[str, Any], runs: Sequence[CircleRun |
         circle = first.circle
         return ContourTest(source, provenance, circle.feed, circle.radius, circle.direction, QUADRANTS, tuple(contours))
     turns = first.contour.reversals
-    labels = tuple(f"{n}: axis {turn.axis + 1}" for n, turn in enumerate(turns, 1))
+    labels = tuple(f"{'xy'[turn.axis]} at ({turn.x * 1e3:.3g}, {turn.y * 1e3:.3g}) mm" for turn in turns)
     paths = [_path(run) for run in runs if isinstance(run, PathRun)]
     return ContourTest(source, provenance, first.path.feed, None, 1, labels, tuple(paths))
 
