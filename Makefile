@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.fric-installed
 
-.PHONY: demo rig test lint bench docs data clean
+.PHONY: demo test lint bench docs data clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -13,9 +13,6 @@ $(STAMP): pyproject.toml
 
 demo: $(STAMP)
 	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/demo.sh
-
-rig: $(STAMP)
-	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/rig.sh
 
 test: lint
 	$(BIN)/python -m pytest -n auto --dist worksteal

@@ -55,6 +55,27 @@ def _registry() -> pint.UnitRegistry[Any]:
     return registry
 
 
+_EVERYDAY: dict[tuple[str, str], float] = {
+    ("ms", "s"): 1e-3,
+    ("us", "s"): 1e-6,
+    ("µs", "s"): 1e-6,
+    ("kHz", "Hz"): 1e3,
+    ("mm", "m"): 1e-3,
+    ("um", "m"): 1e-6,
+    ("µm", "m"): 1e-6,
+    ("mm/s", "m/s"): 1e-3,
+    ("um/s", "m/s"): 1e-6,
+    ("µm/s", "m/s"): 1e-6,
+    ("mN", "N"): 1e-3,
+    ("kN", "N"): 1e3,
+    ("mN*m", "N*m"): 1e-3,
+    ("mV", "V"): 1e-3,
+    ("N/um", "N/m"): 1e6,
+    ("N/µm", "N/m"): 1e6,
+}
+"""Units of every day by their SI unit, so that most commands need not wait for Pint; a test holds them against it."""
+
+
 @cache
 def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     """Return the factor that takes a number in ``unit`` to the SI unit of ``dimension``.
@@ -67,6 +88,8 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     si = si_unit(dimension, motion)
     if unit.strip() == si:
         return 1.0
+    if (unit.strip(), si) in _EVERYDAY:
+        return _EVERYDAY[unit.strip(), si]
     registry = _registry()
     import pint
 
