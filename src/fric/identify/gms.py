@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 
 ASSUMED_C = 1e4
 """Attraction parameter [N/s] where no record in sliding tells it: a lag s/C of 10 to 16 ms for Table 1."""
+UNTOLD = float(np.log(10.0))
+"""Half width of the interval of log C from which on the sliding record does not tell it: a factor of ten."""
 
 
 def identify_gms(
@@ -103,11 +105,14 @@ def identify_gms(
     ]
     with_level = curve.saturates
     shape = Parametrisation(base, len(found), with_level, with_C, ASSUMED_C)
+    lag = _alignment(measured_sliding, base, plant) if with_C else 0.0
     if refined:
-        fit = refine([*measured, *measured_sliding], found, base, C=ASSUMED_C, with_C=with_C, with_level=with_level)
+        records = [*measured, *measured_sliding]
+        fit = refine(records, found, base, C=ASSUMED_C, with_C=with_C, with_level=with_level)
+        if with_C and not _reach_of_C(fit, lag) < UNTOLD:  # the sliding record does not tell C
+            fit = refine(records, found, base, C=ASSUMED_C, with_C=False, with_level=with_level)
     else:
         fit = Refined(shape, shape.pack(found), np.array([shape.pack(one) for one in without]), np.empty((0, 0)))
-    lag = _alignment(measured_sliding, base, plant) if with_C else 0.0
     alpha, k, C, level = _estimates(fit, presliding[0].motion, lag)
     if static is None:
         base = replace(base, F_c=base.F_c * float(level), F_s=base.F_s * float(level))
@@ -176,12 +181,19 @@ def _estimates(fit: Refined, motion: Motion, lag: float) -> tuple[Estimate, Esti
             if shape.with_level:
                 level_ci = _interval(np.exp(limits[-2]))
             if shape.with_C:
-                reach = float(np.hypot(0.5 * np.ptp(limits[-1]), lag * shape.attraction(x)))
+                reach = _reach_of_C(fit, lag)
                 C_ci = _interval(shape.attraction(x) * np.exp([-reach, reach]))
     alpha = Estimate(tuple(float(a) for a in shape.alpha(x)), "1", alpha_ci)
     k = Estimate(tuple(float(one) for one in shape.stiffness(x)), si_unit("stiffness", motion), k_ci)
     C = Estimate(shape.attraction(x), si_unit("force rate", motion), C_ci, assumed=not shape.with_C)
     return alpha, k, C, Estimate(shape.level(x), "1", level_ci)
+
+
+def _reach_of_C(fit: Refined, lag: float) -> float:
+    """Return half the width of the interval of log C; infinite where the cycles do not bound it."""
+    spread = 0.5 * float(np.ptp(fit.intervals()[-1])) if len(fit.resampled) > 1 else 0.0
+    reach = float(np.hypot(spread, lag * fit.parametrisation.attraction(fit.x)))
+    return reach if np.isfinite(reach) else np.inf
 
 
 def _relative(level: Estimate) -> Estimate:

@@ -78,6 +78,8 @@ def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[st
             "no static map is given"
             if sliding_logged and not fit.static_given
             else "the fit was not refined by replay"
+            if sliding_logged and not fit.refined
+            else "the sliding record does not tell it to a factor of ten (is the plant that of the log?)"
             if sliding_logged
             else "pre-sliding records do not tell it"
         )
