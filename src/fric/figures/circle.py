@@ -17,12 +17,16 @@ if TYPE_CHECKING:
 
     from fric.simulate.circle import CircleRun
 
+LINES = 4
+"""Grid lines on either side of the nominal circle, which is drawn with a radius of twice as many."""
+
 
 def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     """Return the radial error of each scheme on a polar plot, all at one magnification (Figs. 8 and 9 of the paper).
 
     The heavy grey circle is the one that was asked for; the grid is in µm, outwards positive; the arrow shows the
-    direction of the motion; a number stands at each reversal: its glitch in µm.
+    direction of the motion; a number stands at each reversal: its glitch in µm. The magnification is that of the error
+    against the circle.
 
     Parameters
     ----------
@@ -31,14 +35,16 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     """
     largest = max(float(np.abs(run.circularity.error).max()) for run in runs) * 1e6
     grid = _grid(largest)
+    magnified = runs[0].circle.radius * 1e6 / (2 * LINES * grid)
     columns = min(3, len(runs))
     rows = ceil(len(runs) / columns)
-    with new_figure(2.9 * columns, 3.15 * rows + 0.3) as figure:
+    with new_figure(max(2.9 * columns, 3.4), 3.15 * rows + 0.5) as figure:
         for n, run in enumerate(runs, 1):
             _draw(cast(PolarAxes, figure.add_subplot(rows, columns, n, projection="polar")), run, grid)
         test = runs[0].circle
         figure.suptitle(
-            f"Radial error [µm] of a circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s, grid {grid:g} µm",
+            f"Radial error of a circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s\n"
+            f"grid {grid:g} µm, magnified {magnified:.3g} times",
             fontsize=9,
         )
     return figure
@@ -52,12 +58,11 @@ def _grid(largest: float) -> float:
 
 def _draw(axes: PolarAxes, run: CircleRun, grid: float) -> None:
     found = run.circularity
-    lines = 4
     axes.plot(np.linspace(0, 2 * pi, 361), np.zeros(361), color=GREY, linewidth=1.6)
     axes.plot(found.angle, found.error * 1e6, color=BLUE, linewidth=1.0)
-    axes.set_ylim(-2 * lines * grid, lines * grid * 1.15)
-    ticks = grid * np.arange(-lines, lines + 1, 2)
-    axes.set_yticks(ticks, [f"{tick:+g}" if tick else "0" for tick in ticks], fontsize=6, color=GREY)
+    axes.set_ylim(-2 * LINES * grid, LINES * grid * 1.15)
+    labels = ["" if n % 2 else f"{n * grid:+g}" if n else "0" for n in range(-LINES, LINES + 1)]
+    axes.set_yticks(grid * np.arange(-LINES, LINES + 1), labels, fontsize=6, color=GREY)
     axes.set_rlabel_position(22.5)
     axes.set_xticks(np.arange(4) * pi / 2, QUADRANTS)
     axes.tick_params(axis="x", pad=-1)
@@ -65,14 +70,14 @@ def _draw(axes: PolarAxes, run: CircleRun, grid: float) -> None:
     for quarter, glitch in enumerate(found.quadrants):
         axes.text(
             quarter * pi / 2 + 0.2,
-            -0.75 * lines * grid,
+            -0.75 * LINES * grid,
             f"{glitch * 1e6:+.1f}",
             color=VERMILION,
             fontsize=7,
             ha="center",
             va="center",
         )
-    turn, inside = run.circle.direction * pi / 15, -0.45 * lines * grid
+    turn, inside = run.circle.direction * pi / 15, -0.45 * LINES * grid
     axes.annotate(
         "",
         xy=(1.25 * pi + turn, inside),
