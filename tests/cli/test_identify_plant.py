@@ -104,11 +104,12 @@ def test_the_published_benchmark_from_file_to_plant(tmp_path: Path) -> None:
     assert told["B"]["value"] == pytest.approx(35.15065 / 95.1089, rel=1e-6)
 
 
-def test_a_table_in_decibels_and_wrapped_degrees_is_ingested_and_fitted(tmp_path: Path) -> None:
+@pytest.mark.parametrize("unit", ["dB", "dB(m/V)"])
+def test_a_table_in_decibels_and_wrapped_degrees_is_ingested_and_fitted(tmp_path: Path, unit: str) -> None:
     f = np.geomspace(2, 400, 40)
     G = X.response(f)
     rows = zip(f, 20 * np.log10(np.abs(G)), np.degrees(np.angle(G)), strict=True)
-    text = "frequency [Hz], magnitude [dB(m/V)], phase [deg]\n"
+    text = f"frequency [Hz], magnitude [{unit}], phase [deg]\n"
     (tmp_path / "table.csv").write_text(text + "".join(f"{a:.6f}, {b:.6f}, {c:.6f}\n" for a, b, c in rows))
     log, out = tmp_path / "log.h5", tmp_path / "plant.yaml"
     done = RUN.invoke(app, ["ingest", str(tmp_path / "table.csv"), "-o", str(log)])

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 SPOKEN = {"torque": "force", "voltage": "input", "t": "time"}
 """What headers call a channel, beside its own name."""
 _NEPER_A_DECIBEL = math.log(10.0) / 20.0
-_DECIBEL = re.compile(r"dB\s*\((.*)\)")
+_DECIBEL = re.compile(r"dB\s*(?:\((.*)\))?")
+"""Decibels of a unit in brackets; of a magnitude, plain dB are of its SI unit."""
 
 
 @dataclass(frozen=True)
@@ -172,8 +173,10 @@ def _origin(table: Table, name: str, channel: Channel, motion: Motion, fields: M
             mend=f"Write it into the header, as '{name} [{si_unit(dimension, motion)}]', or say `unit:` in a mapping.",
         )  # fmt: skip
     decibel = _DECIBEL.fullmatch(unit.strip())
+    if decibel:
+        unit = decibel[1] or (si_unit(dimension, motion) if name == "magnitude" else unit)
     try:
-        return Origin(column, sign * factor(decibel[1] if decibel else unit, dimension, motion), decibel is not None)
+        return Origin(column, sign * factor(unit, dimension, motion), decibel is not None)
     except FricError as error:
         raise error.at(f"{where}, column '{table.columns[column].name}'") from None
 

@@ -121,7 +121,7 @@ class MappingDocument(Document):
             (channel.rate, parse, "frequency"), (channel.period, parse, "time"),
         )  # fmt: skip
         for text, understand, measured in checks:
-            if text is None or FIELD.search(text) or text.startswith("dB("):
+            if text is None or FIELD.search(text) or text.startswith("dB(") or (name, text) == ("magnitude", "dB"):
                 continue
             refusals = []
             for motion in motions:
