@@ -34,6 +34,22 @@ def test_noise_and_encoder_can_be_switched_off(tmp_path: Path) -> None:
     assert still.std() < 1e-3
 
 
+def test_two_amplitudes_around_rest_tell_what_friction_adds(tmp_path: Path) -> None:
+    """The records hold A + F_c/M times friction's gain; that line, drawn back to gain 0, is the true A and viscous."""
+    log, plant = str(tmp_path / "log.h5"), str(tmp_path / "plant.yaml")
+    words = ["simulate", "experiment", MACHINE, "--kind", "frequency-response", "-o", log]
+    assert RUN.invoke(app, [*words, "--mean", "0 mm/s", "--peaks", "15 mm/s, 60 mm/s"]).exit_code == 0
+    assert all(abs(record.position.mean()) < 1e-3 for record in read_logs(log))
+    done = RUN.invoke(app, ["identify", "plant", log, "-o", plant, "--json"])
+    assert done.exit_code == 0, done.exception
+    told = json.loads(done.stdout)
+    assert told["fit"]["friction"]["seen"]
+    small, large = (response["A"]["value"] for response in told["fit"]["responses"])
+    assert small > 2 * large > 4 * 28.57
+    low, high = told["A"]["ci95"]
+    assert low < 28.57 + 40 / 121 < high < large
+
+
 @pytest.mark.parametrize("words", [["--axis", "q"], ["--kind", "drop"], ["--noise", "3 V"]])
 def test_what_cannot_be_simulated_leaves_no_file(tmp_path: Path, words: list[str]) -> None:
     out = tmp_path / "log.h5"

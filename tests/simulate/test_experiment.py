@@ -140,6 +140,8 @@ def test_kinds_and_settings_that_do_not_exist_are_told() -> None:
         list(experiment(AXIS, "drop"))
     with pytest.raises(FricError, match="half the controller's rate"):
         frequency_response(AXIS, highest=3000.0)
+    with pytest.raises(FricError, match="no peak velocity above zero"):
+        frequency_response(AXIS, mean=0.0)
     with pytest.raises(FricError, match="turns the motion"):
         sliding_sine_around(AXIS, mean=1e-3, swing=2e-3)
     assert set(EXPERIMENTS) == {"constant-velocity", "presliding-sine", "sliding-sine", "frequency-response"}

@@ -147,24 +147,28 @@ def frequency_response(
     axis: Axis,
     *,
     mean: float = 30e-3,
+    peaks: Sequence[float] | None = None,
     lowest: float = 2.0,
     highest: float = 500.0,
     lines: int = 60,
     periods: int = 8,
     seed: int = 0,
 ) -> list[Log]:
-    """Return one record of a periodic multisine on the control voltage, while the axis slides at a mean speed.
+    """Return one record a peak of a periodic multisine on the control voltage, while the axis slides or rests.
 
-    Sliding one way keeps Coulomb friction constant, so that it stays out of the response. The voltage is what the
-    inverse model asks for a multisine of equal velocity amplitudes whose peak is half the mean speed. One period is
-    left to run in; then whole periods are logged, at the controller's rate.
+    Sliding one way keeps Coulomb friction constant, so that it stays out of the response; around rest, two peaks tell
+    what friction adds. The voltage is what the inverse model asks for a multisine of equal velocity amplitudes, the
+    same for every peak but for its size. One period is left to run in; then whole periods are logged, at the
+    controller's rate.
 
     Parameters
     ----------
     axis
         The axis.
     mean
-        Mean speed [m/s].
+        Mean speed [m/s]; 0 for an axis at rest.
+    peaks
+        Peak velocity of each multisine [m/s]; one of half the mean speed where not given.
     lowest, highest
         First and last frequency [Hz]; all are multiples of the lowest.
     lines
@@ -177,8 +181,14 @@ def frequency_response(
     Raises
     ------
     FricError
-        When the highest frequency is not below half the controller's rate.
+        When the highest frequency is not below half the controller's rate, or there is no peak.
     """
+    peaks = (abs(mean) / 2,) if peaks is None else peaks
+    if not peaks or min(peaks) <= 0:
+        raise FricError(
+            "a multisine has no peak velocity above zero",
+            mend="Around rest, say how fast it swings: --peaks '15 mm/s'.",
+        )
     sampling = axis.cascade.sampling
     if not 0 < lowest < highest < sampling / 2:
         raise FricError(
@@ -186,24 +196,27 @@ def frequency_response(
             mend="Keep it below half the controller's rate.",
         )
     ramp, begin = 0.1, 0.2 + 1 / lowest
-    stroke = strokes(mean, mean * (1.1 + (periods + 1) / lowest), sampling, ramp=ramp)
+    lasting = 1.1 + (periods + 1) / lowest
+    still = Reference(sampling, *(np.zeros(ceil((lasting + 2 * ramp) * sampling)) for _ in range(3)))
+    stroke = strokes(mean, abs(mean) * lasting, sampling, ramp=ramp) if mean else still
     frequencies = lowest * np.unique(np.rint(np.geomspace(1, highest / lowest, lines)))
-    shaken = multisine(frequencies, mean / 2, len(stroke), sampling, np.random.default_rng([seed, 0]))
-    excitation = inverse_model(axis.plant, shaken)
-    excitation[: int((begin - 1 / lowest) * sampling)] = 0.0
-    excitation[int((begin + periods / lowest) * sampling) :] = 0.0
+    shaken = multisine(frequencies, peaks[0], len(stroke), sampling, np.random.default_rng([seed, 0]))
+    voltage = inverse_model(axis.plant, shaken)
+    voltage[: int((begin - 1 / lowest) * sampling)] = 0.0
+    voltage[int((begin + periods / lowest) * sampling) :] = 0.0
     return [
         _record(
             axis,
             stroke,
-            name="frequency-response",
+            name="frequency-response" if len(peaks) == 1 else f"frequency-response-{n:02d}",
             kind="frequency-response",
             begin=begin,
             end=begin + periods / lowest,
             samples=len(stroke),
             seed=seed,
-            excitation=excitation,
+            excitation=peak / peaks[0] * voltage,
         )
+        for n, peak in enumerate(peaks, 1)
     ]
 
 

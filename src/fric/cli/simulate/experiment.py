@@ -36,6 +36,16 @@ def experiment(
     amplitudes: Annotated[
         str | None, typer.Option("--amplitudes", help='Amplitudes of the pre-sliding sines, as "15 um, 450 um".')
     ] = None,
+    mean: Annotated[
+        str | None,
+        typer.Option(
+            "--mean", help='Mean speed of sliding-sine and frequency-response; of the latter "0 mm/s" is rest.'
+        ),
+    ] = None,
+    peaks: Annotated[
+        str | None,
+        typer.Option("--peaks", help='Peak speeds of the multisine, a record each, as "5 mm/s, 15 mm/s"; else mean/2.'),
+    ] = None,
     encoder: Annotated[
         str | None, typer.Option("--encoder", help='Encoder step instead of the machine\'s; "0 um" for none.')
     ] = None,
@@ -57,6 +67,10 @@ def experiment(
         settings["speeds"] = [parse(text, "velocity", subject.motion) for text in speeds.split(",")]
     if amplitudes is not None:
         settings["amplitudes"] = [parse(text, "position", subject.motion) for text in amplitudes.split(",")]
+    if mean is not None:
+        settings["mean"] = parse(mean, "velocity", subject.motion)
+    if peaks is not None:
+        settings["peaks"] = [parse(text, "velocity", subject.motion) for text in peaks.split(",")]
     records = []
     with progress("experiments") as advance:
         for log in fric.experiment(subject, kind, seed=seed, **settings):
