@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.fric-installed
 
-.PHONY: demo test lint bench docs data clean
+.PHONY: demo test lint bench docs figures data clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -31,6 +31,9 @@ docs: $(STAMP)
 	$(BIN)/python docs/examples.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo 'Open $(CURDIR)/site/index.html'
+
+figures: $(STAMP)
+	PYTHONPATH=. $(BIN)/python docs/figures.py
 
 data: $(STAMP)
 	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/make.sh

@@ -14,6 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted(page for page in (ROOT / "docs").glob("*.md") if page.stem != "commands")]
+FILE = re.compile(r"^`([\w-]+\.\w+)`:\n\n```\w+\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
 BLOCK = re.compile(r"^```console\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
 
 
@@ -32,6 +33,12 @@ def examples(page: Path) -> list[tuple[str, str]]:
             command, _, shown = part.partition("\n")
             found.append((command, plain(shown)))
     return found
+
+
+def write_files(page: Path, folder: Path) -> None:
+    """Write the files that a page shows, each a block behind its name and a colon, into a folder."""
+    for name, text in FILE.findall(page.read_text()):
+        (folder / name).write_text(text)
 
 
 def run(command: str, folder: Path) -> tuple[int, str]:
@@ -60,6 +67,7 @@ def refreshed(page: Path) -> str:
     """Return a page with what its examples print now; an example that shows nothing, or ends in …, stays as it is."""
     text = page.read_text()
     with tempfile.TemporaryDirectory() as folder:
+        write_files(page, Path(folder))
         for command, shown in examples(page):
             if is_make(command):
                 continue

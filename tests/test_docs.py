@@ -18,6 +18,13 @@ ROOT = Path(__file__).parents[1]
 SHOWING = [page for page in examples.PAGES if examples.examples(page)]
 
 
+LONG = {"tutorial", "data-quality"}
+
+
+def _marked(page: Path) -> object:
+    return pytest.param(page, marks=pytest.mark.long) if page.stem in LONG else page
+
+
 def _commands(group: typer.Typer, path: tuple[str, ...] = ("fric",)) -> Iterator[tuple[tuple[str, ...], str]]:
     for command in group.registered_commands:
         assert command.callback is not None
@@ -48,8 +55,9 @@ def test_commands_page_is_fresh(tmp_path):
     assert made.read_text() == (ROOT / "docs/commands.md").read_text(), "stale: run `make docs`"
 
 
-@pytest.mark.parametrize("page", SHOWING, ids=[page.name for page in SHOWING])
+@pytest.mark.parametrize("page", [*map(_marked, SHOWING)], ids=[page.name for page in SHOWING])
 def test_examples_run_and_print_what_is_shown(page, tmp_path):
+    examples.write_files(page, tmp_path)
     for command, shown in examples.examples(page):
         if examples.is_make(command):
             assert re.search(rf"^{command.split()[1]}:", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)

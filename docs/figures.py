@@ -1,0 +1,146 @@
+"""The figures of docs/tutorial.md and docs/data-quality.md: `python docs/figures.py` draws them into docs/figures.
+
+Those of the tutorial are what its own commands draw. Those on data quality are drawn from the logs that the commands of
+that page make.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+import fric
+from docs import examples
+from fric.figures.style import BLUE, GREY, VERMILION, new_figure, save_figure
+from fric.identify.static import steady_points
+from fric.log import Log
+
+FIGURES = Path(__file__).parent / "figures"
+
+
+def run_page(page: Path, folder: Path) -> None:
+    """Run the commands of a page in a folder."""
+    examples.write_files(page, folder)
+    for command, _ in examples.examples(page):
+        status, printed = examples.run(command, folder)
+        if status:
+            raise SystemExit(f"{page.name}: $ {command}\n{printed}")
+
+
+def tutorial(folder: Path) -> None:
+    """Copy what the tutorial's commands draw."""
+    run_page(FIGURES.parent / "tutorial.md", folder)
+    for drawn in folder.glob("*.png"):
+        shutil.copy(drawn, FIGURES / f"tutorial-{drawn.name}")
+
+
+def data_quality(folder: Path) -> None:
+    """Draw a good log beside a bad one, for each way to be bad."""
+    run_page(FIGURES.parent / "data-quality.md", folder)
+
+    def logs(name: str) -> list[Log]:
+        return fric.read_logs(folder / name)
+
+    good = fric.read_logs(folder / "data/constant-velocity.h5")
+    paper = logs("strokes.h5")
+    axis = fric.read_machine(folder / "configs/xy-table.yaml").axis("x")
+    loops = list(fric.experiment(axis, "presliding-sine", samples=2500))
+    slowest, slow = fric.experiment(axis, "constant-velocity", speeds=[10e-6, 80e-6], samples=50_000)
+    _beside(
+        "quality-speeds", "velocity [mm/s]", "force [N]",
+        ("good: down to 10 µm/s", lambda axes: _map(axes, paper)),
+        ("bad: 10 mm/s and more", lambda axes: _map(axes, logs("fast.h5"), xlim=axes.get_xlim())),
+    )  # fmt: skip
+    _beside(
+        "quality-stick-slip", "time [s]", "force [N]",
+        ("good: 80 µm/s", lambda axes: _force(axes, slow, 3.0, 4.0)),
+        ("bad: 10 µm/s", lambda axes: _force(axes, slowest, 20.0, 21.0)),
+    )  # fmt: skip
+    _beside(
+        "quality-short", "time [s]", "force [N]",
+        ("good: a stroke that settles", lambda axes: _force(axes, logs("whole.h5")[0])),
+        ("bad: cut off while it settles", lambda axes: _force(axes, logs("short.h5")[0])),
+    )  # fmt: skip
+    _beside(
+        "quality-amplitude", "position [µm]", "force [N]",
+        ("good: 15 µm and 450 µm", lambda axes: _loops(axes, loops, reach=40.0)),
+        ("bad: 0.5 µm, two counts", lambda axes: _loops(axes, logs("tiny.h5"))),
+    )  # fmt: skip
+    _beside(
+        "quality-encoder", "position [µm]", "force [N]",
+        ("good: 15 µm by counts of 0.25 µm", lambda axes: _loops(axes, loops[:1])),
+        ("bad: 15 µm by counts of 5 µm", lambda axes: _loops(axes, logs("coarse.h5")[:1])),
+    )  # fmt: skip
+    _beside(
+        "quality-inertia", "position [µm]", "force [N]",
+        ("good: 450 µm at 0.1 Hz", lambda axes: _loops(axes, loops[1:])),
+        ("bad: 450 µm at 5 Hz", lambda axes: _loops(axes, logs("quick.h5"))),
+    )  # fmt: skip
+    _beside(
+        "quality-clipped", "time [s]", "force [N]",
+        ("good", lambda axes: _force(axes, good[8])),
+        ("bad: the amplifier's limit", lambda axes: _force(axes, logs("clipped.h5")[0])),
+    )  # fmt: skip
+    _beside(
+        "quality-sign", "time [s]", "force [N], position [0.1 mm]",
+        ("good: force with the motion", lambda axes: _signs(axes, good[8], 1.0)),
+        ("bad: force against the motion", lambda axes: _signs(axes, good[8], -1.0)),
+    )  # fmt: skip
+
+
+def _beside(name: str, across: str, up: str, *panels: tuple[str, Callable[[Axes], None]]) -> None:
+    with new_figure(6.3, 2.5) as figure:
+        first: Axes | None = None
+        for n, (title, draw) in enumerate(panels):
+            axes = figure.add_subplot(1, 2, n + 1)
+            if first is not None and name == "quality-speeds":
+                axes.set_xlim(first.get_xlim())
+                axes.set_ylim(first.get_ylim())
+            draw(axes)
+            axes.set(title=title, xlabel=across, ylabel=up)
+            for line in axes.get_lines():
+                if n:
+                    line.set_color(VERMILION if line.get_color() == BLUE else line.get_color())
+            first = axes
+        save_figure(figure, FIGURES / f"{name}.png", force=True)
+
+
+def _map(axes: Axes, logs: list[Log], xlim: tuple[float, float] | None = None) -> None:
+    points = steady_points(logs)
+    axes.plot([1e3 * p.velocity for p in points], [p.force for p in points], "o", ms=4, color=BLUE)
+    if xlim is not None:
+        axes.set_xlim(xlim)
+
+
+def _force(axes: Axes, log: Log, start: float = 0.0, stop: float = np.inf) -> None:
+    assert log.force is not None
+    shown = (log.time >= start) & (log.time <= stop)
+    axes.plot(log.time[shown], log.force[shown], lw=0.8, color=BLUE)
+
+
+def _loops(axes: Axes, logs: list[Log], reach: float = np.inf) -> None:
+    for log in logs:
+        assert log.position is not None
+        assert log.force is not None
+        axes.plot(1e6 * log.position, log.force, lw=0.7, color=BLUE)
+    if np.isfinite(reach):
+        axes.set_xlim(-reach, reach)
+
+
+def _signs(axes: Axes, log: Log, sign: float) -> None:
+    assert log.position is not None
+    assert log.force is not None
+    axes.plot(log.time, sign * log.force, lw=0.7, color=BLUE, label="force")
+    axes.plot(log.time, 1e4 * log.position, color=GREY, label="position")
+    axes.legend(loc="lower left" if sign > 0 else "upper left")
+
+
+if __name__ == "__main__":
+    for draw in (tutorial, data_quality):
+        with tempfile.TemporaryDirectory() as scratch:
+            draw(Path(scratch))
