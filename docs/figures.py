@@ -50,7 +50,7 @@ def data_quality(folder: Path) -> None:
     paper = logs("strokes.h5")
     axis = fric.read_machine(folder / "configs/xy-table.yaml").axis("x")
     loops = list(fric.experiment(axis, "presliding-sine", samples=2500))
-    (slowest,) = fric.experiment(axis, "constant-velocity", speeds=[10e-6], samples=50_000)  # both at 500 Hz
+    (slowest,) = fric.experiment(axis, "constant-velocity", speeds=[10e-6], samples=50_000)  # both at some 500 Hz
     (slow,) = fric.experiment(axis, "constant-velocity", speeds=[80e-6], samples=6_600)
     _beside(
         "quality-speeds", "velocity [mm/s]", "force [N]",
