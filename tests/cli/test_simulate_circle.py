@@ -158,11 +158,31 @@ def test_parts_in_files_of_their_own_must_be_of_the_axis(tmp_path: Path) -> None
         circle(machine=tmp_path / "machine.yaml")
 
 
-def test_a_feed_that_saturates_the_drive_is_told() -> None:
-    done = RUN.invoke(app, ["simulate", "circle", str(MACHINE), "--scheme", "a", "--velocity", "1.5 m/s", "--json"])
-    assert done.exit_code == 0
+def test_a_feed_that_asks_for_more_voltage_than_the_drive_has_is_refused() -> None:
+    """x needs √((v²/r)² + (A·v)²)/B besides friction: 9.1 + 0.3 V at 0.95 m/s, 10.5 + 0.3 V at 1.05 m/s."""
+    for feed, refused in (("1.5 m/s", True), ("1.05 m/s", True), ("0.95 m/s", False)):
+        words = ["simulate", "circle", str(MACHINE), "--scheme", "a", "--velocity", feed, "--revolutions", "3"]
+        done = RUN.invoke(app, words)
+        assert isinstance(done.exception, FricError) == refused, feed
+        if refused:
+            assert "axis x saturates: the motion needs" in str(done.exception)
+
+
+def test_a_drive_that_saturates_on_the_way_is_told(tmp_path: Path) -> None:
+    low = tmp_path / "machine.yaml"
+    text = MACHINE.read_text()
+    low.write_text(text.replace("limit: {value: 10, ", "limit: {value: 0.85, "))
+    done = RUN.invoke(app, ["simulate", "circle", str(low), "--scheme", "b", "--gain", "2.5", "--json"])
+    assert done.exit_code == 0, done.exception
     assert "axis x saturates" in done.stderr
-    assert json.loads(done.stdout)["schemes"]["a"]["warnings"]
+    assert json.loads(done.stdout)["schemes"]["b"]["warnings"]
+
+
+def test_a_scheme_with_an_unknown_model_is_told(tmp_path: Path) -> None:
+    own = tmp_path / "schemes.yaml"
+    own.write_text("fric: schemes/1\nschemes:\n  k: {title: t, friction: gmss}\n")
+    with pytest.raises(FricError, match="no such model; there are dahl, gms"):
+        circle("--schemes", str(own))
 
 
 def test_an_unstable_loop_is_told_with_its_margin_and_nothing_is_written(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from fric.compensation.base import NONE, Compensation
 from fric.compensation.feedforward import friction_feedforward, inverse_model
 from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
+from fric.friction import models
 from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, PlantConstants, closed_loop
 from fric.simulate.stability import require_stable
 
@@ -146,7 +147,9 @@ def _feedforward(axis: Axis, reference: Reference, compensation: Compensation) -
         raise FricError(
             f"scheme {compensation.name} feeds '{compensation.friction}' friction forward, "
             f"and the controller of axis {axis.name} believes in {', '.join(believed.models) or 'none'}",
-            mend=f"Identify it: fric identify {compensation.friction}.",
+            mend=f"Identify it: fric identify {compensation.friction}."
+            if compensation.friction in models()
+            else f"There is no such model; there are {', '.join(models())}.",
         )
     gain = believed.gain if compensation.gain is None else compensation.gain
     K_f = (axis.nominal or axis.plant).K_f

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
+
+from fric.compensation.feedforward import inverse_model
 from fric.contour import Circularity, ContourError, circularity
 from fric.errors import FricError
 from fric.reference import Reference, circle
@@ -14,7 +17,7 @@ from fric.simulate.axis import SUBSTEPS, Trace, run_axis
 
 if TYPE_CHECKING:
     from fric.compensation.base import Compensation
-    from fric.simulate.machine import Machine
+    from fric.simulate.machine import Axis, Machine
 
 
 @dataclass(frozen=True)
@@ -117,13 +120,16 @@ def run_circle(
     Raises
     ------
     FricError
-        When the machine has no two linear axes at one controller rate, or a run is not possible.
+        When the machine has no two linear axes at one controller rate, the feed asks for more voltage than a drive
+        has, or a run is not possible.
     """
     test = test or Circle()
     first, second = pair(machine)
     sampling = machine.axes[first].cascade.sampling
     references = dict(zip((first, second), _references(test, sampling), strict=True))
     moved = [machine.axis(only).name] if only else [first, second]
+    for name in moved:
+        require_voltage(machine.axes[name], references[name])
     traces = {name: run_axis(machine.axes[name], references[name], scheme, substeps=substeps) for name in moved}
     x, y = (traces[name].position if name in traces else references[name].position for name in (first, second))
     return CircleRun(scheme, test, traces, circularity(x, y, test.radius), saturation_warnings(traces))
@@ -156,6 +162,23 @@ def pair(machine: Machine) -> tuple[str, str]:
             f"the controllers of {first} and {second} sample at different rates", mend="Give both the same sampling."
         )
     return first, second
+
+
+def require_voltage(axis: Axis, reference: Reference) -> None:
+    """Refuse a motion that asks for more voltage than the drive has: plant and friction along the reference.
+
+    Raises
+    ------
+    FricError
+        When it does.
+    """
+    against = (axis.friction.steady_state(reference.velocity) + axis.load) / axis.plant.K_f
+    needed = float(np.abs(inverse_model(axis.plant, reference) + against).max())
+    if needed > axis.cascade.limit:
+        raise FricError(
+            f"axis {axis.name} saturates: the motion needs {needed:.3g} V, and its limit is {axis.cascade.limit:g} V",
+            mend="Lower the feed, or widen the contour.",
+        )
 
 
 def saturation_warnings(traces: Mapping[str, Trace]) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from fric.contour import ContourError, contour_error
 from fric.errors import FricError
 from fric.reference import Reference, smooth_step
 from fric.simulate.axis import SUBSTEPS, Trace, run_axis
-from fric.simulate.circle import pair, saturation_warnings
+from fric.simulate.circle import pair, require_voltage, saturation_warnings
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -159,6 +159,8 @@ def run_path(machine: Machine, scheme: Compensation, path: PointPath, *, substep
     names = pair(machine)
     sampling = machine.axes[names[0]].cascade.sampling
     references = path.references(sampling)
+    for name, reference in zip(names, references, strict=True):
+        require_voltage(machine.axes[name], reference)
     traces = {
         name: run_axis(machine.axes[name], reference, scheme, substeps=substeps)
         for name, reference in zip(names, references, strict=True)
