@@ -6,8 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from fric.cli.identify.by_replay import MODELS
+from fric.cli.main import app
+from fric.errors import FricError
 from fric.friction import models
 from fric.io.documents.friction import FrictionDocument
 from fric.io.yaml import read_document
@@ -16,8 +19,11 @@ ROOT = Path(__file__).parents[2]
 LOOPS = ROOT / "data/presliding-sine.h5"
 
 
+RUN = CliRunner()
+
+
 def fric(*words):
-    return subprocess.run([sys.executable, "-m", "fric", *map(str, words)], check=False, capture_output=True, text=True)
+    return RUN.invoke(app, [str(word) for word in words])
 
 
 def test_every_model_that_can_be_identified_has_a_subcommand():
@@ -33,7 +39,7 @@ def test_a_model_is_written_and_read_again(tmp_path):
     out, figure = tmp_path / "friction.yaml", tmp_path / "loops.png"
     words = ["identify", "lugre", LOOPS, "-o", out, "--fix", "sigma=180 N*s/m", "--plot", figure]
     told = fric(*words, "--json")
-    assert told.returncode == 0, told.stderr
+    assert told.exit_code == 0, told.exception
     printed = json.loads(told.stdout)
     model = read_document(out, FrictionDocument).friction("lugre")
     assert model.sigma_0 == pytest.approx(printed["lugre"]["sigma_0"]["value"], rel=1e-5)
@@ -42,10 +48,10 @@ def test_a_model_is_written_and_read_again(tmp_path):
     assert len(printed["lugre_fit"]["records"]) == 2
     assert figure.stat().st_size > 10_000
     again = fric(*words)
-    assert again.returncode == 1
-    assert "--force" in again.stderr
+    assert isinstance(again.exception, FricError)
+    assert "--force" in again.exception.mend
     kept = fric("identify", "dahl", LOOPS, "--static", out, "-o", tmp_path / "both.yaml")
-    assert kept.returncode == 0, kept.stderr
+    assert kept.exit_code == 0, kept.exception
     both = read_document(tmp_path / "both.yaml", FrictionDocument)
     assert both.friction("lugre") == model
     assert both.friction("dahl").sigma_0 > 0
@@ -65,10 +71,17 @@ def test_a_model_is_written_and_read_again(tmp_path):
 def test_what_cannot_be_done_is_told(tmp_path, monkeypatch, words, told):
     monkeypatch.chdir(tmp_path)
     done = fric(*words)
-    assert done.returncode == 1
-    assert told in done.stderr
-    assert "Traceback" not in done.stderr
+    assert isinstance(done.exception, FricError)
+    assert told in str(done.exception)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_process_ends_with_status_1_and_no_traceback(tmp_path):
+    words = ["identify", "lugre", LOOPS, "-o", tmp_path / "x.yaml", "--fix", "n=1"]
+    done = subprocess.run([sys.executable, "-m", "fric", *map(str, words)], check=False, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "no parameter 'n'" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_one_record_scores_a_fit_to_the_other():
