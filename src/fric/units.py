@@ -94,9 +94,9 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     import pint
 
     spelled = _spelled(unit)
-    if si in {"rad", "rad/s"}:
-        spelled = _of_an_angle(unit, spelled, dimension)
     try:
+        if si in {"rad", "rad/s"}:
+            spelled = _of_an_angle(unit, spelled, dimension)
         quantity = registry.Quantity(1.0, spelled)
         return float(quantity.to(si).magnitude)
     except pint.DimensionalityError:

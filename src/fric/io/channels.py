@@ -159,8 +159,9 @@ def _origin(table: Table, name: str, channel: Channel, motion: Motion, fields: M
     if channel.value is not None:
         return Origin(None, sign * parsed(channel.value, dimension))
     if channel.rate is not None or channel.period is not None:
-        period = parsed(channel.period, "time") if channel.period else 1 / parsed(channel.rate or "", "frequency")
-        if not (np.isfinite(period) and period > 0):
+        given = parsed(channel.period, "time") if channel.period else parsed(channel.rate or "", "frequency")
+        period = given if channel.period or not given else 1 / given
+        if not (math.isfinite(period) and period > 0):
             raise FricError("the sampling period is not above zero", where=where, mend="Mend `rate` or `period`.")
         return Origin(None, period)
     column = _column(table, channel.column, name, fields)

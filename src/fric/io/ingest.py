@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -203,9 +203,8 @@ class _Session:
                     f"is of the {own[1]} axis {own[0]}, and the log file of the {motion} axis {axis}", where=str(path),
                     mend="Keep each axis in a file of its own, or say --axis.",
                 )  # fmt: skip
-            own_digest = table.said.get("sha256")
-            if own_digest in self.known:
-                self.skipped.append((f"{path}, record '{table.said.get('name', '')}'", self.known[own_digest]))
+            if "name" in table.said and (same := _digest(table, digest)) in self.known:
+                self.skipped.append((f"{path}, record '{table.said['name']}'", self.known[same]))
                 continue
             record = self._add(table, writer, motion, digest)
             self.known[record.sha256] = record.name
@@ -240,7 +239,7 @@ class _Session:
         source = said.get("source") or str(table.path)
         record = writer.create(name.replace("/", "-"), kind=kind, source=source)
         rows_of, clock, samples, dropped = _Rows(table, chosen, self._drop), Clock(table.place), 0, 0
-        for block in table.blocks(chosen.wanted):
+        for block in _ahead(table.blocks(chosen.wanted)):
             good, rows = rows_of.good(block)
             channels = chosen.convert(good, rows)
             if not chosen.response:
@@ -255,12 +254,27 @@ class _Session:
             self.warnings.append(told)
         self._stated |= chosen.stated
         total = dropped + int(said.get("dropped", 0))
-        sha256 = said.get("sha256") or digest.result() + (f":{said['name']}" if "name" in said else "")
+        sha256 = _digest(table, digest)
         record.close(sha256=sha256, dropped=total or None)
         if dropped:
             self.warnings.append(f"{table.path}: {dropped} of {samples + dropped} samples dropped: a cell is no number")
         left_out = tuple(column.name for n, column in enumerate(table.columns) if n not in chosen.wanted)
         return IngestedRecord(record.name, source, sha256, kind, samples, total, chosen.told(), left_out)
+
+
+def _digest(table: Table, file: Future[str]) -> str:
+    """Return the digest of a record: its own, or that of its file, with its name where the file holds several."""
+    said = table.said
+    return said.get("sha256") or file.result() + (f":{said['name']}" if "name" in said else "")
+
+
+def _ahead(blocks: Iterator[Block]) -> Iterator[Block]:
+    """Give blocks, the next being read while one is worked on: parsing lets go of the interpreter."""
+    with ThreadPoolExecutor(1, thread_name_prefix="read") as reader:
+        coming = reader.submit(next, blocks, None)
+        while (block := coming.result()) is not None:
+            coming = reader.submit(next, blocks, None)
+            yield block
 
 
 class _Rows:

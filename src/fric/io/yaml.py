@@ -114,7 +114,8 @@ def _styled(tree: Any, depth: int = 0) -> Any:
 
 def _told(error: ValidationError, tree: CommentedMap, path: Path) -> FricError:
     """Turn the first complaint of the schema into a line with its place in the file."""
-    complaint = error.errors()[0]
+    # a misspelled key is also a missing one: the first is what the user sees
+    complaint = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
     place = [
         str(step)
         for step in complaint["loc"]

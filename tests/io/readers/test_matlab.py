@@ -1,0 +1,114 @@
+"""MATLAB files of both versions give the same table."""
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from fric import FricError, MappingDocument, ingest, read_document, read_logs
+from fric.io.readers import tables
+
+T = np.arange(200_000) / 1000
+X = np.sin(T)
+
+
+def table(path):
+    (found,) = tables(path)
+    return found
+
+
+def v73(path, write):
+    """An HDF5 file as MATLAB writes it: behind a block of 512 bytes, matrices transposed, structs as groups."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        write(file)
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + b"\0" * 8 + b"\0\2IM")
+    return path
+
+
+def both(tmp_path):
+    savemat(tmp_path / "v5.mat", {"t": T[:, None], "xy": np.stack([X, 2 * X], axis=1), "g": 35.0, "who": "me",
+                                  "s": {"v": X[None, :], "k": np.int16([1, 2, 3])}})  # fmt: skip
+
+    def write(file):
+        file["t"] = T[None, :]
+        file["xy"] = np.stack([X, 2 * X])
+        file["g"] = np.array([[35.0]])
+        file["who"] = np.array([[ord("m")], [ord("e")]], dtype="u2")
+        file["who"].attrs["MATLAB_class"] = np.bytes_("char")
+        file["s/v"] = X[:, None]
+        file["s/k"] = np.array([[1], [2], [3]], dtype="i2")
+        file["#refs#/a"] = [1.0]
+
+    return tmp_path / "v5.mat", v73(tmp_path / "v73.mat", write)
+
+
+def test_vectors_matrices_structs_and_scalars(tmp_path):
+    for path in both(tmp_path):
+        found = table(path)
+        names = [column.name for column in found.columns]
+        assert sorted(names) == ["s.k", "s.v", "t", "xy(:,1)", "xy(:,2)"]
+        assert found.constants == {"g": "35.0", "who": "me"}
+
+
+def test_long_vectors_come_in_blocks(tmp_path):
+    document = tmp_path / "map.yaml"
+    document.write_text(
+        "fric: mapping/1\ncolumns:\n  time: {column: t, unit: s}\n  position: {column: 'xy(:,2)', unit: mm}\n"
+        "  velocity: {column: s.v, unit: mm/s}\n  force: {column: s.v, scale: '{g} N'}\n"
+    )
+    for path in both(tmp_path):
+        ingest(path, tmp_path / f"{path.stem}.h5", mapping=read_document(document, MappingDocument))
+        (log,) = read_logs(tmp_path / f"{path.stem}.h5")
+        np.testing.assert_array_equal(log.time, T)
+        np.testing.assert_allclose(log.position, 2e-3 * X, rtol=1e-15)
+        np.testing.assert_allclose(log.force, 35 * X, rtol=1e-15)
+
+
+def test_columns_of_different_length_are_told(tmp_path):
+    path, _ = both(tmp_path)
+    document = tmp_path / "map.yaml"
+    document.write_text("fric: mapping/1\ncolumns: {time: {column: t, unit: s}, position: {column: s.k, unit: mm}}\n")
+    with pytest.raises(FricError, match=r"differ in length: 't' 200000, 's\.k' 3"):
+        ingest(path, tmp_path / "log.h5", mapping=read_document(document, MappingDocument))
+
+
+def test_signals_as_dspace_writes_them(tmp_path):
+    signals = np.array([("x position", X), ("force", 2 * X)], dtype=[("Name", "O"), ("Data", "O")])
+    savemat(tmp_path / "v5.mat", {"run1": {"X": {"Name": "time", "Data": T}, "Y": signals}})
+
+    def write(file):
+        def text(name, value):
+            file[name] = np.array([[ord(c)] for c in value], dtype="u2")
+            file[name].attrs["MATLAB_class"] = np.bytes_("char")
+            return file[name].ref
+
+        names = [text("#refs#/a", "x position"), text("#refs#/b", "force")]
+        data = []
+        for name, values in (("c", X), ("d", 2 * X)):
+            file[f"#refs#/{name}"] = values[:, None]
+            data.append(file[f"#refs#/{name}"].ref)
+        file.create_dataset("run1/Y/Name", data=np.array([names]).T, dtype=h5py.ref_dtype)
+        file.create_dataset("run1/Y/Data", data=np.array([data]).T, dtype=h5py.ref_dtype)
+        text("run1/X/Name", "time")
+        file["run1/X/Data"] = T[:, None]
+
+    for path in (tmp_path / "v5.mat", v73(tmp_path / "v73.mat", write)):
+        found = table(path)
+        assert sorted(column.name for column in found.columns) == ["force", "time", "x position"]
+        (block, *_) = found.blocks([found.find("force", "force")])
+        np.testing.assert_array_equal(block.columns[0], 2 * X[: len(block.columns[0])])
+
+
+@pytest.mark.parametrize("version", [0, 1])
+def test_a_file_that_is_cut_short(tmp_path, version):
+    path = both(tmp_path)[version]
+    path.write_bytes(path.read_bytes()[:5000])
+    with pytest.raises(FricError, match="no whole MATLAB file"):
+        table(path)
+
+
+def test_nothing_to_read(tmp_path):
+    savemat(tmp_path / "empty.mat", {"note": "nothing", "g": 3.0})
+    with pytest.raises(FricError, match="holds no vector of numbers"):
+        table(tmp_path / "empty.mat")

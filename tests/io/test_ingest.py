@@ -1,0 +1,124 @@
+"""`ingest`: many files, appending, merging, and a memory that does not grow with the file."""
+
+import gzip
+
+import h5py
+import numpy as np
+import pytest
+
+from fric import FricError, Log, ingest, read_logs, write_logs
+from fric.io.chunks import CHUNK
+
+
+def write(path, samples=50, speed=1.0):
+    rows = "".join(f"{n / 1000:.3f},{speed * n / 1000:.6f},{2.0 * np.sign(speed)}\n" for n in range(samples))
+    path.write_text("time [s],position [mm],force [N]\n" + rows)
+    return path
+
+
+def test_many_files_in_one_call_in_their_order(tmp_path):
+    files = [write(tmp_path / f"{name}.csv", speed=speed) for name, speed in (("b", 1), ("a", 2), ("c", -3))]
+    steps = []
+    done = ingest(files, tmp_path / "log.h5", kind="constant-velocity", axis="y", progress=steps.append)
+    logs = read_logs(tmp_path / "log.h5")
+    assert [log.name for log in logs] == ["b", "a", "c"]
+    assert {(log.kind, log.axis, log.motion) for log in logs} == {("constant-velocity", "y", "linear")}
+    assert done.samples == 150
+    assert sum(steps) == pytest.approx(sum(path.stat().st_size for path in files), rel=0.2)
+
+
+def test_the_same_file_twice_is_one_record(tmp_path):
+    one, other = write(tmp_path / "one.csv"), write(tmp_path / "other.csv", speed=2)
+    (tmp_path / "copy.csv").write_bytes(one.read_bytes())
+    ingest(one, tmp_path / "log.h5")
+    done = ingest([one, tmp_path / "copy.csv", other, other], tmp_path / "log.h5", append=True)
+    assert [record.name for record in done.records] == ["other"]
+    assert [name for _, name in done.skipped] == ["one", "one", "other"]
+    assert len(read_logs(tmp_path / "log.h5")) == 2
+
+
+def test_names_that_are_taken_get_a_number(tmp_path):
+    (tmp_path / "monday").mkdir()
+    files = [write(tmp_path / "run.csv"), write(tmp_path / "monday" / "run.csv", speed=2)]
+    ingest(files, tmp_path / "log.h5")
+    assert [log.name for log in read_logs(tmp_path / "log.h5")] == ["run", "run-2"]
+
+
+def test_appending_keeps_the_axis(tmp_path):
+    ingest(write(tmp_path / "one.csv"), tmp_path / "log.h5", axis="y")
+    before = (tmp_path / "log.h5").read_bytes()
+    ingest(write(tmp_path / "two.csv", speed=2), tmp_path / "log.h5", append=True)
+    assert {log.axis for log in read_logs(tmp_path / "log.h5")} == {"y"}
+    with pytest.raises(FricError, match="the linear axis y, and the new record is of the linear axis x"):
+        ingest(write(tmp_path / "three.csv", speed=3), tmp_path / "log.h5", axis="x", append=True)
+    assert before != (tmp_path / "log.h5").read_bytes()
+    assert len(read_logs(tmp_path / "log.h5")) == 2
+
+
+def test_an_error_in_the_last_file_leaves_the_file_as_it_was(tmp_path):
+    ingest(write(tmp_path / "one.csv"), tmp_path / "log.h5")
+    before = (tmp_path / "log.h5").read_bytes()
+    (tmp_path / "bad.csv").write_text("time [s],position [mm]\n0,0\n1,x\n")
+    with pytest.raises(FricError, match="line 3"):
+        ingest([write(tmp_path / "two.csv", speed=2), tmp_path / "bad.csv"], tmp_path / "log.h5", append=True)
+    assert (tmp_path / "log.h5").read_bytes() == before
+
+
+def test_log_files_are_merged_record_by_record(tmp_path):
+    rng = np.random.default_rng(3)
+    ingest([write(tmp_path / "one.csv"), write(tmp_path / "two.csv", speed=2)], tmp_path / "a.h5")
+    simulated = Log(time=np.arange(9) / 4e3, position=rng.normal(size=9), name="simulated", dropped=2)
+    write_logs(tmp_path / "b.h5", [simulated])
+    done = ingest([tmp_path / "a.h5", tmp_path / "b.h5", tmp_path / "a.h5"], tmp_path / "c.h5")
+    first, second, third = read_logs(tmp_path / "c.h5")
+    assert (first.name, second.name, third.name) == ("one", "two", "simulated")
+    np.testing.assert_array_equal(third.position, simulated.position)
+    assert third.dropped == 2
+    assert len(done.skipped) == 2  # the records of a.h5, by their own sha256
+    again = ingest([tmp_path / "one.csv", tmp_path / "b.h5"], tmp_path / "c.h5", append=True)
+    assert again.records == ()
+    assert len(again.skipped) == 2
+
+
+def test_dropping_counts_and_leaves_a_gap(tmp_path):
+    path = write(tmp_path / "log.csv", samples=100)
+    lines = path.read_text().splitlines()
+    lines[11] = "0.010,abc,2"
+    lines[21:26] = [f"0.{n:03},,2" for n in range(20, 25)]
+    path.write_text("\n".join(lines))
+    done = ingest(path, tmp_path / "log.h5", bad_cells="drop")
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert done.dropped == log.dropped == 6
+    assert len(log) == 94
+    assert np.diff(log.time).max() == pytest.approx(0.006)
+
+
+@pytest.mark.parametrize("samples", [CHUNK - 1, CHUNK, CHUNK + 1, 5 * CHUNK + 17])
+def test_chunks_hold_every_kind_of_number(tmp_path, samples):
+    """What is compressed beside the reading is what HDF5's own filters read: noise, ramps, steps, constants."""
+    rng = np.random.default_rng(samples)
+    channels = {
+        "position": np.round(np.cumsum(rng.normal(size=samples)) * 4) / 4e6,
+        "velocity": rng.normal(size=samples),
+        "force": np.sign(np.sin(np.arange(samples) / 100)),
+        "input": np.frombuffer(rng.bytes(8 * samples), dtype="f8"),
+    }
+    log = Log(time=np.arange(samples) / 4000, **channels)
+    write_logs(tmp_path / "log.h5", [log])
+    (read,) = read_logs(tmp_path / "log.h5")
+    for name, values in log.channels().items():
+        np.testing.assert_array_equal(read.channels()[name].view("u8"), values.view("u8"))
+    with h5py.File(tmp_path / "log.h5") as file:
+        data = file["records/record/force"]
+        assert (data.compression, data.shuffle) == ("gzip", True)
+        assert data.id.get_storage_size() < data.nbytes / 20
+
+
+def test_gz_is_the_same_log(tmp_path):
+    path = write(tmp_path / "log.csv")
+    (tmp_path / "log.csv.gz").write_bytes(gzip.compress(path.read_bytes()))
+    ingest([path, tmp_path / "log.csv.gz"], tmp_path / "log.h5")
+    plain, zipped = read_logs(tmp_path / "log.h5")
+    assert zipped.name == "log-2"
+    np.testing.assert_array_equal(plain.position, zipped.position)
+    assert plain.sha256 != zipped.sha256
