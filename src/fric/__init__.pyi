@@ -67,6 +67,7 @@ from .io.ingest import ingest as ingest
 from .io.ingest import sizes as sizes
 from .io.machine import read_machine as read_machine
 from .io.machine import read_schemes as read_schemes
+from .io.memory import keep_freed_memory as keep_freed_memory
 from .io.output import refuse_existing as refuse_existing
 from .io.path import read_path as read_path
 from .io.plant import read_plant as read_plant

@@ -48,6 +48,7 @@ def ingest(
     as_json: Json = False,
 ) -> None:
     """Read logs of a drive into one log file, each a record, in SI units."""
+    fric.keep_freed_memory()
     document = fric.read_document(mapping, fric.MappingDocument) if mapping else None
     with progress("ingesting", total=fric.sizes(files)) as advance:
         done = fric.ingest(

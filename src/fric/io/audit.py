@@ -81,10 +81,17 @@ class Clock:
         count = len(steps) // self._window
         cut = count * self._window
         self._left, self._left_rows = steps[cut:], rows[cut:]
-        windows = np.sort(steps[:cut].reshape(count, self._window), axis=1)
-        fifth = self._window // 5
-        self._periods.append(np.stack([windows.mean(axis=1), windows[:, fifth], windows[:, -1 - fifth]]))
-        self._rows.append(rows[: cut : self._window])
+        if not count:
+            return
+        if steps.max() < RATES_DIFFER * steps.min():  # as nearly always: one entry for all of them
+            mean = steps[:cut].mean()
+            self._periods.append(np.array([[mean], [mean], [mean], [count]]))
+            self._rows.append(rows[:1].copy())
+            return
+        windows, fifth = np.sort(steps[:cut].reshape(count, self._window), axis=1), self._window // 5
+        once = np.ones(count)
+        self._periods.append(np.stack([windows.mean(axis=1), windows[:, fifth], windows[:, -1 - fifth], once]))
+        self._rows.append(rows[: cut : self._window].copy())  # a view would keep all of the rows
 
     def stop(self) -> str:
         """End the record; return what the user should know of its clock.
@@ -94,21 +101,26 @@ class Clock:
         FricError
             When the record was sampled at two rates: a tenth of it or more, or its beginning or end.
         """
-        if sum(map(len, self._rows)) < 4:  # too short to tell
+        if not self._rows:
             return ""
-        periods, rows = np.concatenate(self._periods, axis=1), np.concatenate(self._rows)
-        mean, short, long = periods
-        usual = float(np.median(mean))
+        mean, short, long, windows = np.concatenate(self._periods, axis=1)
+        rows = np.concatenate(self._rows)
+        if windows.sum() < 4:  # too short to tell
+            return ""
+        order = np.argsort(mean)
+        upto = np.cumsum(windows[order])
+        usual = float(mean[order][np.searchsorted(upto, upto[-1] / 2)])
         slower = (mean > RATES_DIFFER * usual) & (short > RATES_DIFFER * usual)
         faster = (mean * RATES_DIFFER < usual) & (long * RATES_DIFFER < usual)
         for odd in (slower, faster):
-            stretch = odd & (np.append(odd[1:], False) | np.append(False, odd[:-1]))
+            stretch = odd & (np.append(odd[1:], False) | np.append(False, odd[:-1]) | (windows > 1))
             if not stretch.any():
                 continue
             n = int(np.argmax(stretch))
             edge = int(rows[n if n else np.argmin(stretch)])
             told = f"{1 / mean[n]:.4g} Hz there, {1 / usual:.4g} Hz elsewhere"
-            share = float(mean[stretch].sum() / mean.sum())
+            spent = mean * windows
+            share = float(spent[stretch].sum() / spent.sum())
             if share > ODD_SHARE or stretch[0] or stretch[-1]:
                 raise FricError(
                     f"two sampling rates in one record: {told}", where=f"{self._place(edge)} (about)",

@@ -22,7 +22,7 @@ LEVEL = 1
 
 SAMPLE = 2048
 """Bytes that tell how far more of their kind can be shortened."""
-WORTH = 0.8
+WORTH = 0.5
 """What cannot be shortened to this is stored as it is."""
 
 

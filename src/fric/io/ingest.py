@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -239,7 +239,7 @@ class _Session:
         source = said.get("source") or str(table.path)
         record = writer.create(name.replace("/", "-"), kind=kind, source=source)
         rows_of, clock, samples, dropped = _Rows(table, chosen, self._drop), Clock(table.place), 0, 0
-        for block in _ahead(table.blocks(chosen.wanted)):
+        for block in table.blocks(chosen.wanted):
             good, rows = rows_of.good(block)
             channels = chosen.convert(good, rows)
             if not chosen.response:
@@ -266,15 +266,6 @@ def _digest(table: Table, file: Future[str]) -> str:
     """Return the digest of a record: its own, or that of its file, with its name where the file holds several."""
     said = table.said
     return said.get("sha256") or file.result() + (f":{said['name']}" if "name" in said else "")
-
-
-def _ahead(blocks: Iterator[Block]) -> Iterator[Block]:
-    """Give blocks, the next being read while one is worked on: parsing lets go of the interpreter."""
-    with ThreadPoolExecutor(1, thread_name_prefix="read") as reader:
-        coming = reader.submit(next, blocks, None)
-        while (block := coming.result()) is not None:
-            coming = reader.submit(next, blocks, None)
-            yield block
 
 
 class _Rows:

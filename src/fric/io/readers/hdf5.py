@@ -20,7 +20,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     """Read the records of a log file, each a table whose columns name the channels."""
     with open_file(path) as file:
         check_format(file, path)
-        # a list: h5py's own iterator holds its lock between two records, which the thread that reads ahead waits for
+        # a list: h5py's own iterator holds its lock between two records
         for name, group in list(file["records"].items()):
             yield _table(path, name, group, file)
 

@@ -39,6 +39,8 @@ class Shape:
         Names and units.
     preamble
         Values named in the lines above the header, as in ``Sampling period:;51.200``.
+    spaced
+        Whether there are spaces behind delimiters.
     """
 
     encoding: str
@@ -47,6 +49,7 @@ class Shape:
     first: int
     columns: tuple[Column, ...]
     preamble: dict[str, str]
+    spaced: bool
 
 
 def encoding_of(head: bytes) -> str:
@@ -138,7 +141,8 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     top = min(n for n in (names, units, first) if n is not None)
     if spare and columns[-1].name.startswith("column "):
         columns.pop()  # a delimiter at the end of each line makes no column
-    return Shape(encoding, delimiter, decimal, first, tuple(columns), _preamble(lines[:top], delimiter))
+    spaced = any(delimiter + " " in line for line in lines[first:])
+    return Shape(encoding, delimiter, decimal, first, tuple(columns), _preamble(lines[:top], delimiter), spaced)
 
 
 def _heads(line: str, delimiter: str, width: int) -> list[str]:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import gzip
 import zlib
+from collections import deque
 from collections.abc import Iterator, Sequence
-from itertools import islice
+from concurrent.futures import Future, ThreadPoolExecutor
+from io import BytesIO
+from itertools import chain, islice, repeat
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -13,12 +16,18 @@ import numpy as np
 import pandas as pd
 
 from fric.errors import FricError
-from fric.io.readers.base import BLOCK, Block, Layout, Table
+from fric.io.readers.base import Block, Layout, Table
 from fric.io.readers.sniff import Shape, is_number, shape_of, split
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+PIECE = 2 << 20
+"""Bytes that are parsed at a time."""
+THREADS = 2
+"""Pieces that are parsed at once."""
+AHEAD = 4
+"""Pieces that may wait, parsed or not."""
 LOOK = 32_768
 """Bytes at the beginning that are looked at to find how the file is written."""
 
@@ -46,13 +55,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         shape = shape_of(head, layout, whole)
     except FricError as error:
         raise error.at(str(path)) from None
-    yield TextTable(path, shape, layout, zipped, bytes_a_row(head, path, zipped))
-
-
-def bytes_a_row(head: bytes, path: Path, zipped: bool) -> float:
-    """Return about how many bytes of the file a row takes."""
-    mean = len(head) / max(head.count(b"\n"), 1)
-    return mean / 3 if zipped else mean
+    yield TextTable(path, shape, layout, zipped)
 
 
 class TextTable(Table):
@@ -68,47 +71,75 @@ class TextTable(Table):
         What the user says of it.
     zipped
         Whether it is compressed by gzip.
-    bytes_a_row
-        For the progress.
     """
 
-    def __init__(self, path: Path, shape: Shape, layout: Layout, zipped: bool, bytes_a_row: float) -> None:
+    def __init__(self, path: Path, shape: Shape, layout: Layout, zipped: bool) -> None:
         super().__init__(path, shape.columns, shape.preamble)
-        self._shape, self._comment, self._zipped, self._bytes_a_row = shape, layout.comment, zipped, bytes_a_row
+        self._shape, self._comment, self._zipped = shape, layout.comment, zipped
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
-        """Read the file through pandas, in chunks."""
-        shape, width = self._shape, len(self.columns)
-        # Cells are read by their place; one more column than there is catches rows that are too long. The encoding
-        # matters for names alone, which are known by now: bytes as they stand are read fastest.
-        wide = shape.encoding.lower().replace("-", "").replace("_", "") in {"utf16", "utf16le", "utf16be", "utf32"}
-        options: dict[str, Any] = {
-            "header": None, "names": range(width + 1), "index_col": False, "skiprows": shape.first,
-            "sep": r"\s+" if shape.delimiter == "whitespace" else shape.delimiter, "decimal": shape.decimal,
-            "comment": self._comment, "compression": "gzip" if self._zipped else None, "low_memory": False,
-            "encoding": shape.encoding if wide else "utf-8", "encoding_errors": "replace", "skipinitialspace": True,
-            "chunksize": max(BLOCK * 8 // max(width, 8), 1024),
-        }  # fmt: skip
+        """Read the file piece by piece through pandas; the next pieces are parsed while one is worked on."""
         row = 0
+        waiting: deque[tuple[int, Future[pd.DataFrame]]] = deque()
+        with ThreadPoolExecutor(THREADS, thread_name_prefix="parse") as threads:
+            for piece in chain(self._pieces(), repeat(None, AHEAD)):
+                if piece:
+                    waiting.append((len(piece), threads.submit(self._parsed, piece)))
+                if waiting and (piece is None or len(waiting) == AHEAD):
+                    size, parsed = waiting.popleft()
+                    frame = self._frame(parsed, row)
+                    yield Block(row, [_numbers(frame[n], self._shape.decimal) for n in wanted], size)
+                    row += len(frame)
+
+    def _pieces(self) -> Iterator[bytes]:
+        """Cut the data into pieces of whole lines, in an encoding in which a digit is a byte."""
+        wide = "\0".encode(self._shape.encoding) != b"\0"
         try:
-            with pd.read_csv(self.path, **options) as chunks:
-                for chunk in chunks:
-                    long = chunk[width].notna().to_numpy()
-                    if long.any():
-                        raise FricError(
-                            f"has more cells than the {width} of the header",
-                            where=self.place(row + int(np.argmax(long))), mend="Mend or remove the line.",
-                        )  # fmt: skip
-                    columns = [_numbers(chunk[n], shape.decimal) for n in wanted]
-                    yield Block(row, columns, int(len(chunk) * self._bytes_a_row))
-                    row += len(chunk)
-        except pd.errors.EmptyDataError:
-            return
-        except pd.errors.ParserError as error:
-            told = str(error).strip().rsplit("C error: ", 1)[-1]
-            raise FricError(f"cannot be read as a table: {told}", where=str(self.path), mend="Mend the line.") from None
-        except (EOFError, zlib.error, gzip.BadGzipFile, UnicodeError) as error:
+            with _opened(self.path, self._zipped, self._shape.encoding if wide else None) as file:
+                for _ in range(self._shape.first):
+                    file.readline()
+                while piece := file.read(PIECE):
+                    piece += file.readline()
+                    yield piece.encode() if wide else piece
+        except (OSError, EOFError, zlib.error, UnicodeError) as error:
             raise FricError(f"is damaged: {error}", where=str(self.path), mend="Copy the file again.") from None
+
+    def _parsed(self, piece: bytes) -> pd.DataFrame:
+        # Cells are read by their place; one more column than there is catches rows that are too long. The encoding
+        # matters for names alone, which are known by now.
+        shape = self._shape
+        options: dict[str, Any] = {
+            "sep": r"\s+" if shape.delimiter == "whitespace" else shape.delimiter, "decimal": shape.decimal,
+            "comment": self._comment, "skipinitialspace": shape.spaced, "encoding_errors": "replace",
+        }  # fmt: skip
+        names = range(len(self.columns) + 1)
+        try:
+            return pd.read_csv(BytesIO(piece), header=None, names=names, index_col=False, low_memory=False, **options)
+        except pd.errors.EmptyDataError:
+            return pd.DataFrame({name: np.empty(0) for name in names})
+
+    def _frame(self, parsed: Future[pd.DataFrame], row: int) -> pd.DataFrame:
+        """Return what was parsed, having checked that no row is longer than the header."""
+        try:
+            frame = parsed.result()
+            if frame[len(self.columns)].notna().any():
+                raise self._too_long(row)
+        except pd.errors.ParserError as error:
+            if "fields in line" in str(error):
+                raise self._too_long(row) from None
+            told = str(error).strip().rsplit("C error: ", 1)[-1]
+            raise FricError(f"is no table: {told}", where=self.place(row), mend="Mend the file.") from None
+        return frame
+
+    def _too_long(self, row: int) -> FricError:
+        width = len(self.columns)
+        lines = islice(self._rows(), row, None)
+        long = (number for number, line in lines if any(split(line, self._shape.delimiter)[width:]))
+        return FricError(
+            f"has more cells than the {width} of the header",
+            where=f"{self.path}, line {next(long, '?')}",
+            mend="Mend or remove the line.",
+        )
 
     def place(self, row: int, column: int | None = None) -> str:
         """Return the line of a row, found by counting lines."""
