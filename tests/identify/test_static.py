@@ -177,3 +177,11 @@ def test_a_stroke_that_stands_off_all_others_is_left_out_and_told():
     for name in NAMES:
         low, high = _limits(clean, name)
         assert abs(_value(fit, name) - _value(clean, name)) < high - low
+
+
+def test_strokes_too_short_to_settle_are_told():
+    logs = []
+    for log in _logs(14):
+        creeping = 1 + 0.3 * np.exp(-(log.time - log.time[0]) / np.ptp(log.time))
+        logs.append(replace(log, force=log.force * creeping))
+    assert any("not settled" in warning for warning in identify_static(logs).warnings)

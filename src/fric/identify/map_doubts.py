@@ -66,12 +66,13 @@ def _correlations(fit: MapFit) -> list[str]:
     free = fit.problem.free
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = fit.covariance / np.outer(size, size)
-    return [
-        f"{free[i]} and {free[j]} are correlated by {correlation[i, j]:+.3f}: the data tell them apart badly."
+    pairs = [
+        f"{free[j]} and {free[i]} ({correlation[i, j]:+.3f})"
         for i in range(len(free))
         for j in range(i)
         if abs(correlation[i, j]) > CORRELATED
     ]
+    return [f"correlated, the data tell them apart badly: {', '.join(pairs)}."] if pairs else []
 
 
 def _patterned(v: NDArray[np.float64], residual: NDArray[np.float64]) -> bool:

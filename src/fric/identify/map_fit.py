@@ -47,6 +47,8 @@ class SpeedPoint:
         Its standard error [N], with autocorrelation.
     samples
         Samples it was taken from.
+    settled
+        False where the force had not settled by half of the stroke.
     record, start, stop
         Record, and the time in it [s] at which the steady stretch begins and ends.
     """
@@ -58,6 +60,7 @@ class SpeedPoint:
     record: str
     start: float
     stop: float
+    settled: bool = True
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,7 @@ def identify_static(
         at_speed, warning = _one_speed(points, motion)
         return StaticFit(axis, motion, tuple(points), None, None, at_speed, (warning,), method)
 
-    warnings: list[str] = []
+    warnings = _unsettled(points, motion)
     positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
     if direction == "each":
         if not (positive and backward):
@@ -162,9 +162,17 @@ def _points_of(log: Log, method: Average, plant: Plant | None) -> list[SpeedPoin
                 log.name,
                 float(log.time[stretch.start]),
                 float(log.time[stretch.stop - 1]),
+                stretch.settled,
             )
         )
     return points
+
+
+def _unsettled(points: Sequence[SpeedPoint], motion: Motion) -> list[str]:
+    speeds = dict.fromkeys(readable(p.velocity, si_unit("velocity", motion)) for p in points if not p.settled)
+    if not speeds:
+        return []
+    return [f"the force had not settled by half of the strokes at {', '.join(speeds)}: log longer strokes."]
 
 
 def _one_speed(points: Sequence[SpeedPoint], motion: Motion) -> tuple[dict[str, Estimate], str]:
