@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from fric.cli.main import app
 from fric.io.documents.friction import FrictionDocument
 from fric.io.documents.machine import MachineDocument
 from fric.io.yaml import read_document
@@ -81,3 +83,16 @@ def test_a_second_run_makes_nothing_and_the_page_is_whole(paper):
     for name in TABLE_2:
         glitch = _glitches(done, 0.1)[name]
         assert f"<strong>{glitch:.1f}</strong>" in page
+
+
+def test_the_command_prints_both_circles_beside_the_paper(paper):
+    done, folder = paper
+    told = CliRunner().invoke(app, ["reproduce", "-o", str(folder)], env={"COLUMNS": "120"})
+    assert told.exit_code == 0, told.exception
+    fast, slow = told.stdout.split("30 mm at 10 mm/s")
+    for text, feed in ((fast, 0.1), (slow, 0.01)):
+        for name, glitch in _glitches(done, feed).items():
+            (row,) = (line for line in text.splitlines() if line.startswith(f"({name})"))
+            assert f" {glitch:.1f} " in row
+    assert "paper" in fast
+    assert "paper" not in slow.split("steps were run")[0]

@@ -101,16 +101,20 @@ def circle(
         print_json(told | ({"monte_carlo": fric.monte_carlo_document(found)} if found else {}))
         return _end(found)
     published = subject.published_glitches(test.radius, test.feed)
-    quadrants = ("+x", "+y", "-x", "-y")
-    columns = ["scheme", *quadrants, "glitch", "rms", "range", "reduction", *(["paper"] if published else [])]
     where = f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
     if found:
         title = f"{subject.name}: {len(found)} machines, {where}"
         many.print_distributions(found, runs, published, title, intervals=from_intervals)
         return _end(found)
-    title = f"{subject.name}: {where}"
-    print_table(columns, [_row(run, runs, published) for run in runs], title)
+    print_circle(runs, published, f"{subject.name}: {where}")
     return None
+
+
+def print_circle(runs: list[Any], published: Any, title: str) -> None:
+    """Print what each scheme leaves in the quadrants, and what was published where something was."""
+    quadrants = ("+x", "+y", "-x", "-y")
+    columns = ["scheme", *quadrants, "glitch", "rms", "range", "reduction", *(["paper"] if published else [])]
+    print_table(columns, [_row(run, runs, published) for run in runs], title)
 
 
 def _end(found: Any) -> None:
