@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,10 @@ FINEST = 1e-3
 """Step, as a share of the usual gap between neighbouring values, below which any gap is near a multiple of it."""
 _GAPS = 400
 """Gaps that are looked at, of many."""
+_ORDER = 6
+"""Highest order of the differences that noise is told from."""
+_FALLS = 0.64
+"""Ratio of the variances from two orders of differences below which the lower one still held the motion."""
 
 
 def lattice_step(values: NDArray[np.float64]) -> float | None:
@@ -84,8 +89,10 @@ def _rounded_step(gaps: NDArray[np.float64], needed: int, rounding: float, *, of
 def noise_level(values: NDArray[np.float64]) -> float:
     """Return the standard deviation of white noise on a smooth channel, its quantisation included.
 
-    It is taken from second differences, whose variance is six times that of the noise, in blocks. Blocks of exact rest
-    are left out, and the lower quartile of the others, away from ramps, steps and glitches, is given.
+    It is taken from differences of such an order that the next one tells no less (the variate difference method,
+    Anderson, Biometrika 10, 1914): a motion's curvature is left in second differences, and would be taken for noise.
+    They are taken in blocks. Blocks of exact rest are left out, and the lower quartile of the others, away from ramps,
+    steps and glitches, is given.
 
     Parameters
     ----------
@@ -94,8 +101,26 @@ def noise_level(values: NDArray[np.float64]) -> float:
     """
     if len(values) < 3:
         return 0.0
-    squares = np.diff(values, 2) ** 2
-    length = max(len(squares) // 64, min(len(squares), 32))
-    blocks = squares[: len(squares) // length * length].reshape(-1, length).mean(axis=1)
-    blocks = blocks[blocks > (64.0 * np.finfo(float).eps * np.abs(values).max()) ** 2]
-    return float(np.sqrt(np.quantile(blocks, 0.25) / 6.0)) if len(blocks) else 0.0
+    length = max((len(values) - 2) // 64, min(len(values) - 2, 32))
+    second = _blocks(values, 2, length)
+    moves = second > (64.0 * np.finfo(float).eps * np.abs(values).max()) ** 2
+    if not moves.any():
+        return 0.0
+    level = float(np.quantile(second[moves], 0.25))
+    for order in range(3, _ORDER + 1):
+        if len(values) < order + length:
+            break
+        blocks = _blocks(values, order, length)
+        higher = float(np.quantile(blocks[moves[: len(blocks)]], 0.25)) if moves[: len(blocks)].any() else level
+        if higher > _FALLS * level:
+            break
+        level = higher
+    return float(np.sqrt(level))
+
+
+def _blocks(values: NDArray[np.float64], order: int, length: int) -> NDArray[np.float64]:
+    """Return the mean square of differences in blocks, over that of unit white noise."""
+    squares = np.diff(values, order) ** 2
+    return np.asarray(squares[: len(squares) // length * length].reshape(-1, length).mean(axis=1)) / comb(
+        2 * order, order
+    )
