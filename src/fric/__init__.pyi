@@ -56,6 +56,7 @@ from .io.documents.mapping import MappingDocument as MappingDocument
 from .io.documents.observer import ObserverDocument as ObserverDocument
 from .io.documents.plant import PlantDocument as PlantDocument
 from .io.friction import gms_tree as gms_tree
+from .io.friction import read_friction as read_friction
 from .io.friction import read_static as read_static
 from .io.friction import static_tree as static_tree
 from .io.hdf5 import read_logs as read_logs
@@ -73,7 +74,6 @@ from .io.path import read_path as read_path
 from .io.plant import read_plant as read_plant
 from .io.provenance import provenance as provenance
 from .io.replay import parse_parameters as parse_parameters
-from .io.replay import read_friction as read_friction
 from .io.replay import replay_tree as replay_tree
 from .io.report import write_report as write_report
 from .io.run import read_runs as read_runs

@@ -7,7 +7,8 @@ import pytest
 
 from fric.errors import FricError
 from fric.friction import models
-from fric.identify.compare import compare_models, near_reversals, presliding_length
+from fric.identify.compare import compare_models
+from fric.identify.near_reversals import near_reversals, presliding_length
 from fric.identify.replayed import replayed
 from fric.identify.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.hdf5 import read_logs

@@ -41,6 +41,16 @@ def test_noise_is_told_from_motion():
     assert noise_level(np.zeros(2)) == 0.0
 
 
+@pytest.mark.parametrize("per_cycle", [50, 80, 250])
+def test_curvature_is_not_taken_for_noise(per_cycle):
+    """A sine has differences of every order; white noise on it is found, down to a ten-thousandth of its size."""
+    sine = np.sin(2 * np.pi * np.arange(20 * per_cycle) / per_cycle)
+    assert noise_level(sine) < 1e-6
+    rng = np.random.default_rng(0)
+    for noise in (1e-4, 1e-2):
+        assert noise_level(sine + noise * rng.standard_normal(sine.size)) == pytest.approx(noise, rel=0.2)
+
+
 @pytest.mark.parametrize("each", [0.31, 1.0, 7.3, 199.995])
 def test_a_constant_velocity_is_not_taken_for_the_lattice(each):
     time = np.arange(3000.0)

@@ -11,6 +11,7 @@ import numpy as np
 from scipy import stats
 
 from fric.errors import FricError
+from fric.identify.near_reversals import near_reversals, presliding_length
 from fric.identify.replay_fit import ReplayFit, identify_by_replay
 from fric.identify.replayed import Replayed
 from fric.identify.splits import Masks, Split
@@ -20,11 +21,6 @@ if TYPE_CHECKING:
 
     from fric.estimate import Estimate
     from fric.friction import FrictionModel
-
-NEAR = 0.3
-"""Time after a reversal that counts as near it [s]."""
-LENGTHS = 10.0
-"""Pre-sliding lengths after a reversal that count as near it."""
 
 
 @dataclass(frozen=True)
@@ -234,31 +230,3 @@ def _lead(records: Sequence[Replayed], best: Score, other: Score) -> tuple[float
         return mean, float("inf")
     error = float(np.sqrt(np.sum((total - mean * n) ** 2) * pieces / (pieces - 1))) / float(n.sum())
     return mean, float(stats.t.ppf(0.975, pieces - 1)) * error
-
-
-def presliding_length(record: Replayed) -> float:
-    """Return the way after a reversal [m] on which the force has made nine tenths of its turn, the median of all.
-
-    Where a record has no two reversals, a hundredth of its way.
-    """
-    z, found = record.motion.position, []
-    for begin, end in zip(record.turns[:-1], record.turns[1:], strict=True):
-        force = record.force[begin:end]
-        if len(force) < 8:
-            continue
-        tail = float(np.median(force[len(force) // 2 :]))
-        share = (force - force[0]) / (tail - force[0]) if tail != force[0] else np.zeros_like(force)
-        passed = np.flatnonzero(share >= 0.9)
-        if len(passed):
-            found.append(abs(float(z[begin + passed[0]] - z[begin])))
-    return float(np.median(found)) if found else 0.01 * float(np.ptp(z))
-
-
-def near_reversals(record: Replayed, presliding: float) -> NDArray[np.bool_]:
-    """Return which samples come within 0.3 s or ten pre-sliding lengths [m] after a reversal, shape (n,)."""
-    near = np.zeros(len(record.force), bool)
-    t, z = record.motion.time, record.motion.position
-    for begin, end in zip(record.turns, [*record.turns[1:], len(t)], strict=True):
-        part = slice(int(begin), int(end))
-        near[part] = (t[part] - t[begin] < NEAR) | (np.abs(z[part] - z[begin]) < LENGTHS * presliding)
-    return near

@@ -96,39 +96,38 @@ def smooth_motion(time: NDArray[np.float64], position: NDArray[np.float64]) -> M
     else:
         noise = noise_level(z)
         if noise < 1e-7 * np.ptp(z):
-            v = _slope(t, z)
-            return Motion(t, z, v, _slope(t, v), 0.0)
+            v = slope(t, z)
+            return Motion(t, z, v, slope(t, v), 0.0)
         instant, crossing, spread = t, z, np.full_like(z, noise)
     spline = _smoothest(t, instant, crossing, spread, max(dt, (t[-1] - t[0]) / MOST_KNOTS))
     return Motion(t, spline(t), spline(t, 1), spline(t, 2), step)
 
 
-def _slope(t: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the derivative of exact samples: at each, that of the parabola of fourth degree through five around it.
+def slope(t: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the derivative of exact samples: that of the parabola of fourth degree through the five around each.
 
-    Fourth order in the sampling. Second order is too little for friction: a derivative that is off by a thousandth
-    moves the instant at which a motion turns, and biases a stiffness by more than its interval.
+    Second order is too little for friction: a velocity that is off by a thousandth moves the instant at which a motion
+    turns. Where a sample equals both of its neighbours, the motion rests, and the derivative is zero.
+
+    Parameters
+    ----------
+    t, z
+        Instants, increasing, and samples, each of shape (n,).
     """
     n = len(t)
     if n < 5:
-        return np.asarray(np.gradient(z, t, edge_order=min(n - 1, 2)))
-    around = np.clip(np.arange(n) - 2, 0, n - 5)[:, None] + np.arange(5)
-    away, other = t[around] - t[:, None], ~np.eye(5, dtype=bool)
-    slope = np.zeros(n)
-    here = np.arange(n) - around[:, 0]
-    row = np.arange(n)
-    # Lagrange's polynomials: l_j'(t_i) = prod_(m != i, j) (t_i - t_m) / prod_(m != j) (t_j - t_m), over differences
-    # from the sample itself, so that a record at rest has a slope of exactly zero.
+        return np.asarray(np.gradient(z, t, edge_order=2 if n > 2 else 1))
+    first = np.clip(np.arange(n) - 2, 0, n - 5)
+    around = first[:, None] + np.arange(5)
+    away, found, rows, here = t[around] - t[:, None], np.zeros(n), np.arange(n), np.arange(n) - first
     for j in range(5):
-        apart = np.prod(away[:, [j]] - away[:, other[j]], axis=1)
-        left = -away.copy()
-        left[row, here] = 1.0
-        left[:, j] = 1.0
-        weight = np.where(here == j, 0.0, np.prod(left, axis=1) / apart)
-        slope += weight * (z[around[:, j]] - z)
-    rest = np.zeros(n, dtype=bool)
-    rest[1:-1] = (z[1:-1] == z[:-2]) & (z[1:-1] == z[2:])
-    return np.where(rest, 0.0, slope)
+        # of Lagrange's polynomials: l_j'(t_i) = prod(m != i, j) (t_i - t_m) / prod(m != j) (t_j - t_m)
+        others = -away
+        others[rows, here], others[:, j] = 1.0, 1.0
+        apart = np.prod(away[:, [j]] - np.delete(away, j, axis=1), axis=1)
+        found += np.prod(others, axis=1) / apart * (z[around[:, j]] - z)
+    found[1:-1][(z[1:-1] == z[:-2]) & (z[1:-1] == z[2:])] = 0.0
+    return found
 
 
 def _few_levels(z: NDArray[np.float64]) -> float:

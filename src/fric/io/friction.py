@@ -14,8 +14,9 @@ from fric.identify.gms_fit import GMSFit
 from fric.identify.map_fit import MapFit
 from fric.identify.static import StaticFit
 from fric.io.documents.friction import FrictionDocument
+from fric.io.of_axis import read_of_axis
 from fric.io.provenance import provenance
-from fric.io.yaml import plain, read_document, read_tree
+from fric.io.yaml import plain, read_tree
 from fric.log import Log
 from fric.units import Motion, si_unit
 
@@ -65,6 +66,17 @@ class GivenStatic:
     carried: dict[str, Any]
 
 
+def read_friction(path: Path, *, axis: str, motion: Motion) -> FrictionDocument:
+    """Read the friction file of one axis.
+
+    Raises
+    ------
+    FricError
+        When it is no friction file, or of another axis or motion.
+    """
+    return read_of_axis(path, FrictionDocument, axis=axis, motion=motion)
+
+
 def read_static(path: Path, *, axis: str, motion: Motion) -> GivenStatic:
     """Read the static map of one axis from a friction file.
 
@@ -73,13 +85,7 @@ def read_static(path: Path, *, axis: str, motion: Motion) -> GivenStatic:
     FricError
         When the file is no friction file, is of another axis, or holds no static map.
     """
-    document = read_document(path, FrictionDocument)
-    if (document.axis, document.motion) != (axis, motion):
-        raise FricError(
-            f"is of the {document.motion} axis {document.axis}, and the log is of the {motion} axis {axis}",
-            where=str(path),
-            mend="Give the static map of the axis that was logged.",
-        )
+    document = read_friction(path, axis=axis, motion=motion)
     names = [name for name in ("static", "static_negative") if getattr(document, name)]
     if not names:
         raise FricError(

@@ -7,7 +7,7 @@ from pathlib import Path
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.io.documents.plant import PlantDocument
-from fric.io.yaml import read_document
+from fric.io.of_axis import read_of_axis
 from fric.units import Motion
 
 
@@ -19,13 +19,7 @@ def read_plant(path: Path, *, axis: str, motion: Motion) -> Plant:
     FricError
         When the file is no plant, of another axis or motion, or lacks a value.
     """
-    document = read_document(path, PlantDocument)
-    if (document.axis, document.motion) != (axis, motion):
-        raise FricError(
-            f"is the plant of the {document.motion} axis {document.axis}, and the log is of the {motion} axis {axis}",
-            where=str(path),
-            mend="Give the plant of the axis that was logged.",
-        )
+    document = read_of_axis(path, PlantDocument, axis=axis, motion=motion)
     try:
         return document.plant(motion)
     except FricError as error:

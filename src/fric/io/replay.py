@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 from fric.errors import FricError
@@ -12,26 +11,7 @@ from fric.friction import models
 from fric.identify.replay_fit import ReplayFit
 from fric.io.documents.friction import FrictionDocument
 from fric.io.provenance import provenance
-from fric.io.yaml import read_document
 from fric.units import Motion, parse, si_unit
-
-
-def read_friction(path: Path, *, axis: str, motion: Motion) -> FrictionDocument:
-    """Read the friction file of one axis.
-
-    Raises
-    ------
-    FricError
-        When it is no friction file, or of another axis or motion.
-    """
-    document = read_document(path, FrictionDocument)
-    if (document.axis, document.motion) != (axis, motion):
-        raise FricError(
-            f"is of the {document.motion} axis {document.axis}, and the log is of the {motion} axis {axis}",
-            where=str(path),
-            mend="Give the friction of the axis that was logged.",
-        )
-    return document
 
 
 def parse_parameters(model: str, given: Iterable[str], motion: Motion) -> dict[str, float]:

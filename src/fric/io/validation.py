@@ -12,9 +12,10 @@ from fric.friction import FrictionModel
 from fric.friction.stribeck import StaticMap
 from fric.io.documents.base import Quantity
 from fric.io.documents.controller import ControllerDocument
+from fric.io.documents.friction import FrictionDocument
 from fric.io.documents.plant import PlantDocument
+from fric.io.of_axis import read_of_axis
 from fric.io.provenance import provenance
-from fric.io.replay import read_friction
 from fric.io.yaml import read_document
 from fric.log import Log
 from fric.simulate.validation import Validation
@@ -29,13 +30,7 @@ def read_cascade(path: Path, *, axis: str, motion: Motion) -> Cascade:
     FricError
         When the file is no controller, or of another axis or motion.
     """
-    document = read_document(path, ControllerDocument)
-    if (document.axis, document.motion) != (axis, motion):
-        raise FricError(
-            f"is of the {document.motion} axis {document.axis}, and the log is of the {motion} axis {axis}",
-            where=str(path),
-            mend="Give the controller of the axis that was logged.",
-        )
+    document = read_of_axis(path, ControllerDocument, axis=axis, motion=motion)
     try:
         return document.cascade(motion)
     except FricError as error:
@@ -84,7 +79,7 @@ def friction_and_load(
     FricError
         When the file holds several models and none is named, or does not hold the one named.
     """
-    document = read_friction(path, axis=axis, motion=motion)
+    document = read_of_axis(path, FrictionDocument, axis=axis, motion=motion)
     extra = document.model_extra or {}
     found = [name for name in extra if not name.endswith("_fit") and name != "provenance"]
     if model is None:
