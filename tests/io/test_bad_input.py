@@ -244,7 +244,7 @@ def test_full_disk(tmp_path, long_log, room):
     done = subprocess.run(
         command(long_log, "-o", out / "log.h5"),
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)),
-        capture_output=True, text=True, check=False,
+        capture_output=True, text=True, check=False, timeout=120,
     )  # fmt: skip
     assert done.returncode == 1, done.stderr
     assert "cannot be written: File too large" in done.stderr
@@ -258,12 +258,16 @@ def test_interrupt_in_the_middle(tmp_path, long_log, number, wait):
     out = tmp_path / "out"
     out.mkdir()
     running = subprocess.Popen(command(long_log, "-o", out / "log.h5"), stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
-    while not list(out.iterdir()) and time.monotonic() < deadline and running.poll() is None:
-        time.sleep(0.002)
-    time.sleep(wait)
-    running.send_signal(number)
-    _, told = running.communicate(timeout=60)
+    try:
+        deadline = time.monotonic() + 60
+        while not list(out.iterdir()) and time.monotonic() < deadline and running.poll() is None:
+            time.sleep(0.002)
+        time.sleep(wait)
+        running.send_signal(number)
+        _, told = running.communicate(timeout=60)
+    finally:
+        running.kill()  # one that hangs must not hold up the tests
+        running.wait()
     assert running.returncode == 1, told
     assert told.startswith("error: interrupted")
     assert len(told.splitlines()) <= 2
