@@ -60,6 +60,7 @@ def test_presliding_length_of_an_exponential_hysteresis():
     assert near[record.turns].all()
 
 
+@pytest.mark.long
 def test_bundled_loops_of_the_rig_tell_slip_blocks_from_a_single_bristle():
     """GMS and Leuven under a third of LuGre's error on the 15 and 450 µm loops; the static map worst at reversals."""
     records = replayed(read_logs([ROOT / "data/presliding-sine.h5"]))

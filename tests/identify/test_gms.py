@@ -177,7 +177,7 @@ def test_intervals_cover_the_truth():
 def test_machines_of_all_kinds():
     # 1 to 6 blocks, 1 to 1000 N, any speed, encoder and noise: the curve is right to a few noise levels of its mean
     rng = np.random.default_rng(5)
-    for _ in range(20):
+    for _ in range(10):
         count, F_s = int(rng.integers(1, 7)), 10 ** rng.uniform(0, 3)
         static = StaticMap(F_s * rng.uniform(0.5, 1), F_s, 10 ** rng.uniform(-3.5, -2), rng.uniform(0.6, 2), F_s / 2)
         slip = np.sort(10 ** rng.uniform(-6.3, -4.3, count))
@@ -194,8 +194,8 @@ def test_machines_of_all_kinds():
 
 
 @pytest.mark.long
-def test_twenty_seeds_through_an_encoder():
-    for seed in range(20):
+def test_six_seeds_through_an_encoder():  # twenty in closed loop: test_gms_in_closed_loop.py
+    for seed in range(6):
         fit = identify_gms(pair(seed=seed), static=PAPER)
         assert rms_error(fit.model) < 1.0
         assert len(fit.blocks) == 3
