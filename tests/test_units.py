@@ -50,7 +50,9 @@ def test_quantities_are_parsed(text, dimension, motion, value):
     [
         ("3 mm", "force", "linear", "measures a position"),
         ("3 N*m", "force", "linear", "is it rotary"),
-        ("3 N", "force", "rotary", "is it linear"),
+        ("3 N", "force", "rotary", "is it linear. Then say `motion: linear`"),
+        ("3 V", "force", "linear", "measures an input"),
+        ("3 %", "force", "rotary", "measures nothing that has a dimension"),
         ("3 flub", "force", "linear", "not a unit"),
         ("3", "force", "linear", "no unit"),
         ("much", "force", "linear", "not a quantity"),

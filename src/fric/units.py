@@ -101,7 +101,8 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
         return float(quantity.to(si).magnitude)
     except pint.DimensionalityError:
         other: Motion = "linear" if motion == "rotary" else "rotary"
-        hint = f" (the axis is {motion}; is it {other}?)" if _fits(spelled, dimension, other) else ""
+        asked = f" (the axis is {motion}; is it {other}? Then say `motion: {other}`)"
+        hint = asked if _fits(spelled, dimension, other) else ""
         raise FricError(
             f"{dimension} cannot be in '{unit}': that unit measures {_measured(spelled)}",
             mend=f"Give a unit that converts to {si}{hint}.",
@@ -151,8 +152,9 @@ def _measured(unit: str) -> str:
     for dimension, units in SI_UNITS.items():
         for si in units:
             if si not in {"1", "rad"} and _registry().Unit(si).dimensionality == dimensionality:
-                return "a torque" if si == "N*m" else f"a {dimension}"
-    return str(dimensionality)
+                name = "torque" if si == "N*m" else dimension
+                return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+    return "nothing that has a dimension" if not dimensionality else str(dimensionality)
 
 
 def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float:

@@ -156,6 +156,19 @@ def test_one_direction_alone_says_that_the_offset_is_assumed():
     assert "offset" in fit.warnings[0]
 
 
+def test_a_force_of_the_wrong_sign_is_told_first_and_without_impossible_correlations():
+    fit = identify_static([replace(log, force=-log.force) for log in _logs(14)])
+    assert "friction drives the axis" in fit.warnings[0]
+    assert "`sign:`" in fit.warnings[0]
+    assert not any("correlated" in warning for warning in fit.warnings)
+
+
+@pytest.mark.parametrize("weight", [-150.0, 150.0])
+def test_gravity_above_friction_is_no_wrong_sign(weight):
+    fit = identify_static([replace(log, force=log.force + weight) for log in _logs(15)])
+    assert not any("friction drives" in warning for warning in fit.warnings)
+
+
 def test_too_few_speeds_and_no_stroke_are_errors():
     with pytest.raises(FricError, match="cannot give 5 parameters"):
         identify_static(_logs(12, speeds=PAPER_SPEEDS[[3, 9]]))
@@ -163,6 +176,8 @@ def test_too_few_speeds_and_no_stroke_are_errors():
     sine = Log(t, 1e-3 * np.sin(20 * t), force=np.cos(20 * t))
     with pytest.raises(FricError, match="no stroke"):
         identify_static([sine])
+    with pytest.raises(FricError, match="records say that they are sliding-sine"):
+        identify_static([replace(sine, kind="sliding-sine")])
     with pytest.raises(FricError, match="no force"):
         identify_static([Log(t, t)])
 

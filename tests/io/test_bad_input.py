@@ -142,6 +142,13 @@ def test_unit_of_the_wrong_kind(tmp_path):
     assert "converts to N" in told
 
 
+def test_per_cent_of_a_turning_drive_asks_for_a_scale_and_not_for_another_speed(tmp_path):
+    log = "time [ms],velocity [rpm],torque [%]\n" + "".join(f"{n},60,30\n" for n in range(50))
+    told = refused(tmp_path, log)
+    assert "column 'torque': force cannot be in '%'" in told
+    assert 'as in scale: "12.5 N*m"' in told
+
+
 def test_no_unit(tmp_path):
     assert "column 'force' (force) has no unit" in refused(
         tmp_path, (HEADER + rows(GOOD)).replace("force [N]", "force")
@@ -189,8 +196,14 @@ def test_output_that_exists(tmp_path, log):
 
 
 def test_folder_that_is_not_there(tmp_path, log):
-    with pytest.raises(FricError, match="cannot be written: No such file"):
+    with pytest.raises(FricError, match=r"there is no folder .*\nMake the folder first"):
         ingest(tmp_path / "good.csv", tmp_path / "nowhere" / "log.h5")
+
+
+def test_a_log_that_was_not_ingested_is_sent_there(tmp_path):
+    (tmp_path / "log.csv").write_text(HEADER + rows(GOOD))
+    with pytest.raises(FricError, match="is no log file of fric's\nRead it with `fric ingest` first"):
+        read_logs(tmp_path / "log.csv")
 
 
 def test_folder_as_input(tmp_path):

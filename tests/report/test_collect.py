@@ -45,6 +45,13 @@ def test_what_is_no_part_of_a_report_is_refused(tmp_path: Path, content: str, wh
         collect([tmp_path / "none.h5"])
 
 
+def test_a_foreign_log_is_sent_to_ingest(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes("Prüfstand\nZeit [ms];Kraft [N]\n0;1,5\n".encode("latin-1"))
+    with pytest.raises(FricError, match=r"no file of fric's\n.*`fric ingest` reads foreign logs"):
+        collect([path])
+
+
 def test_a_machine_file_or_logs_alone_make_no_report() -> None:
     with pytest.raises(FricError, match="no place"):
         collect([PAPER])

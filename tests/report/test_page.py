@@ -44,6 +44,14 @@ class Page(HTMLParser):
             self.styles.append(data)
 
 
+def test_the_next_step_names_the_axis_of_the_friction(files: SimpleNamespace) -> None:
+    assert "--friction x=FRICTION.yaml" in render_report(collect([files.static]))
+    text = files.static.read_text().replace("axis: x", "axis: screw")
+    other = files.static.with_name("screw.yaml")
+    other.write_text(text)
+    assert "--friction screw=FRICTION.yaml" in render_report(collect([other]))
+
+
 @pytest.fixture(scope="module")
 def html(files: SimpleNamespace) -> str:
     everything = [files.march, files.september, files.static, files.observer, files.plant, files.run, files.later_run]

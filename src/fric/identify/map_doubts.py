@@ -70,7 +70,7 @@ def _correlations(fit: MapFit) -> list[str]:
         f"{free[j]} and {free[i]} ({correlation[i, j]:+.3f})"
         for i in range(len(free))
         for j in range(i)
-        if abs(correlation[i, j]) > CORRELATED
+        if CORRELATED < abs(correlation[i, j]) <= 1.0 + 1e-9  # beyond 1 at a bound, where the curvature says nothing
     ]
     return [f"correlated, the data tell them apart badly: {', '.join(pairs)}."] if pairs else []
 

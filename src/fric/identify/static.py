@@ -122,6 +122,11 @@ def identify_static(
             "only one direction was measured: an offset of the force channel cannot be told from Coulomb friction, "
             "and 0 is assumed. Log strokes in both directions."
         )
+    elif plant is None and np.median([p.force for p in positive]) < np.median([p.force for p in backward]):
+        warnings.append(
+            "forward strokes took less force than backward ones: by these signs friction drives the axis, and this map "
+            "means nothing. Turn the force's `sign:` in the mapping and ingest again."
+        )
     fit = fit_map(points, delta, weights, motion, with_offset=bool(positive and backward))
     if plant is not None:
         warnings += damping_doubt(fit, plant, motion)
@@ -139,8 +144,9 @@ def steady_points(logs: Sequence[Log], *, average: Average = "robust", plant: Pl
     stated = [log for log in logs if log.kind == "constant-velocity"]
     points = [point for log in stated or logs for point in _points_of(log, average, plant)]
     if not points:
+        kinds = ", ".join(sorted({log.kind for log in logs if log.kind}))
         raise FricError(
-            "no stroke at constant velocity was found",
+            "no stroke at constant velocity was found" + (f" (the records say that they are {kinds})" if kinds else ""),
             where=logs[0].source,
             mend="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
         )

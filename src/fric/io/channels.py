@@ -103,16 +103,18 @@ def plan(
     where = str(table.path)
     channels = mapping.columns if mapping else _by_header(table, kind)
     motions: tuple[Motion, ...] = (motion,) if motion else ("linear", "rotary")
-    refusals: list[FricError] = []
+    refusals: list[tuple[int, FricError]] = []
     for chosen in motions:
+        origins: dict[str, Origin] = {}
         try:
-            origins = {name: _origin(table, name, channel, chosen, fields) for name, channel in channels.items()}
+            for name, channel in channels.items():
+                origins[name] = _origin(table, name, channel, chosen, fields)
         except FricError as error:
-            refusals.append(error)
+            refusals.append((len(origins), error))
             continue
         break
     else:
-        raise refusals[0]
+        raise max(refusals, key=lambda refusal: refusal[0])[1]  # of the motion that more of the columns fit
     response = "magnitude" in origins
     needed = ("frequency", "magnitude", "phase") if response else ("time",)
     for name in needed:
@@ -179,7 +181,11 @@ def _origin(table: Table, name: str, channel: Channel, motion: Motion, fields: M
     try:
         return Origin(column, sign * factor(unit, dimension, motion), decibel is not None)
     except FricError as error:
-        raise error.at(f"{where}, column '{table.columns[column].name}'") from None
+        mend = error.mend
+        if "scale" not in mend:
+            mend += f' Or say what one logged unit is, as in scale: "12.5 {si_unit(dimension, motion)}".'
+        where = f"{where}, column '{table.columns[column].name}'"
+        raise FricError(error.what, where=where, mend=mend) from None
 
 
 def _column(table: Table, wanted: Any, name: str, fields: Mapping[str, str]) -> int:

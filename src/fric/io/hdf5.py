@@ -160,7 +160,10 @@ def open_file(path: Path) -> Iterator[h5py.File]:
         raise FricError("there is no such file", where=str(path)) from None
     except OSError as error:
         what = "may not be read" if isinstance(error, PermissionError) else "is no whole HDF5 file (cut short?)"
-        raise FricError(what, where=str(path), mend="Make it again with `fric ingest`.") from None
+        mend = "Make it again with `fric ingest`."
+        if path.suffix.lower() not in {".h5", ".hdf5"}:
+            what, mend = "is no log file of fric's", "Read it with `fric ingest` first, and give the log file."
+        raise FricError(what, where=str(path), mend=mend) from None
     with file:
         yield file
 

@@ -12,10 +12,16 @@ from fric.errors import FricError
 
 
 def refuse_existing(*paths: Path | None, force: bool = False) -> None:
-    """Raise when one of the outputs exists and may not be replaced, before any work is done."""
+    """Raise when one of the outputs exists and may not be replaced, or has no folder to go to, before any work."""
     for path in paths:
         try:
             exists = path is not None and path.exists()
+            if path is not None and not path.parent.is_dir():
+                raise FricError(
+                    f"cannot be written: there is no folder {path.parent}",
+                    where=str(path),
+                    mend="Make the folder first.",
+                )
         except OSError as error:  # the folder may not be looked into
             raise _refused(Path(str(path)), error) from None
         if exists and not force:

@@ -37,7 +37,12 @@ def recognise(path: Path) -> str:
     elif b"\0" in head:
         found = ""
     else:
-        tree = read_tree(path)
+        try:
+            tree = read_tree(path)
+        except FricError:
+            if path.suffix.lower() in {".yaml", ".yml"}:
+                raise
+            tree = None
         found = str(tree.get("fric", "")) if isinstance(tree, Mapping) else ""
     if not found:
         raise FricError(

@@ -42,13 +42,15 @@ def read_document(path: Path, model: type[D]) -> D:
     tree = read_tree(path)
     if not isinstance(tree, CommentedMap):
         raise FricError("is no YAML document", where=str(path), mend=f"Start it with 'fric: {model.type_name()}'.")
-    found = tree.get("fric", "nothing of fric's")
+    found = tree.get("fric")
+    if found is None:
+        raise FricError("does not say what it is", where=str(path), mend=f"Start it with 'fric: {model.type_name()}'.")
     if found != model.type_name():
         raise FricError(f"holds {found}, not {model.type_name()}", where=str(path))
     try:
         return model.model_validate(plain(tree), context={"folder": path.parent})
     except ValidationError as error:
-        raise _told(error, tree, path) from None
+        raise _told(error, tree, path, model.type_name()) from None
     except FricError as error:
         raise error.at(str(path)) from None
 
@@ -59,8 +61,10 @@ def read_tree(path: Path) -> Any:
         return _yaml().load(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise FricError("there is no such file", where=str(path)) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise FricError(f"cannot be read: {error}", where=str(path)) from None
+    except UnicodeDecodeError:
+        raise FricError("is no YAML document in UTF-8", where=str(path)) from None
+    except OSError as error:
+        raise FricError(f"cannot be read: {error.strerror or error}", where=str(path)) from None
     except YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else str(path)
@@ -112,7 +116,7 @@ def _styled(tree: Any, depth: int = 0) -> Any:
     return float(f"{tree:.6g}") if isinstance(tree, float) else tree
 
 
-def _told(error: ValidationError, tree: CommentedMap, path: Path) -> FricError:
+def _told(error: ValidationError, tree: CommentedMap, path: Path, type_name: str) -> FricError:
     """Turn the first complaint of the schema into a line with its place in the file."""
     # a misspelled key is also a missing one: the first is what the user sees
     complaint = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
@@ -136,4 +140,9 @@ def _told(error: ValidationError, tree: CommentedMap, path: Path) -> FricError:
             break
     where = f"{path}, line {line}" if line else str(path)
     what, _, mend = message.partition("\n")
+    schema = f"`fric schema {type_name.partition('/')[0]}` lists the keys."
+    if complaint["type"] == "extra_forbidden":
+        what, mend = "is not a key that is known here", schema
+    elif complaint["type"] in {"model_type", "dict_type"}:
+        what, mend = "takes keys, as in {key: value}, and not one value", schema
     return FricError(f"{'.'.join(place)}: {what}" if place else what, where=where, mend=mend)

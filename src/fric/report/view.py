@@ -237,11 +237,11 @@ def _next_step(material: Material) -> str:
     if material.tests:
         return ""
     has_gms = any("gms" in item.sections() for item in material.items if item.kind == "friction")
-    has_friction = any(item.kind == "friction" for item in material.items)
-    if not has_friction:
+    frictions = [item for item in material.items if item.kind == "friction"]
+    if not frictions:
         return "No friction and no run was given. Begin with `fric identify static` on strokes at constant velocity."
-    step = "" if has_gms else "The friction has no pre-sliding part yet; `fric identify gms` finds it. "
+    step = "" if has_gms else "The friction has no pre-sliding part yet; `fric identify gms` finds it from slow sines. "
     return (
         step + "To see which compensation leaves how large a glitch, run `fric simulate circle MACHINE.yaml --friction "
-        "x=FRICTION.yaml -o RUN.h5` and give RUN.h5 to `fric report` too."
+        f"{frictions[0].axis}=FRICTION.yaml -o RUN.h5` and give RUN.h5 to `fric report` too."
     )
