@@ -6,7 +6,7 @@ from time import process_time
 
 import numpy as np
 
-from fric.identify.segments import steady_stretches
+from fric.identify.records.segments import steady_stretches
 from fric.log import Log
 
 RATE, SAMPLES, STEP = 4000.0, 30_000, 2.5e-7

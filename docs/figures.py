@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 import fric
 from docs import examples
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure, save_figure
-from fric.identify.static import steady_points
+from fric.identify.strokes.static import steady_points
 from fric.log import Log
 
 FIGURES = Path(__file__).parent / "figures"

@@ -19,9 +19,9 @@ from fric.friction.leuven import Leuven
 from fric.friction.lugre import LuGre
 from fric.friction.maxwell_slip import MaxwellSlip
 from fric.friction.stribeck import StaticMap
-from fric.identify.compare import compare_models
-from fric.identify.replayed import replayed
-from fric.identify.splits import split_by_cycles
+from fric.identify.replay.compare import compare_models
+from fric.identify.replay.replayed import replayed
+from fric.identify.replay.splits import split_by_cycles
 from fric.io.hdf5 import read_logs
 
 ROOT = Path(__file__).parents[1]

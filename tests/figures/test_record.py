@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fric.figures.record import draw_record, scaled, thinned
-from fric.identify.inspection import inspect
+from fric.identify.records.inspection import inspect
 from fric.log import Log
 
 

@@ -20,8 +20,8 @@ fric.friction.__path__.append(os.environ["NEW_MODEL"])
 FIT = """
 import new_model_plugin
 from fric.friction import models
-from fric.identify.replay_fit import identify_by_replay
-from fric.identify.replayed import replayed
+from fric.identify.replay.replay_fit import identify_by_replay
+from fric.identify.replay.replayed import replayed
 from tests.identify.virtual_logs import logs_of
 
 truth = models()["bouc_wen"].typical()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fric.identify.averages import autocorrelation_time, average
+from fric.identify.strokes.averages import autocorrelation_time, average
 
 
 def _ar1(n: int, memory: float, rng: np.random.Generator) -> np.ndarray:

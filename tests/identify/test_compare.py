@@ -7,10 +7,10 @@ import pytest
 
 from fric.errors import FricError
 from fric.friction import models
-from fric.identify.compare import compare_models
-from fric.identify.near_reversals import near_reversals, presliding_length
-from fric.identify.replayed import replayed
-from fric.identify.splits import split_by_cycles, split_by_folds, split_by_record
+from fric.identify.replay.compare import compare_models
+from fric.identify.replay.near_reversals import near_reversals, presliding_length
+from fric.identify.replay.replayed import replayed
+from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.hdf5 import read_logs
 from tests.identify.virtual_logs import logs_of
 

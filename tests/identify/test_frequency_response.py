@@ -10,8 +10,8 @@ from scipy.signal import chirp, lfilter
 
 from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
-from fric.identify.frequency_response import measure_response
-from fric.identify.spectra import find_period
+from fric.identify.dynamics.frequency_response import measure_response
+from fric.identify.dynamics.spectra import find_period
 from fric.log import FrequencyResponse, Log
 from tests.identify.excited_axis import RATE, X, excite, multisine, shaken
 

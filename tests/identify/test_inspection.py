@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import fric
-from fric.identify.inspection import inspect
+from fric.identify.records.inspection import inspect
 from fric.log import FrequencyResponse, Log
 from tests.identify.kinematics import encoder, strokes
 

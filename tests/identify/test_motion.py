@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric import FricError
-from fric.identify.motion import slope, smooth_motion
+from fric.identify.records.motion import slope, smooth_motion
 
 
 def sine(amplitude, frequency, step, seconds=12.0, dt=1e-3):

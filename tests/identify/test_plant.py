@@ -10,8 +10,8 @@ import pytest
 
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
-from fric.identify.plant import PlantFit, identify_plant
-from fric.identify.response_fit import modelled
+from fric.identify.dynamics.plant import PlantFit, identify_plant
+from fric.identify.dynamics.response_fit import modelled
 from fric.io.machine import read_machine
 from fric.log import FrequencyResponse, Log
 from fric.reference import Reference

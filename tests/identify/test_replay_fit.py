@@ -11,8 +11,8 @@ from fric.estimate import Estimate
 from fric.friction import models
 from fric.friction.gms import GMS
 from fric.friction.lugre import LuGre
-from fric.identify.replay_fit import identify_by_replay
-from fric.identify.replayed import replayed
+from fric.identify.replay.replay_fit import identify_by_replay
+from fric.identify.replay.replayed import replayed
 from tests.identify.virtual_logs import logs_of
 
 FITTED = [name for name, model in models().items() if model.identified]

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fric.identify.resolution import lattice_step, noise_level
+from fric.identify.records.resolution import lattice_step, noise_level
 
 
 @given(st.floats(1e-9, 1e-2), st.floats(-1e4, 1e4), st.integers(20, 5000), st.floats(1e-3, 1e3), st.integers(0, 10**6))

@@ -10,8 +10,8 @@ from scipy.io import loadmat
 from scipy.signal import lfilter
 
 from fric.errors import FricError
-from fric.identify.conditioning import Conditioning
-from fric.identify.rigid_body import identify_motion
+from fric.identify.dynamics.rigid_body import identify_motion
+from fric.identify.records.conditioning import Conditioning
 from fric.log import Log
 
 EMPS = Path(__file__).parents[3] / "shared" / "data" / "emps" / "DATA_EMPS.mat"

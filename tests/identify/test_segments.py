@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric.errors import FricError
-from fric.identify.segments import steady_stretches
-from fric.identify.turns import reversals
+from fric.identify.records.segments import steady_stretches
+from fric.identify.records.turns import reversals
 from fric.log import Log
 from tests.identify.kinematics import encoder, strokes
 

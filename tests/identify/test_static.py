@@ -11,7 +11,7 @@ import pytest
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
-from fric.identify.static import StaticFit, identify_static
+from fric.identify.strokes.static import StaticFit, identify_static
 from fric.log import Log
 from tests.identify.strokes import PAPER_SPEEDS, TABLE_1, both_directions, stroke
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from fric.friction.stribeck import StaticMap
-from fric.identify.map_fit import excess_variance
-from fric.identify.profile import profile_interval
-from fric.identify.stribeck_fit import StribeckProblem
+from fric.identify.strokes.map_fit import excess_variance
+from fric.identify.strokes.profile import profile_interval
+from fric.identify.strokes.stribeck_fit import StribeckProblem
 from tests.identify.strokes import PAPER_SPEEDS, both_directions
 
 

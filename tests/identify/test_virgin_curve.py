@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fric import FricError
-from fric.identify.loops import find_loops
-from fric.identify.motion import smooth_motion
-from fric.identify.virgin_curve import virgin_curve
+from fric.identify.loops.loops import find_loops
+from fric.identify.loops.virgin_curve import virgin_curve
+from fric.identify.records.motion import smooth_motion
 from tests.identify.presliding import PAPER, TABLE_1, pair, record
 
 Z = np.linspace(0.0, 100e-6, 1001)[1:]

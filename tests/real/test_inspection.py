@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import scipy.io
 
-from fric.identify.inspection import inspect
-from fric.identify.segments import steady_stretches
+from fric.identify.records.inspection import inspect
+from fric.identify.records.segments import steady_stretches
 from fric.log import Log
 
 SHARED = Path(__file__).parents[3] / "shared/data"

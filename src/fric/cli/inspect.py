@@ -10,8 +10,8 @@ from fric.cli.console import OUT, print_json, print_table
 from fric.cli.options import Force, Json, LogFiles, Plot
 
 if TYPE_CHECKING:
-    from fric.identify.inspection import Channel, Inspection, ResponseInspection
-    from fric.identify.uses import Use
+    from fric.identify.records.inspection import Channel, Inspection, ResponseInspection
+    from fric.identify.records.uses import Use
 
 FEW = 4
 """Records that are told one by one; more are told in a table, a line each."""

@@ -12,7 +12,7 @@ from fric.units import prefixed, si_unit
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fric.identify.compare import Comparison
+    from fric.identify.replay.compare import Comparison
 
 
 def draw_comparison(comparison: Comparison) -> Figure:

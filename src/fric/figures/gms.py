@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.gms_fit import GMSFit, Replayed
-    from fric.identify.loops import Loops
+    from fric.identify.loops.gms_fit import GMSFit, Replayed
+    from fric.identify.loops.loops import Loops
 
 Scale = tuple[float, str]
 
@@ -30,7 +30,7 @@ def draw_gms(fit: GMSFit) -> Figure:
     Parameters
     ----------
     fit
-        What `fric.identify.gms.identify_gms` found.
+        What `fric.identify.loops.gms.identify_gms` found.
     """
     loops = sorted(fit.loops, key=lambda one: one.amplitude)
     rows = 2 + len(fit.records)

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.plant import PlantFit, ResponseFit
-    from fric.identify.rigid_body import MotionFit
+    from fric.identify.dynamics.plant import PlantFit, ResponseFit
+    from fric.identify.dynamics.rigid_body import MotionFit
 
 MARKERS = "osD^v"
 
@@ -29,7 +29,7 @@ def draw_plant(fit: PlantFit) -> Figure:
     Parameters
     ----------
     fit
-        What `fric.identify.plant.identify_plant` found.
+        What `fric.identify.dynamics.plant.identify_plant` found.
     """
     compared = fit.friction.compared
     with new_figure(7.2 if compared else 6.3, 5.6) as figure:
@@ -157,7 +157,7 @@ def draw_motion(fit: MotionFit) -> Figure:
     Parameters
     ----------
     fit
-        What `fric.identify.rigid_body.identify_motion` found.
+        What `fric.identify.dynamics.rigid_body.identify_motion` found.
     """
     unit = si_unit("force", fit.motion) if fit.channel == "force" else "V"
     with new_figure(6.3, 4.2) as figure:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.inspection import Inspection, ResponseInspection
+    from fric.identify.records.inspection import Inspection, ResponseInspection
 
 SCALES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 POINTS = 4000
@@ -38,7 +38,7 @@ def draw_record(records: Sequence[Log | FrequencyResponse], found: Sequence[Insp
     records
         The records, of one axis.
     found
-        What `fric.identify.inspection.inspect` found in each.
+        What `fric.identify.records.inspection.inspect` found in each.
     """
     pairs = list(zip(records, found, strict=True))
     if len(pairs) > MOST:

@@ -12,7 +12,7 @@ from fric.units import prefixed, si_unit
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fric.identify.replay_fit import ReplayFit
+    from fric.identify.replay.replay_fit import ReplayFit
 
 MOST = 4
 """Records that are drawn."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fric.estimate import Estimate
-from fric.identify.compare import Comparison
+from fric.identify.replay.compare import Comparison
 from fric.io.provenance import provenance
 from fric.units import si_unit
 

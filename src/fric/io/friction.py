@@ -10,9 +10,9 @@ from typing import Any
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.stribeck import StaticMap
-from fric.identify.gms_fit import GMSFit
-from fric.identify.map_fit import MapFit
-from fric.identify.static import StaticFit
+from fric.identify.loops.gms_fit import GMSFit
+from fric.identify.strokes.map_fit import MapFit
+from fric.identify.strokes.static import StaticFit
 from fric.io.documents.friction import FrictionDocument
 from fric.io.of_axis import read_of_axis
 from fric.io.provenance import provenance

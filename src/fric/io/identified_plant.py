@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from fric.estimate import Estimate
-from fric.identify.plant import FrictionInfluence, PlantFit, ResponseFit
-from fric.identify.rigid_body import MotionFit
+from fric.identify.dynamics.plant import FrictionInfluence, PlantFit, ResponseFit
+from fric.identify.dynamics.rigid_body import MotionFit
 from fric.io.documents.plant import PlantDocument
 from fric.io.provenance import provenance
 from fric.log import FrequencyResponse, Log

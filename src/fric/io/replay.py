@@ -8,7 +8,7 @@ from typing import Any
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction import models
-from fric.identify.replay_fit import ReplayFit
+from fric.identify.replay.replay_fit import ReplayFit
 from fric.io.documents.friction import FrictionDocument
 from fric.io.provenance import provenance
 from fric.units import Motion, parse, si_unit

@@ -12,10 +12,10 @@ import numpy as np
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
-from fric.identify.gms_records import taken_off
-from fric.identify.loops import Loops, find_loops
-from fric.identify.static import identify_static, steady_points
-from fric.identify.virgin_curve import VirginCurve, virgin_curve
+from fric.identify.loops.gms_records import taken_off
+from fric.identify.loops.loops import Loops, find_loops
+from fric.identify.loops.virgin_curve import VirginCurve, virgin_curve
+from fric.identify.strokes.static import identify_static, steady_points
 from fric.io.documents.plant import PlantDocument
 from fric.log import Log
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.estimate import Estimate
-    from fric.identify.map_fit import MapFit, SpeedPoint
+    from fric.identify.strokes.map_fit import MapFit, SpeedPoint
     from fric.report.material import Item, Material
 
 SAME = 0.02

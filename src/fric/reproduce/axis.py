@@ -16,10 +16,10 @@ from fric.figures.plant import draw_plant
 from fric.figures.qfilter import q_filter_figure
 from fric.figures.static_map import draw_static_map
 from fric.figures.style import save_figure
-from fric.identify.frequency_response import measure_response
-from fric.identify.gms import identify_gms
-from fric.identify.plant import identify_plant
-from fric.identify.static import identify_static
+from fric.identify.dynamics.frequency_response import measure_response
+from fric.identify.dynamics.plant import identify_plant
+from fric.identify.loops.gms import identify_gms
+from fric.identify.strokes.static import identify_static
 from fric.io.design import controller_tree, observer_tree
 from fric.io.documents.controller import ControllerDocument
 from fric.io.documents.plant import PlantDocument

@@ -16,8 +16,8 @@ from scipy import signal
 
 from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
-from fric.identify.conditioning import Conditioning, zero_phase
-from fric.identify.sampling import even_sampling
+from fric.identify.records.conditioning import Conditioning, zero_phase
+from fric.identify.records.sampling import even_sampling
 from fric.kernels.loop import (
     Commands,
     ControlConstants,

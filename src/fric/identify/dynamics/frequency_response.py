@@ -1,0 +1,249 @@
+"""The empirical frequency response of an excited axis, and how sure it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from scipy import fft, signal
+
+from fric.errors import FricError
+from fric.identify.dynamics.spectra import (
+    coherence_of,
+    drift,
+    estimate,
+    excited,
+    find_period,
+    moved_at,
+    neighbour_spectra,
+    period_spectra,
+    periods,
+    segment_spectra,
+    swept,
+)
+from fric.identify.records.conditioning import zero_phase
+from fric.identify.records.sampling import even_sampling
+from fric.log import FrequencyResponse, Log
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+SEGMENTS = 8
+"""Length of the record over that of a Welch segment, unless another is asked for."""
+
+DIRECT = (
+    "no reference that drives the axis was logged: if the loop was closed, noise that it feeds back draws the response "
+    "towards the controller's inverse; log the reference, or excite periodically"
+)
+
+COHERENT = 0.5
+"""Coherence from which on one signal counts as driven by the other."""
+
+
+@dataclass(frozen=True)
+class MeasuredResponse:
+    """A frequency response Z/U, measured, with what is known of the experiment.
+
+    Parameters
+    ----------
+    table
+        Frequency, magnitude, unwrapped phase, coherence and deviation.
+    method
+        Averaged over ``periods`` or ``segments``, or given as a ``table``.
+    told
+        How it was estimated, in words.
+    averages
+        Independent averages; 0 where a table does not say.
+    correlation
+        Neighbouring lines that tell as much as one (1 where they are independent).
+    sampling
+        Sampling rate of the record [Hz]; None for a table.
+    reversing
+        Equivalent gain of Coulomb friction along the motion, ``mean(v'·sign(v))/mean(v'²)`` [s/m] with
+        v' = v - mean(v): a friction of F_c N damps the small motion like F_c times as much N·s/m. 0 where the
+        motion never reverses; None for a table.
+    speed
+        Root mean square of v' [m/s]; None for a table.
+    warnings
+        What the record cannot tell.
+    """
+
+    table: FrequencyResponse
+    method: Literal["periods", "segments", "table"]
+    told: str
+    averages: float
+    correlation: float = 1.0
+    sampling: float | None = None
+    reversing: float | None = None
+    speed: float | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def response(self) -> NDArray[np.complex128]:
+        """Z/U [m/V], shape (n,)."""
+        return np.asarray(self.table.magnitude * np.exp(1j * self.table.phase))
+
+
+def measure_response(
+    record: Log | FrequencyResponse, *, period: float | None = None, segment: float | None = None
+) -> MeasuredResponse:
+    """Return the frequency response from control voltage to position of one record.
+
+    A periodic excitation (multisine, repeated sweep) is averaged over its periods, anything else over Welch's
+    segments, with the reference as driver where it was logged and moves the axis. A table is taken as it is, with
+    its phase unwrapped.
+
+    Parameters
+    ----------
+    record
+        A record in time with input and position, or a measured response.
+    period
+        Period of the excitation [s]; found in the record where not given.
+    segment
+        Length of a Welch segment [s]; given, the record is not looked at for periods.
+
+    Raises
+    ------
+    FricError
+        When input or position were not logged, the record is unevenly sampled or too short, or nothing is excited.
+    """
+    if isinstance(record, FrequencyResponse):
+        return _table(record)
+    u = record.require("input", "a frequency response")
+    z = record.require("position", "a frequency response")
+    sampling = even_sampling(record)
+    if np.ptp(u) == 0:
+        raise FricError("the input does not move", where=record.where, mend="Log an excitation.")
+    if segment is None:
+        samples = _period(record, u, sampling) if period is None else round(period * sampling)
+        if samples is not None:
+            return _over_periods(record, u, z, samples, sampling)
+    return _over_segments(record, u, z, segment, sampling)
+
+
+def _table(record: FrequencyResponse) -> MeasuredResponse:
+    if record.frequency.size < 3 or not np.all(np.diff(record.frequency) > 0) or record.frequency[0] <= 0:
+        raise FricError(
+            "a response needs three frequencies or more, increasing from above 0 Hz", where=record.where,
+            mend="Sort the table and leave the row of 0 Hz out.",
+        )  # fmt: skip
+    if not np.all(record.magnitude > 0):
+        raise FricError("a magnitude is not positive", where=record.where, mend="Leave these frequencies out.")
+    deviation, warnings = record.deviation, []
+    if deviation is None and record.coherence is not None:
+        coherence = np.clip(record.coherence, 1e-6, 1 - 1e-9)
+        deviation = np.sqrt((1 - coherence) / (2 * coherence))
+    elif deviation is None:
+        deviation = np.full(record.frequency.size, 1.0)
+        warnings = ["the table has no coherence: every frequency weighs the same"]
+    table = replace(record, phase=np.unwrap(record.phase), deviation=deviation)
+    return MeasuredResponse(table, "table", "a table", 0, warnings=tuple(warnings))
+
+
+def _period(record: Log, u: NDArray[np.float64], sampling: float) -> int | None:
+    """Return the period of what drives the axis in samples: of the reference where it has one, or of the input."""
+    r = record.reference
+    found = find_period(np.diff(r)) if r is not None and _accelerates(r) else None
+    return find_period(u) if found is None else found
+
+
+def _accelerates(reference: NDArray[np.float64]) -> bool:
+    """Tell whether a reference does more than move evenly, its rounding left aside."""
+    return bool(np.ptp(np.diff(reference, 2)) > 1e-9 * np.max(np.abs(reference)))
+
+
+def _over_periods(
+    record: Log, u: NDArray[np.float64], z: NDArray[np.float64], period: int, sampling: float
+) -> MeasuredResponse:
+    try:
+        spectra = period_spectra(u, z, period, sampling)
+    except FricError as error:
+        raise error.at(record.where) from None
+    lines = excited(spectra)
+    if record.reference is not None and _accelerates(record.reference):
+        lines &= _driven(record.reference, period)
+    if np.count_nonzero(lines) < 3:
+        raise FricError("fewer than three frequencies are excited", where=record.where, mend="Excite more of them.")
+    spectra = spectra.at(lines)
+    G, deviation, coherence = estimate(spectra)
+    count = len(spectra.input)
+    mean = np.zeros(period // 2 + 1, complex)
+    mean[1 : len(lines) + 1][lines] = spectra.position.mean(axis=0) * 2j * np.pi * spectra.frequency * period
+    return MeasuredResponse(
+        as_table(record, spectra.frequency, G, deviation, coherence),
+        "periods",
+        f"quotient of averages over {count} periods of {period / sampling:.4g} s, {len(G)} lines; "
+        "what a closed loop feeds back averages out of both",
+        spectra.averages,
+        spectra.correlation,
+        sampling,
+        *_motion(fft.irfft(mean, period) + drift(z[-count * period :], period) * sampling),
+        (f"{count} periods tell little of the variance; log ten",) if count < 4 else (),
+    )
+
+
+def _driven(reference: NDArray[np.float64], period: int) -> NDArray[np.bool_]:
+    """Return the lines that the reference drives; all of them where it drives none, but moves slowly besides."""
+    lines = np.abs(periods(reference, period))
+    steady = lines.min(axis=0) > 0.5 * lines.max(axis=0)
+    driven = steady & (lines.mean(axis=0) > 1e-3 * np.max(lines.mean(axis=0), where=steady, initial=0.0))
+    return driven if np.count_nonzero(driven) >= 3 else np.ones_like(driven)
+
+
+def _over_segments(
+    record: Log, u: NDArray[np.float64], z: NDArray[np.float64], segment: float | None, sampling: float
+) -> MeasuredResponse:
+    length = len(u) // SEGMENTS if segment is None else round(segment * sampling)
+    if length < 32 or 3 * length > 2 * len(u):
+        raise FricError(
+            f"a segment of {length} samples does not suit a record of {len(u)}",
+            where=record.where,
+            mend="Log a longer excitation, or give another --segment.",
+        )
+    spectra, driver, told = segment_spectra(u, z, u, length, sampling), u, "the input as driver"
+    if record.reference is not None and _accelerates(record.reference):
+        joint = segment_spectra(u, z, record.reference, length, sampling)
+        moved = joint.frequency[coherence_of(joint.driver, joint.input) > COHERENT]
+        if moved.size >= 20 and moved.max() > 10 * moved.min():  # more than a slow motion besides the excitation
+            spectra, driver = joint, record.reference
+            told = "the reference as driver, so that what a closed loop feeds back averages out"
+    manner = f"{len(spectra.input)} Welch segments of {length / sampling:.4g} s"
+    if segment is None and swept(spectra.at(moved_at(spectra, is_input=driver is u))):
+        spectra = neighbour_spectra(u, z, driver, sampling)
+        manner = f"a single sweep, averaged over {len(spectra.input)} neighbouring lines"
+    spectra = spectra.at(moved_at(spectra, is_input=driver is u))
+    G, deviation, coherence = estimate(spectra)
+    sure = spectra.frequency[coherence > COHERENT]
+    top = min(float(sure.max()) if sure.size else 0.1 * sampling, 0.4 * sampling)
+    smooth = zero_phase(signal.butter(4, top, fs=sampling, output="sos"), z, 4)
+    return MeasuredResponse(
+        as_table(record, spectra.frequency, G, deviation, coherence),
+        "segments",
+        f"{manner}, {told}",
+        spectra.averages,
+        spectra.correlation,
+        sampling,
+        *_motion(np.gradient(smooth, 1 / sampling)),
+        (DIRECT,) if driver is u else (),
+    )
+
+
+def as_table(
+    record: Log,
+    frequency: NDArray[np.float64],
+    G: NDArray[np.complex128],
+    deviation: NDArray[np.float64],
+    coherence: NDArray[np.float64],
+) -> FrequencyResponse:
+    """Return a response as the table of a record."""
+    about = {name: getattr(record, name) for name in ("name", "axis", "motion", "source", "sha256")}
+    return FrequencyResponse(frequency, np.abs(G), np.unwrap(np.angle(G)), coherence, deviation, **about)
+
+
+def _motion(v: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the equivalent gain of Coulomb friction along a velocity, and the velocity's deviation from its mean."""
+    around = v - v.mean()
+    if v.min() > 0 or v.max() < 0:
+        return 0.0, float(np.std(v))
+    return float(np.mean(around * np.sign(v)) / np.mean(around**2)), float(np.std(v))

@@ -1,0 +1,293 @@
+"""The plant of eq. (1) from frequency responses, and what friction has to do with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+
+from fric.drive.plant import LinearPlant
+from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.identify.dynamics.force_constant import force_constant
+from fric.identify.dynamics.frequency_response import MeasuredResponse, measure_response
+from fric.identify.dynamics.response_fit import Lines, Solution, modelled, select, solve
+from fric.log import FrequencyResponse, Log
+from fric.units import Motion, si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+APART = 0.05
+"""Share by which the friction's gain must differ between two records for their amplitudes to be compared."""
+
+SURE = 0.99
+"""Probability from which on two responses count as different."""
+
+
+@dataclass(frozen=True)
+class ResponseFit:
+    """One measured response and eq. (1) fitted to it alone.
+
+    Parameters
+    ----------
+    measured
+        The response.
+    used
+        Which of its lines were sure enough, shape (n,).
+    solution
+        A, ln B, T_d of this response alone.
+    hold
+        Sampling rate of the hold in front of the plant [Hz]; None for a continuous response.
+    """
+
+    measured: MeasuredResponse
+    used: NDArray[np.bool_]
+    solution: Solution
+    hold: float | None
+
+    def model(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Return the fitted response [m/V] at frequencies [Hz], shape (n,)."""
+        return modelled(self.solution.plant(), frequency, self.hold)
+
+    def of(self, values: NDArray[np.float64], frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Return what eq. (1) with other parameters, as in `Solution`, shows of this experiment [m/V], shape (n,)."""
+        friction = float(values[3]) * (self.measured.reversing or 0.0) if len(values) > 3 else 0.0
+        shortest = 0.0 if self.hold is None else 0.5 / self.hold
+        plant = LinearPlant(max(float(values[0]) + friction, 0.0), float(np.exp(values[1])), max(values[2], shortest))
+        return modelled(plant, frequency, self.hold)
+
+
+@dataclass(frozen=True)
+class FrictionInfluence:
+    """What Coulomb friction adds to A: ``A_seen = A + F_c/M·gain``, its describing function along each motion.
+
+    Parameters
+    ----------
+    gains
+        Equivalent gain of a unit Coulomb friction along each motion [s/m], shape (r,); 0 where it never reverses.
+    seen
+        A fitted to each response alone [1/s], shape (r,).
+    half
+        Half the 95 % interval of each, shape (r,).
+    differs
+        Whether the responses tell of friction; False also where it could not be compared.
+    compared
+        Whether there were two amplitudes to compare.
+    coulomb
+        F_c/M [m/s²], where it was fitted.
+    """
+
+    gains: NDArray[np.float64]
+    seen: NDArray[np.float64]
+    half: NDArray[np.float64]
+    differs: bool
+    compared: bool
+    coulomb: Estimate | None = None
+
+
+@dataclass(frozen=True)
+class PlantFit:
+    """The plant of eq. (1), identified from frequency responses.
+
+    Parameters
+    ----------
+    axis, motion
+        Name and motion of the axis.
+    estimates
+        A, B, T_d, and K_f where it is known.
+    solution
+        The fit of all responses together.
+    responses
+        Each response with its own fit.
+    friction
+        What friction does to A.
+    hold
+        Sampling rate of the hold [Hz]; None for a continuous response.
+    transport
+        What is left of T_d without half a sample of hold [s].
+    warnings
+        What the data cannot tell.
+    """
+
+    axis: str
+    motion: Motion
+    estimates: dict[str, Estimate]
+    solution: Solution
+    responses: tuple[ResponseFit, ...]
+    friction: FrictionInfluence
+    hold: float | None
+    transport: Estimate
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def plant(self) -> LinearPlant:
+        """Eq. (1) without what friction adds to A."""
+        return self.solution.plant()
+
+
+def identify_plant(
+    records: Sequence[Log | FrequencyResponse],
+    *,
+    hold: float | None = None,
+    continuous: bool = False,
+    coherence: float = 0.5,
+    band: tuple[float, float] = (0.0, np.inf),
+    period: float | None = None,
+    segment: float | None = None,
+    given_force_constant: float | None = None,
+) -> PlantFit:
+    """Fit A, B and T_d of eq. (1) to one or more frequency responses of one axis.
+
+    A record in time is behind the hold of a controller that puts out one voltage a sample; a table is continuous. Where
+    two records differ in amplitude, A is what is left without the describing function of Coulomb friction.
+
+    Parameters
+    ----------
+    records
+        Records of an excited axis, or measured responses.
+    hold
+        Sampling rate of the hold [Hz]; that of the record where not given.
+    continuous
+        Take every response as that of eq. (1) itself, without hold and sampling.
+    coherence
+        Least coherence of a line.
+    band
+        Lowest and highest frequency [Hz].
+    period, segment
+        As in `measure_response` [s].
+    given_force_constant
+        K_f [N/V], where no force was logged.
+
+    Raises
+    ------
+    FricError
+        When a record does not give a response, too few lines are sure, or the sign of input or position is turned.
+    """
+    fits, sets = [], []
+    for record in records:
+        measured = measure_response(record, period=period, segment=segment)
+        rate = None if continuous else hold or measured.sampling
+        lines, used = select(measured, hold=rate, coherence=coherence, band=band)
+        try:
+            solution = solve([lines])
+        except FricError as error:
+            raise error.at(measured.table.where) from None
+        fits.append(ResponseFit(measured, used, solution, rate))
+        sets.append(lines)
+    solution, influence = _joined(fits, sets)
+    motion = fits[0].measured.table.motion
+    rates = [fit.hold for fit in fits if fit.hold is not None]
+    rate = min(rates) if rates else None
+    logs = [record for record in records if isinstance(record, Log)]
+    estimates = _estimates(solution, motion)
+    K_f = force_constant(logs, given_force_constant, motion)
+    if K_f is not None:
+        estimates["K_f"] = K_f
+    transport = estimates["T_d"]
+    if rate is not None:
+        low, high = transport.ci95 or (0.0, 0.0)
+        half = 0.5 / rate
+        transport = replace(transport, value=float(transport) - half, ci95=(low - half, high - half))  # type: ignore[operator]
+    return PlantFit(
+        fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
+        tuple(_warnings(fits, solution, influence, estimates, rate)),
+    )  # fmt: skip
+
+
+def _estimates(solution: Solution, motion: Motion) -> dict[str, Estimate]:
+    A, log_B, T_d = (float(v) for v in solution.values[:3])
+    half = [float(h) for h in solution.half_widths()[:3]]
+    B = float(np.exp(log_B))
+    return {
+        "A": Estimate(A, si_unit("rate", motion), (A - half[0], A + half[0])),
+        "B": Estimate(
+            B, si_unit("acceleration per input", motion), (B * float(np.exp(-half[1])), B * float(np.exp(half[1])))
+        ),
+        "T_d": Estimate(T_d, "s", (T_d - half[2], T_d + half[2])),
+    }
+
+
+def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solution, FrictionInfluence]:
+    """Return the fit of all responses, with Coulomb friction where two amplitudes tell of it."""
+    gains = np.array([np.nan if fit.measured.reversing is None else fit.measured.reversing for fit in fits])
+    seen = np.array([fit.solution.values[0] for fit in fits])
+    half = np.array([fit.solution.half_widths()[0] for fit in fits])
+    alone = FrictionInfluence(gains, seen, half, differs=False, compared=False)
+    if len(fits) == 1:
+        return fits[0].solution, alone
+    misfits = [fit.solution.misfit for fit in fits]
+    together = solve(sets, misfits=misfits)
+    if np.any(np.isnan(gains)) or np.ptp(gains) <= APART * np.max(np.abs(gains)):
+        return together, alone
+    split = solve(sets, friction=True, misfits=misfits)
+    value, deviation = float(split.values[3]), float(np.sqrt(split.covariance[3, 3]))
+    reach = float(stats.t.ppf(0.975, split.freedom)) * deviation
+    length = "rad" if fits[0].measured.table.motion == "rotary" else "m"
+    coulomb = Estimate(value, f"{length}/s^2", (value - reach, value + reach))
+    differs = abs(value) > float(stats.t.ppf((1 + SURE) / 2, split.freedom)) * deviation
+    found = FrictionInfluence(gains, seen, half, differs=differs, compared=True, coulomb=coulomb)
+    return (split if differs and value > 0 else together), found
+
+
+def _warnings(
+    fits: Sequence[ResponseFit], solution: Solution, friction: FrictionInfluence, estimates: dict[str, Estimate],
+    hold: float | None,
+) -> list[str]:  # fmt: skip
+    told = [f"{fit.measured.table.name}: {warning}" for fit in fits for warning in fit.measured.warnings]
+    told += _friction_warnings(fits, friction, estimates)
+    for fit in fits:
+        s = fit.solution
+        if s.misfit > 0:
+            f = fit.measured.table.frequency[fit.used]
+            off = np.abs(np.log(fit.measured.response[fit.used] / fit.model(f)))
+            told.append(
+                f"{fit.measured.table.name}: eq. (1) leaves {100 * s.misfit:.2g} % that noise does not explain, "
+                f"most at {f[int(np.argmax(off))]:.4g} Hz; the intervals allow for it"
+            )
+    if float(estimates["A"]) <= float(solution.half_widths()[0]):
+        lowest = min(float(fit.measured.table.frequency[fit.used].min()) for fit in fits)
+        told.append(
+            f"A is not told from 0: excite below its corner (the lowest frequency used is {lowest:.3g} Hz), and harder"
+        )
+    edge = 0.5 / hold if hold else 0.0
+    if float(estimates["T_d"]) <= edge * (1 + 1e-6):
+        told.append(
+            "T_d ended at its bound, "
+            + ("the hold alone" if hold else "zero")
+            + ": input and position are not logged at "
+            "one instant, or the response is not behind the hold that is assumed (--hold)"
+        )
+    told.append("A holds the guideway's viscous friction, over the moving mass, besides the drive's own damping")
+    if "K_f" not in estimates:
+        told.append("K_f is not known: no record has force and input both; give it with --force-constant")
+    return told
+
+
+def _friction_warnings(
+    fits: Sequence[ResponseFit], friction: FrictionInfluence, estimates: dict[str, Estimate]
+) -> list[str]:
+    gains = friction.gains
+    if friction.differs and friction.coulomb is not None:
+        if float(friction.coulomb) < 0:
+            return ["A rises with the amplitude, which Coulomb friction does not do; the records differ in another way"]
+        return [
+            f"friction is seen: A is {friction.seen.min():.4g} to {friction.seen.max():.4g} 1/s at these amplitudes; "
+            f"without the describing function of a Coulomb friction of {float(friction.coulomb):.3g} "
+            f"{friction.coulomb.unit} times the moving mass it is {float(estimates['A']):.4g} 1/s"
+        ]
+    if friction.compared or not np.any(np.nan_to_num(gains) > 0):
+        return []
+    gain = float(np.nanmax(gains))
+    B = float(estimates["B"])
+    each = f"each volt of Coulomb friction adds {gain * B:.3g} 1/s to it"
+    if "K_f" in estimates:
+        each = f"each {'N*m' if estimates['K_f'].unit.startswith('N*m') else 'N'} of Coulomb friction adds "
+        each += f"{gain * B / float(estimates['K_f']):.3g} 1/s to it"
+    return [
+        f"the axis reverses while it is excited, and A holds friction: {each}; log a second amplitude, "
+        "or excite around a steady motion"
+    ]

@@ -1,0 +1,255 @@
+"""Eq. (1) fitted to measured frequency responses, by least squares on the complex logarithm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy import optimize, stats
+
+from fric.drive.plant import LinearPlant
+from fric.drive.sampled import SampledPlant
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.identify.dynamics.frequency_response import MeasuredResponse
+
+COARSEST = 0.3
+"""Relative deviation up to which the logarithm of a response is as good as unbiased."""
+
+MISFIT = 0.99
+"""Quantile of chi-squared from which on the residuals are more than noise."""
+
+
+class Lines(NamedTuple):
+    """The lines of one response that a fit uses.
+
+    Parameters
+    ----------
+    frequency
+        Frequencies [Hz], shape (n,).
+    response
+        Z/U [m/V], shape (n,).
+    deviation
+        Relative standard deviation of real and imaginary part, shape (n,).
+    hold
+        Sampling rate of the hold in front of the plant [Hz]; None where the response is that of eq. (1) itself.
+    reversing
+        Equivalent gain of Coulomb friction [s/m], see `MeasuredResponse`.
+    correlation
+        Neighbouring lines that tell as much as one.
+    known
+        True where the deviation is known in full, false where only its shape is (a table).
+    """
+
+    frequency: NDArray[np.float64]
+    response: NDArray[np.complex128]
+    deviation: NDArray[np.float64]
+    hold: float | None
+    reversing: float
+    correlation: float
+    known: bool
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Parameters of eq. (1), and of Coulomb friction where it was asked for.
+
+    Parameters
+    ----------
+    values
+        A [1/s], ln B, T_d [s], and F_c/M [m/s²] where friction was fitted; shape (p,).
+    covariance
+        Covariance of these, shape (p, p).
+    chi2
+        Chi-squared over its freedom, for the deviations as they were measured [1].
+    misfit
+        Relative deviation that has to be added to the measured ones to explain the residuals; 0 where noise does.
+    freedom
+        Degrees of freedom, correlated lines counted once.
+    """
+
+    values: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    chi2: float
+    misfit: float
+    freedom: float
+
+    def plant(self, reversing: float = 0.0) -> LinearPlant:
+        """Return eq. (1), with what friction adds to A along a motion with this gain [s/m]."""
+        A, log_B, T_d = (float(v) for v in self.values[:3])
+        friction = float(self.values[3]) * reversing if len(self.values) > 3 else 0.0
+        return LinearPlant(max(A + friction, 0.0), float(np.exp(log_B)), max(T_d, 0.0))
+
+    def half_widths(self) -> NDArray[np.float64]:
+        """Return half the 95 % intervals, shape (p,)."""
+        return float(stats.t.ppf(0.975, self.freedom)) * np.sqrt(np.diag(self.covariance))
+
+
+def modelled(plant: LinearPlant, frequency: NDArray[np.float64], hold: float | None) -> NDArray[np.complex128]:
+    """Return Z/U [m/V]: eq. (1), or from sample to sample behind a zero-order hold, exactly.
+
+    The hold's half sample is in T_d, and only the rest of it is transport; what the hold and the sampling do besides
+    (2.6 % of magnitude at an eighth of the sampling rate) is in the response.
+
+    Parameters
+    ----------
+    plant
+        Eq. (1).
+    frequency
+        Frequencies [Hz], shape (n,).
+    hold
+        Sampling rate of the hold [Hz], None for the continuous response.
+    """
+    if hold is None:
+        return plant.response(frequency)
+    return SampledPlant.of(plant, hold).response(frequency, hold)
+
+
+def select(
+    measured: MeasuredResponse,
+    *,
+    hold: float | None,
+    coherence: float,
+    band: tuple[float, float] = (0.0, np.inf),
+) -> tuple[Lines, NDArray[np.bool_]]:
+    """Return the lines of a response that are sure enough, and which they are, shape (n,).
+
+    Parameters
+    ----------
+    measured
+        The response.
+    hold
+        Sampling rate of the hold [Hz], or None.
+    coherence
+        Least coherence.
+    band
+        Lowest and highest frequency [Hz].
+
+    Raises
+    ------
+    FricError
+        When fewer than four lines are left.
+    """
+    table = measured.table
+    f = table.frequency
+    deviation = np.ones_like(f) if table.deviation is None else table.deviation
+    known = measured.method != "table" or table.coherence is None
+    used = (f >= band[0]) & (f <= band[1]) & (f < (np.inf if hold is None else 0.45 * hold))
+    if table.coherence is not None:
+        used &= table.coherence >= coherence
+    if measured.method != "table":
+        used &= deviation <= COARSEST
+    if np.count_nonzero(used) < 4:
+        raise FricError(
+            f"{np.count_nonzero(used)} of {len(f)} frequencies have a coherence of {coherence:g} or more"
+            + (f" between {band[0]:g} and {band[1]:g} Hz" if band != (0.0, np.inf) else ""),
+            where=table.where,
+            mend="Excite harder or longer, or lower --coherence.",
+        )
+    floor = 1e-9  # a response without any noise weighs much, but not infinitely
+    lines = Lines(
+        f[used], measured.response[used], np.maximum(deviation[used], floor), hold, measured.reversing or 0.0,
+        measured.correlation, known and measured.method != "table",
+    )  # fmt: skip
+    return lines, used
+
+
+def solve(sets: Sequence[Lines], *, friction: bool = False, misfits: Sequence[float] | None = None) -> Solution:
+    """Fit eq. (1) to the lines of one or more responses by weighted least squares on log magnitude and phase.
+
+    The residual is ``ln(G_m/G)``, its real part the log magnitude, its imaginary part the phase, both over the relative
+    deviation of the line. With friction, A of each response is ``A + F_c/M·reversing``.
+
+    Parameters
+    ----------
+    sets
+        Lines of each response.
+    friction
+        Fit F_c/M besides.
+    misfits
+        Relative deviation to be added for each response; found where not given.
+    """
+    start = _start(sets[0])
+    holds = [lines.hold for lines in sets if lines.hold is not None]
+    lower = [0.0, -np.inf, 0.5 / min(holds) if holds else 0.0]
+    start[2] = max(start[2], lower[2] * (1 + 1e-6))
+    if friction:
+        start, lower = np.append(start, 0.0), [*lower, -np.inf]
+    top = max(float(lines.frequency.max()) for lines in sets)
+    scale = np.array([2 * np.pi * top * 0.05, 0.1, 0.05 / top, 1.0][: len(start)])
+    correlation = max(lines.correlation for lines in sets)
+    rows = sum(2 * len(lines.frequency) for lines in sets)
+    freedom = max(rows / correlation - len(start), 1.0)
+
+    def fitted(added: Sequence[float]) -> optimize.OptimizeResult:
+        def residual(x: NDArray[np.float64]) -> NDArray[np.float64]:
+            return np.concatenate([_residual(x, lines, a) for lines, a in zip(sets, added, strict=True)])
+
+        return optimize.least_squares(
+            residual, start, jac="3-point", bounds=(lower, np.inf), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12,
+        )  # fmt: skip
+
+    added = [0.0] * len(sets) if misfits is None else list(misfits)
+    found = fitted(added)
+    plain = chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
+    unexplained = chi2 * freedom > stats.chi2.ppf(MISFIT, freedom)
+    if misfits is None and unexplained and all(lines.known for lines in sets):
+        for _ in range(60):  # the misfit with which chi-squared is its freedom
+            added = [_misfit(found.x, lines) for lines in sets]
+            last, found = found.x, fitted(added)
+            if np.allclose(found.x, last, rtol=1e-6, atol=1e-12):
+                break
+        chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
+    covariance = np.linalg.pinv(found.jac.T @ found.jac) * chi2 * correlation
+    return Solution(found.x, covariance, plain, max(added), freedom)
+
+
+def _residual(x: NDArray[np.float64], lines: Lines, misfit: float) -> NDArray[np.float64]:
+    A = x[0] + (x[3] * lines.reversing if len(x) > 3 else 0.0)
+    plant = LinearPlant(max(float(A), 0.0), float(np.exp(x[1])), float(x[2]))
+    ratio = np.log(lines.response / modelled(plant, lines.frequency, lines.hold))
+    weight = 1 / np.hypot(lines.deviation, misfit)
+    return np.concatenate([ratio.real * weight, ratio.imag * weight])
+
+
+def _misfit(x: NDArray[np.float64], lines: Lines) -> float:
+    """Return the relative deviation that makes chi-squared of one response its freedom."""
+    squares = _residual(x, lines, 0.0).reshape(2, -1) ** 2 * lines.deviation**2
+    n = max(squares.size - len(x), 1)
+
+    def excess(misfit: float) -> float:
+        return float(np.sum(squares / (lines.deviation**2 + misfit**2))) - n
+
+    top = float(np.sqrt(squares.sum())) + 1e-12
+    return 0.0 if excess(0.0) <= 0 else float(optimize.brentq(excess, 0.0, top, xtol=1e-9 * top))
+
+
+def _start(lines: Lines) -> NDArray[np.float64]:
+    """Return A, ln B, T_d near the best, from a grid: the phase is wrapped, so that no unwrapping can go wrong."""
+    thin = slice(None, None, -(-len(lines.frequency) // 200))
+    f, response, deviation = lines.frequency[thin], lines.response[thin], lines.deviation[thin]
+    weight = 1 / np.maximum(deviation, 1e-3) ** 2
+    weight = weight / weight.sum()
+    omega = 2 * np.pi * f
+    T_d = np.arange(0, 20 / f.max(), 0.2 / f.max())
+    back = np.exp(1j * np.outer(T_d, omega))
+    best, at = np.inf, np.zeros(3)
+    for A in (0.0, *np.geomspace(0.05 * omega.min(), 2 * omega.max(), 60)):
+        ratio = response * 1j * omega * (1j * omega + A)
+        log_B = float(weight @ np.log(np.abs(ratio)))
+        cost = weight @ (np.log(np.abs(ratio)) - log_B) ** 2 + np.angle(ratio * back) ** 2 @ weight
+        n = int(np.argmin(cost))
+        if cost[n] < best:
+            best, at = float(cost[n]), np.array([A, log_B, T_d[n]])
+    if best > 1.0:
+        turned = weight @ np.cos(np.angle(-response * 1j * omega * (1j * omega + at[0])))
+        if turned > 0.5:
+            raise FricError(
+                "the response is that of eq. (1) with the sign turned", mend="Set sign: -1 for input or position."
+            )
+    return at

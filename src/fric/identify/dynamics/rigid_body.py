@@ -1,0 +1,273 @@
+"""Mass, viscous and Coulomb friction from an ordinary motion, without special excitation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+from scipy import signal, stats
+
+from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.identify.dynamics.covariance import hac_covariance
+from fric.identify.dynamics.force_constant import force_constant as slope_of_force
+from fric.identify.records.conditioning import Conditioning, kept, thinned, zero_phase
+from fric.identify.records.sampling import even_sampling
+from fric.units import Motion, si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.log import Log
+
+REST = 0.01
+"""Share of the largest speed below which the axis counts as resting."""
+
+
+@dataclass(frozen=True)
+class MotionFit:
+    """A rigid axis fitted to its motion: ``force = M·z̈ + F_v·ż + F_c·sign(ż) + offset``.
+
+    Parameters
+    ----------
+    axis, motion
+        Name and motion of the axis.
+    channel
+        ``force``, or ``input`` where no force was logged and no force constant given: then M, F_v, F_c and
+        offset are in volts (per m/s², per m/s).
+    estimates
+        M, F_v, F_c and offset; or M and F_v, F_c of either direction. Intervals allow for correlated residuals.
+    deviation
+        Standard deviation of each as ordinary least squares gives it, as if residuals were independent.
+    plant
+        A, B, T_d of eq. (1), and K_f where it is known.
+    relative_error
+        ``‖residual‖/‖force‖`` [1].
+    condition_number
+        Of the observation matrix.
+    autocorrelation
+        Of neighbouring residuals, after decimation.
+    sampling, conditioning
+        Sampling rate [Hz] and filters of the first record.
+    time, measured, fitted
+        Decimated samples: instants [s], and logged and fitted force, each of shape (n,).
+    warnings
+        What the data cannot tell.
+    """
+
+    axis: str
+    motion: Motion
+    channel: Literal["force", "input"]
+    estimates: dict[str, Estimate]
+    deviation: dict[str, float]
+    plant: dict[str, Estimate]
+    relative_error: float
+    condition_number: float
+    autocorrelation: float
+    sampling: float
+    conditioning: Conditioning
+    time: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    fitted: NDArray[np.float64]
+    warnings: tuple[str, ...] = ()
+
+
+class _Columns(NamedTuple):
+    acceleration: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    force: NDArray[np.float64]
+    time: NDArray[np.float64]
+
+
+def identify_motion(
+    logs: Sequence[Log],
+    *,
+    direction: Literal["both", "each"] = "both",
+    force_constant: float | None = None,
+    delay: float | None = None,
+    cutoff: float | None = None,
+    decimation: int | None = None,
+    border: int | None = None,
+) -> MotionFit:
+    """Fit a rigid axis to motions by least squares on zero-phase filtered, decimated signals.
+
+    The inverse dynamic model of Janot, Gautier and Brunot (Nonlinear System Identification Benchmarks, 2019):
+    the position is filtered forwards and backwards, differentiated by central differences, and each column of the
+    observation matrix is decimated like the force.
+
+    Parameters
+    ----------
+    logs
+        Records of one axis, each with a force or an input, evenly sampled.
+    direction
+        One F_v and F_c and an offset, or F_v and F_c of either direction (an offset is then half their difference).
+    force_constant
+        K_f [N/V]; with it an input serves as force.
+    delay
+        T_d [s], which a motion does not show; half a sample where it is not given. Where it is given, an input that
+        serves as force acts by so much later.
+    cutoff, decimation, border
+        See `Conditioning`; chosen from the sampling rate where not given.
+
+    Raises
+    ------
+    FricError
+        When neither force nor input was logged, the sampling is uneven, or the motion does not separate the terms.
+    """
+    channel: Literal["force", "input"] = (
+        "force" if all(log.force is not None for log in logs) or force_constant is not None else "input"
+    )
+    rates = [even_sampling(log) for log in logs]
+    settings = [Conditioning.of(rate, cutoff, decimation, border) for rate in rates]
+    raw = [
+        _columns(log, rate, s, force_constant, delay or 0.0) for log, rate, s in zip(logs, rates, settings, strict=True)
+    ]
+    names = ("M", "F_v", "F_c", "offset") if direction == "both" else ("M", *_EACH)
+    X = np.vstack([_observations(c, s, direction) for c, s in zip(raw, settings, strict=True)])
+    y = np.concatenate([thinned(c.force, s.decimation) for c, s in zip(raw, settings, strict=True)])
+    lengths = [-(-len(c.force) // s.decimation) for c, s in zip(raw, settings, strict=True)]
+    _refuse_rank(X, names, logs[0])
+
+    values = np.linalg.lstsq(X, y, rcond=None)[0]
+    residual = y - X @ values
+    spread = np.std(residual, ddof=1)
+    deviation = spread * np.sqrt(np.diag(np.linalg.inv(X.T @ X)))
+    covariance = hac_covariance(X, residual, lengths)
+    reach = float(stats.t.ppf(0.975, len(y) - len(values)))
+
+    motion = logs[0].motion
+    half = reach * np.sqrt(np.diag(covariance))
+    units = [_unit(name, channel, motion) for name in names]
+    estimates = {
+        name: Estimate(float(v), unit, (float(v - h), float(v + h)))
+        for name, v, h, unit in zip(names, values, half, units, strict=True)
+    }
+
+    K_f = slope_of_force(logs, force_constant, motion)
+    plant = _plant(values, covariance, reach, direction, channel, K_f, delay, max(rates), motion)
+    time = np.concatenate([c.time[kept(len(c.time), s.decimation)] for c, s in zip(raw, settings, strict=True)])
+    lag = float(residual[1:] @ residual[:-1] / (residual @ residual))
+    return MotionFit(
+        logs[0].axis, motion, channel, estimates, dict(zip(names, map(float, deviation), strict=True)), plant,
+        float(np.linalg.norm(residual) / np.linalg.norm(y)), float(np.linalg.cond(X)), lag, rates[0], settings[0],
+        time, y, X @ values, tuple(_warnings(raw, estimates, lag, deviation, half / reach, K_f, delay)),
+    )  # fmt: skip
+
+
+_EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
+
+
+def _columns(log: Log, sampling: float, settings: Conditioning, force_constant: float | None, delay: float) -> _Columns:
+    if len(log) < settings.border + 30 * settings.decimation:
+        raise FricError(
+            f"{len(log)} samples are too few for a border of {settings.border} and a decimation of "
+            f"{settings.decimation}", where=log.where, mend="Log a longer motion, or give a smaller --decimation.",
+        )  # fmt: skip
+    if log.force is not None and force_constant is None:
+        force = log.force
+    elif log.input is not None:
+        force = np.interp(log.time - delay, log.time, log.input) * (force_constant or 1.0)
+    else:
+        force = log.require("force", "the mass")
+    sos = signal.butter(4, settings.cutoff, fs=sampling, output="sos")
+    if log.position is not None:
+        velocity = np.gradient(zero_phase(sos, log.position, 4), 1 / sampling)
+    else:
+        velocity = zero_phase(sos, log.require("velocity", "the mass"), 4)
+    acceleration = np.gradient(velocity, 1 / sampling)
+    keep = slice(settings.border, None)
+    return _Columns(acceleration[keep], velocity[keep], force[keep], log.time[keep])
+
+
+def _observations(columns: _Columns, settings: Conditioning, direction: str) -> NDArray[np.float64]:
+    v = columns.velocity
+    if direction == "both":
+        terms = [columns.acceleration, v, np.sign(v), np.ones_like(v)]
+    else:
+        forth, back = (v > 0) + 0.5 * (v == 0), (v < 0) + 0.5 * (v == 0)
+        terms = [columns.acceleration, v * forth, np.sign(v) * forth, v * back, np.sign(v) * back]
+    return np.column_stack([thinned(np.asarray(term, float), settings.decimation) for term in terms])
+
+
+def _refuse_rank(X: NDArray[np.float64], names: Sequence[str], log: Log) -> None:
+    """Refuse a motion along which two terms look alike, whatever the units of the columns."""
+    size = np.linalg.norm(X, axis=0)
+    dead = [name for name, norm in zip(names, size, strict=True) if norm == 0]
+    if dead:
+        raise FricError(
+            f"the motion does not excite {', '.join(dead)}", where=log.where, mend="Log a motion in both directions."
+        )
+    if np.linalg.cond(X / size) > 1e3:
+        raise FricError(
+            "the motion does not tell mass, viscous and Coulomb friction apart",
+            where=log.where,
+            mend="Log a motion in both directions, with changing speed and acceleration.",
+        )
+
+
+def _unit(name: str, channel: str, motion: Motion) -> str:
+    dimension = "mass" if name == "M" else "viscous" if name.startswith("F_v") else "force"
+    if channel == "force":
+        return si_unit(dimension, motion)
+    length = si_unit("position", motion)
+    return {"mass": f"V*s^2/{length}", "viscous": f"V*s/{length}", "force": "V"}[dimension]
+
+
+def _plant(
+    values: NDArray[np.float64], covariance: NDArray[np.float64], reach: float, direction: str, channel: str,
+    K_f: Estimate | None, delay: float | None, sampling: float, motion: Motion,
+) -> dict[str, Estimate]:  # fmt: skip
+    """Return A = F_v/M, B = K_f/M, and their intervals by the delta method."""
+    M = values[0]
+    share = np.array([1.0]) if direction == "both" else np.array([0.5, 0.5])
+    viscous = [1] if direction == "both" else [1, 3]
+    gradient = np.zeros(len(values))
+    A = float(share @ values[viscous] / M)
+    gradient[0], gradient[viscous] = -A / M, share / M
+    reach_A = reach * float(np.sqrt(gradient @ covariance @ gradient))
+    found = {"A": Estimate(A, si_unit("rate", motion), (A - reach_A, A + reach_A))}
+    k = 1.0 if channel == "input" else None if K_f is None else float(K_f)
+    if k is not None:
+        B = k / M
+        relative = reach * np.sqrt(covariance[0, 0]) / abs(M)
+        if channel == "force" and K_f is not None and isinstance(K_f.ci95, tuple):
+            low, high = K_f.ci95
+            relative = float(np.hypot(relative, (high - low) / 2 / k))  # type: ignore[operator]
+        found["B"] = Estimate(
+            float(B), si_unit("acceleration per input", motion), (float(B * (1 - relative)), float(B * (1 + relative)))
+        )
+    unit = si_unit("time", motion)
+    found["T_d"] = Estimate(0.5 / sampling, unit, assumed=True) if delay is None else Estimate(delay, unit, fixed=True)
+    if K_f is not None:
+        found["K_f"] = K_f
+    return found
+
+
+def _warnings(
+    raw: Sequence[_Columns], estimates: dict[str, Estimate], lag: float, plain: NDArray[np.float64],
+    honest: NDArray[np.float64], K_f: Estimate | None, delay: float | None,
+) -> list[str]:  # fmt: skip
+    told = []
+    if lag > 0.3:
+        told.append(
+            f"neighbouring residuals are alike (autocorrelation {lag:.2f}): the fit leaves something out, and the "
+            f"intervals are up to {np.max(honest / plain):.1f} times those of independent residuals"
+        )
+    speed = np.concatenate([np.abs(columns.velocity) for columns in raw])
+    resting = float(np.mean(speed < REST * speed.max()))
+    if resting > 0.1:
+        told.append(
+            f"the axis rests in {resting:.0%} of the samples, where Coulomb friction takes any value: "
+            "F_c is drawn towards zero"
+        )
+    for name, estimate in estimates.items():
+        if (name == "M" or name.startswith(("F_v", "F_c"))) and float(estimate) <= 0:
+            told.append(f"{name} is {float(estimate):.3g} {estimate.unit}, which no axis has; check the force's sign")
+    told.append("A holds all viscous friction: a motion does not tell the drive's own damping from the guideway's")
+    if delay is None:
+        told.append("T_d is not seen in a motion: half a sample, the hold alone, is assumed; give it with --delay")
+    if K_f is None:
+        told.append("K_f is not known: no record has force and input both; give it with --force-constant")
+    return told

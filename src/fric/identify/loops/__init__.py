@@ -1,0 +1,1 @@
+"""The GMS model from pre-sliding loops: virgin curve, knots, refinement by replay."""

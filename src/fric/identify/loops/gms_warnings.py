@@ -1,0 +1,136 @@
+"""What pre-sliding data cannot tell, in the user's words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.units import readable, si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.identify.loops.gms_fit import GMSFit
+    from fric.identify.loops.knots import Blocks
+
+INERTIA = 0.1
+"""Share of the force from which on the inertia makes a sine too fast."""
+
+RESOLVED = 4.0
+"""Steps of the encoder that the first knot should be away from the origin."""
+
+INSEPARABLE = 0.01
+"""Two blocks are not told apart when one in their place changes the curve by less than this share of F_s."""
+
+LEVEL = 0.03
+"""Deviation of Σ alpha from 1 that is told."""
+
+
+def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[str]:
+    """Yield the warnings of a fit.
+
+    Parameters
+    ----------
+    fit
+        The fit.
+    sliding_logged
+        Whether a record in sliding was among the logs.
+    plant_given
+        Whether inertia and damping were taken off.
+    """
+    axis = fit.motion
+    length, newton = si_unit("position", axis), si_unit("force", axis)
+    if not fit.static_given:
+        yield (
+            f"no static map is given: F_c = F_s = {readable(fit.static.F_s, newton)} from the plateau; "
+            "give --static for the Stribeck effect"
+        )
+    yield from _saturation(fit, length, newton)
+    if fit.asked not in {None, len(fit.blocks)}:
+        yield fit.reason
+    step = max(one.motion.step for one in fit.loops)
+    first = float(fit.model.slip_displacements[0])
+    if first < RESOLVED * step:
+        yield (
+            f"the first block slips at {readable(first, length)}, under four steps of the encoder "
+            f"({readable(step, length)}): k_1 is uncertain beyond its interval"
+        )
+    displacement = fit.model.slip_displacements
+    for n, gap in enumerate(pair_gaps(fit.blocks)):
+        if gap < INSEPARABLE * fit.static.F_s and len(displacement) == len(fit.blocks):
+            yield (
+                f"blocks {n + 1} and {n + 2} slip at {readable(float(displacement[n]), length)} and "
+                f"{readable(float(displacement[n + 1]), length)}: one block in their place changes the virgin curve "
+                f"by {readable(float(gap), newton, 2)} at most, so the data cannot separate them"
+            )
+    for share in fit.shares:
+        if share.inertia is not None and share.inertia > INERTIA:
+            sliding = any(one.name == share.name and one.kind == "sliding" for one in fit.records)
+            if not sliding:
+                yield (
+                    f"inertia is {share.inertia:.0%} of the force in record '{share.name}': the sine is too fast; "
+                    f"log it at a frequency lower by {np.sqrt(share.inertia / INERTIA):.2g} or more"
+                )
+    if fit.C.assumed:
+        why = (
+            "no static map is given"
+            if sliding_logged and not fit.static_given
+            else "the fit was not refined by replay"
+            if sliding_logged and not fit.refined
+            else "the sliding record does not tell it to a factor of ten (is the plant that of the log?)"
+            if sliding_logged
+            else "pre-sliding records do not tell it"
+        )
+        mend = "" if sliding_logged else "; log a sine in sliding (fric simulate experiment --kind sliding-sine)"
+        yield f"C is assumed to be {readable(float(fit.C), si_unit('force rate', axis))}: {why}{mend}"
+    elif not plant_given:
+        yield (
+            "C is identified without a plant: the inertia was fitted beside the frictional lag, and the drive's delay "
+            "is not known, which widens its interval; give --plant"
+        )
+    if fit.curve.saturates and abs(float(fit.alpha_sum) - 1.0) > LEVEL:
+        yield (
+            f"the friction level of the pre-sliding records is {float(fit.alpha_sum):.3f} of the static map's F_s; "
+            "alpha is normalised to sum to 1"
+        )
+    if fit.curve.mismatch > max(LEVEL * fit.static.F_s, 0.0):
+        yield (
+            f"the records differ by {readable(fit.curve.mismatch, newton, 2)} where one continues the other: friction "
+            "changed between them"
+        )
+    if len(fit.curve.cycles) < 2:
+        yield "there is one whole cycle: no intervals; log five cycles or more"
+
+
+def _saturation(fit: GMSFit, length: str, newton: str) -> Iterator[str]:
+    if fit.curve.saturates:
+        return
+    reach = float(fit.curve.displacement[-1])
+    end = float(fit.curve.force[-1])
+    if fit.static_given:
+        missing = max(fit.static.F_s - end, 0.0)
+        amplitude = max(1.5 * float(fit.model.slip_displacements[-1]), 2.0 * reach)
+        yield (
+            f"the loops never saturate: at {readable(reach, length)} the virgin curve is at {readable(end, newton)}, "
+            f"and {readable(missing, newton)} of F_s is missing, which the last block is given; add a record of "
+            f"{readable(amplitude, length, 2)} amplitude or more"
+        )
+    else:
+        yield (
+            f"the loops never saturate and no static map tells F_s: {readable(end, newton)} at "
+            f"{readable(reach, length)} is a lower bound of it; add a record of {readable(3.0 * reach, length, 2)} "
+            "amplitude or more, or --static"
+        )
+
+
+def pair_gaps(blocks: Blocks) -> NDArray[np.float64]:
+    """Return by how much the virgin curve changes at most when two neighbours are made one [N], shape (N - 1,).
+
+    The one has their stiffness and their limit; the greatest change is where it slips.
+    """
+    k, limit = blocks.k, blocks.limit
+    merged = (limit[:-1] + limit[1:]) / (k[:-1] + k[1:])
+    both = np.minimum(k[:-1] * merged, limit[:-1]) + np.minimum(k[1:] * merged, limit[1:])
+    return np.asarray(limit[:-1] + limit[1:] - both)

@@ -1,0 +1,288 @@
+"""Slip blocks from the virgin curve: a concave piecewise-linear fit, and eq. (6) of the paper.
+
+N blocks with slip displacements ``d_1 < … < d_N`` give the curve ``V(z) = Σ k_i·min(z, d_i)``: linear between its
+knots d_i, and concave exactly when every k_i is positive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import nlopt
+import numpy as np
+from scipy.optimize import nnls
+
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.identify.loops.virgin_curve import VirginCurve
+
+MOST_BLOCKS = 6
+"""Blocks that the information criterion may choose where the user sets no limit."""
+
+REPEATABLE = 0.005
+"""Friction repeats along a drive to half a per cent at best: a block must change the curve by more than that."""
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Slip blocks in the order of their slip displacements.
+
+    Parameters
+    ----------
+    k
+        Stiffness of each block [N/m], shape (N,).
+    displacement
+        Displacement at which each block slips [m], shape (N,).
+    """
+
+    k: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.k)
+
+    @property
+    def limit(self) -> NDArray[np.float64]:
+        """Force ``W_i = k_i·d_i`` at which each block slips [N]."""
+        return self.k * self.displacement
+
+    def __call__(self, z: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return the virgin curve [N] at displacements z [m]."""
+        return np.asarray(np.minimum(np.asarray(z)[..., None], self.displacement) @ self.k)
+
+
+def blocks_from_knots(knots: NDArray[np.float64], force: NDArray[np.float64]) -> Blocks:
+    """Solve eq. (6) for any number of blocks, from the knots that the user chose.
+
+    ``K_j = Σ_{i≥j} k_i`` is the slope before knot j, so ``k_j = K_j - K_{j+1}``, and ``Σ W_i`` is the force at the
+    last knot (the paper prints four blocks and lost a row).
+
+    Parameters
+    ----------
+    knots
+        Displacements of the knots [m], increasing, shape (N,).
+    force
+        The virgin curve at the knots [N], shape (N,).
+
+    Raises
+    ------
+    FricError
+        When the knots do not increase, or the curve is not concave there (a stiffness would be negative).
+    """
+    knots, force = np.asarray(knots, float), np.asarray(force, float)
+    if len(knots) == 0 or (np.diff(knots, prepend=0.0) <= 0).any():
+        raise FricError("the knots do not increase from zero", mend="Name them in order, as in '0.9 um, 26 um, 54 um'.")
+    slopes = np.diff(force, prepend=0.0) / np.diff(knots, prepend=0.0)
+    k = slopes - np.append(slopes[1:], 0.0)
+    if (k <= 0).any():
+        bad = int(np.flatnonzero(k <= 0)[0])
+        raise FricError(
+            f"the virgin curve does not get flatter at knot {bad + 1} ({knots[bad] * 1e6:.3g} µm), so its block would "
+            "have no stiffness",
+            mend="Move that knot, leave it out, or use --knots auto.",
+        )
+    return Blocks(k, knots)
+
+
+def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
+    """Fit a concave piecewise-linear curve of ``count`` blocks by weighted least squares.
+
+    The knots are placed by NLopt: one after the other where each helps most, all moved by Sbplx, and again after
+    CRS2 has roamed all of the curve; the better is taken. For given knots the
+    stiffnesses are a non-negative least-squares problem, which makes the curve concave. A block that would not
+    slip within the curve keeps its stiffness; its slip displacement is then where the curve reaches ``curve.level``.
+
+    Parameters
+    ----------
+    curve
+        The virgin curve.
+    count
+        Number of blocks.
+    seed
+        Seed of CRS2.
+    """
+    z, force, weight = curve.displacement, curve.force, weights(curve)
+    reach = float(z[-1])
+    low, high = np.log(max(float(z[0]), 1e-4 * reach)), np.log(reach)
+    sliding = curve.saturates
+
+    def solved(knots: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+        d = np.exp(knots) if sliding else np.append(np.exp(knots), reach)
+        limit, rest = nnls(weight[:, None] * np.minimum(z[:, None] / d, 1.0), weight * force, maxiter=100 * count)
+        return limit / d, rest**2
+
+    free = count if sliding else count - 1
+    knots = _placed(lambda x: solved(x)[1], low, high, free, seed) if free else np.zeros(0)
+    order = np.argsort(knots)
+    k, _ = solved(knots[order])
+    d = np.exp(knots[order])
+    if not sliding:
+        left = curve.level - float(k[:-1] @ d)
+        d = np.append(d, max(left / k[-1], reach) if k[-1] > 0 else reach)
+    keep = k > 1e-9 * k.max()
+    return Blocks(k[keep], d[keep])
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The number of blocks that an information criterion chose, and what it chose from.
+
+    Parameters
+    ----------
+    candidates
+        The fit with 1, 2, … blocks.
+    rms
+        Misfit of each [N].
+    criterion
+        Schwarz's criterion of each: the least is chosen.
+    spread
+        Median spread that a point of the curve is given [N].
+    unit
+        Unit of the force, for messages.
+    """
+
+    candidates: tuple[Blocks, ...]
+    rms: tuple[float, ...]
+    criterion: tuple[float, ...]
+    spread: float
+    unit: str = "N"
+
+    @property
+    def blocks(self) -> Blocks:
+        """The fit of the least criterion."""
+        return self.candidates[int(np.argmin(self.criterion))]
+
+    @property
+    def reason(self) -> str:
+        """Why there are not more, in one sentence."""
+        chosen = int(np.argmin(self.criterion))
+        told = f"{chosen + 1} blocks: the criterion is {self.criterion[chosen]:.0f}"
+        if chosen + 1 == len(self.candidates):
+            return f"{told}, the least, and no more than {chosen + 1} blocks were tried"
+        return (
+            f"{told}, against {self.criterion[chosen + 1]:.0f} with {chosen + 2}: one more block lowers the "
+            f"misfit from {self.rms[chosen]:.2g} to {self.rms[chosen + 1]:.2g} {self.unit} rms, less than it is worth "
+            f"where friction repeats to {self.spread:.2g} {self.unit}"
+        )
+
+
+def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, seed: int = 0, unit: str = "N") -> Choice:
+    """Choose the number of blocks by Schwarz's information criterion, ``BIC(N) = Σ r²/σ² + 2·N·ln n``.
+
+    σ holds the scatter of the cycles, the blur of the encoder, and a floor of 0.5 % of the level (`REPEATABLE`).
+    Without the floor, noise-free simulated loops would tell two blocks apart that no drive repeats well enough to
+    show. Points of the curve within one step of the encoder count as one: n is their number. The search ends when the
+    criterion has risen twice.
+
+    Parameters
+    ----------
+    curve, seed
+        See `fit_blocks`.
+    most
+        Number of blocks to try up to.
+    unit
+        Unit of the force, for messages.
+    """
+    standard_error = np.nan_to_num(curve.band, nan=0.0) / 2.0
+    spread = np.sqrt(standard_error**2 + curve.blur**2 + (REPEATABLE * curve.level) ** 2)
+    share = np.gradient(curve.displacement) / curve.step if curve.step else np.ones_like(spread)
+    share = np.clip(share, 0.0, 1.0)
+    number = float(share.sum())
+    candidates, rms, criterion = [], [], []
+    for count in range(1, most + 1):
+        blocks = fit_blocks(curve, count, seed)
+        residual = curve.force - blocks(curve.displacement)
+        candidates.append(blocks)
+        rms.append(float(np.sqrt(np.mean(residual**2))))
+        criterion.append(float(share @ (residual / spread) ** 2 + 2 * count * np.log(number)))
+        if count > 2 and criterion[-1] > criterion[-2] > criterion[-3]:
+            break
+    return Choice(tuple(candidates), tuple(rms), tuple(criterion), float(np.median(spread)), unit)
+
+
+def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
+    """Return the fit with each cycle left out in turn, its knots moved from those of all cycles.
+
+    Parameters
+    ----------
+    curve
+        The virgin curve.
+    blocks
+        The fit to all cycles.
+    """
+    z, weight = curve.displacement, weights(curve)
+    reach = float(z[-1])
+    inside = blocks.displacement < reach * (1 - 1e-9)
+    start = np.log(blocks.displacement[inside])
+    beyond = np.full(len(blocks) - len(start), reach)
+
+    def solved(knots: NDArray[np.float64], force: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+        d = np.append(np.exp(knots), beyond)
+        limit, rest = nnls(weight[:, None] * np.minimum(z[:, None] / d, 1.0), weight * force, maxiter=100 * len(d))
+        return limit / d, rest**2
+
+    found = []
+    for other in curve.without_cycles():
+        knots = start
+        if len(start):
+
+            def cost(x: NDArray[np.float64], force: NDArray[np.float64] = other.force) -> float:
+                return solved(x, force)[1]
+
+            knots = _optimized(nlopt.LN_SBPLX, cost, start, start - 1.0, np.minimum(start + 1.0, np.log(reach)))
+        k, _ = solved(knots, other.force)
+        d = np.append(np.exp(knots), beyond)
+        for n in range(len(start), len(d)):
+            d[n] = max((curve.level - float(k[:n] @ d[:n])) / max(k[n], 1e-300), reach)
+        found.append(Blocks(np.maximum(k, 1e-9 * k.max()), d))
+    return found
+
+
+def _placed(
+    cost: Callable[[NDArray[np.float64]], float], low: float, high: float, count: int, seed: int
+) -> NDArray[np.float64]:
+    """Return the knots (logarithms) of least cost."""
+    bounds = np.full(count, low), np.full(count, high)
+    grid = np.linspace(low, high, 40)
+    greedy = np.zeros(0)
+    for _ in range(count):  # add a knot where it helps most, then move all
+        tried = [np.append(greedy, one) for one in grid]
+        best = min(tried, key=cost)
+        greedy = _optimized(nlopt.LN_SBPLX, cost, best, bounds[0][: len(best)], bounds[1][: len(best)])
+    nlopt.srand(seed + 1)
+    roamed = _optimized(nlopt.GN_CRS2_LM, cost, greedy, *bounds)
+    roamed = _optimized(nlopt.LN_SBPLX, cost, roamed, *bounds)
+    return min((greedy, roamed), key=cost)
+
+
+def _optimized(
+    algorithm: int,
+    cost: Callable[[NDArray[np.float64]], float],
+    start: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    optimizer = nlopt.opt(algorithm, len(start))
+    optimizer.set_lower_bounds(low)
+    optimizer.set_upper_bounds(high)
+    optimizer.set_min_objective(lambda x, gradient: cost(x))
+    optimizer.set_maxeval(500 * len(start))
+    optimizer.set_xtol_abs(1e-7)
+    optimizer.set_ftol_rel(1e-10)
+    return np.asarray(optimizer.optimize(np.clip(start, low, high)))
+
+
+def weights(curve: VirginCurve) -> NDArray[np.float64]:
+    """Return a weight for each point of a virgin curve, the inverse of its spread [1/N], shape (n,).
+
+    Where the cycles agree by chance a point must not rule the fit: the spread has a floor at the median spread, and
+    at 0.02 % of the level; and it holds the blur of the encoder.
+    """
+    spread = np.nan_to_num(curve.band, nan=0.0)
+    floor = max(float(np.median(spread)), 2e-4 * abs(curve.level))
+    return np.asarray(1.0 / np.sqrt(spread**2 + floor**2 + curve.blur**2))

@@ -1,0 +1,254 @@
+"""The virgin curve from pre-sliding loops (Section 3.2.1 of the paper).
+
+A branch after a reversal is the virgin curve stretched by two in both axes (Masing). So each branch is moved with its
+start to the origin, both axes are halved, and the branches are averaged over the cycles and over both directions::
+
+      F                          V
+      │      ┌──── P             │    ┌──── F_s
+      │     ╱                    │   ╱
+      │────╱──── z      →        │  ╱
+      │   ╱                      │ ╱
+     -P──┘ start                 └───────── z
+
+The mean of the two directions is free of the amplifier's bias and of gravity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+
+from fric.identify.loops.loops import Loops
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.friction.stribeck import StaticMap
+
+CLOSING = 0.03
+"""Share of a branch, at its end, that the force at the reversal is read from."""
+
+SAME_AMPLITUDE = 1.15
+"""Records whose amplitudes are within this ratio are averaged; beyond it the larger continues the smaller."""
+
+SATURATED = 0.05
+"""Least slope of a curve, relative to its mean slope, under which it has reached its plateau."""
+
+
+@dataclass(frozen=True)
+class VirginCurve:
+    """Force over displacement of a relaxed contact, from the origin.
+
+    Parameters
+    ----------
+    displacement, force
+        The curve [m], [N], shape (n,).
+    band
+        Half width of its 95 % band, from the scatter of the cycles [N], shape (n,).
+    cycles
+        The curve of each cycle by itself [N], NaN where another record gives the curve, shape (cycles, n).
+    record
+        Name of the record that gives each part, with the displacement up to which it does [m].
+    level
+        Friction force at the reversals of the largest loops [N]: the plateau, where these slide.
+    mismatch
+        Largest step between two records where one continues the other [N].
+    final_slope
+        Least slope of the curve's outer half relative to its mean slope: 0 where all blocks slip.
+    step
+        The encoder's step [m]; 0 where none is visible.
+    """
+
+    displacement: NDArray[np.float64]
+    force: NDArray[np.float64]
+    band: NDArray[np.float64]
+    cycles: NDArray[np.float64]
+    record: tuple[tuple[str, float], ...]
+    level: float
+    mismatch: float = 0.0
+    final_slope: float = 0.0
+    step: float = 0.0
+
+    def __call__(self, z: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return the force [N] at displacements z [m], linear between the points and from the origin."""
+        return np.interp(z, np.append(0.0, self.displacement), np.append(0.0, self.force))
+
+    @property
+    def blur(self) -> NDArray[np.float64]:
+        """What the encoder leaves uncertain of the force [N], shape (n,).
+
+        A position is known to ±step/2, evenly spread, at the reversal and after it. Magnified by the slope of the curve
+        (its chord over one step to either side), the half of their difference is ``step/√24·dV/dz``.
+        """
+        if self.step == 0.0:
+            return np.zeros_like(self.force)
+        before = np.maximum(self.displacement - self.step, 0.0)
+        after = np.minimum(self.displacement + self.step, self.displacement[-1])
+        chord = (self(after) - self(before)) / (after - before)
+        return np.asarray(np.abs(chord) * self.step / np.sqrt(24.0))
+
+    @property
+    def saturates(self) -> bool:
+        """True where the curve ends in a plateau."""
+        return self.final_slope < SATURATED
+
+    def without_cycles(self) -> Iterator[VirginCurve]:
+        """Yield the curve with each cycle left out in turn."""
+        for n in range(len(self.cycles)):
+            rest = np.delete(self.cycles, n, axis=0)
+            seen = np.isfinite(rest).any(axis=0)
+            force = np.where(seen, np.nansum(rest, axis=0) / np.maximum(np.isfinite(rest).sum(axis=0), 1), self.force)
+            yield replace(self, force=force)
+
+
+@dataclass(frozen=True)
+class _Branches:
+    """The binned curve of each cycle of one record."""
+
+    displacement: NDArray[np.float64]
+    cycles: NDArray[np.float64]
+    level: float
+
+
+def virgin_curve(loops: Sequence[Loops], static: StaticMap | None = None) -> VirginCurve:
+    """Return the virgin curve of one or more records: the small loop up to its amplitude, the larger one beyond.
+
+    In a fast loop the level is below F_s. All limits alpha_i·s(v) scale together, so that with
+    ``q = (|s(v)| + F_s)/(2·F_s)`` (slipping at v after a reversal at rest) the halved branch is ``q·V(z/q)``: both
+    axes are divided by q. This is exact for the GMS model but for its lag s/C, and puts the plateau at F_s.
+
+    Parameters
+    ----------
+    loops
+        Pre-sliding records.
+    static
+        The static map; without it no correction is made, and nothing viscous is taken off.
+    """
+    ordered = sorted(loops, key=lambda one: one.amplitude)
+    groups: list[list[Loops]] = []
+    for one in ordered:
+        if groups and one.amplitude < SAME_AMPLITUDE * groups[-1][0].amplitude:
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    parts, reach, previous, mismatch = [], 0.0, None, 0.0
+    for group in groups:
+        branches = [_branches(one, static, max(one.amplitude for one in group)) for one in group]
+        merged = np.vstack([b.cycles for b in branches])
+        place = np.nanmean(np.vstack([b.displacement for b in branches]), axis=0)
+        seen = np.isfinite(merged).mean(axis=0) > 0.5
+        keep = seen & (place > reach)
+        if previous is not None and keep.any():
+            mean = np.nanmean(merged[:, seen], axis=0)
+            mismatch = max(mismatch, abs(float(np.interp(reach, place[seen], mean)) - previous))
+        parts.append((group[0].name, place[keep], merged[:, keep], float(np.mean([b.level for b in branches]))))
+        reach = float(place[keep].max(initial=reach))
+        previous = float(np.nanmean(merged[:, keep], axis=0)[-1]) if keep.any() else previous
+    return replace(_spliced(parts, mismatch), step=max(one.motion.step for one in ordered))
+
+
+def _spliced(parts: list[tuple[str, NDArray[np.float64], NDArray[np.float64], float]], mismatch: float) -> VirginCurve:
+    displacement = np.concatenate([place for _, place, _, _ in parts])
+    rows = sum(len(cycles) for _, _, cycles, _ in parts)
+    table = np.full((rows, len(displacement)), np.nan)
+    row = column = 0
+    for _, place, cycles, _ in parts:
+        table[row : row + len(cycles), column : column + len(place)] = cycles
+        row, column = row + len(cycles), column + len(place)
+    count = np.isfinite(table).sum(axis=0)
+    force = np.nanmean(table, axis=0)
+    scatter = np.sqrt(np.nansum((table - force) ** 2, axis=0) / np.maximum(count - 1, 1))
+    band = np.where(count > 1, stats.t.ppf(0.975, np.maximum(count - 1, 1)) * scatter / np.sqrt(count), np.nan)
+    relative = _least_slope(displacement, force) * displacement[-1] / force[-1]
+    ends = tuple((name, float(place[-1])) for name, place, _, _ in parts if len(place))
+    return VirginCurve(displacement, force, band, table, ends, parts[-1][3], mismatch, float(relative))
+
+
+def _least_slope(displacement: NDArray[np.float64], force: NDArray[np.float64]) -> float:
+    """Return the least slope of any fifth of the curve's outer half [N/m].
+
+    A concave curve is flattest at its end. Where the Stribeck effect is not divided out, the force rises again as the
+    loop slows down: that is no stiffness.
+    """
+    slopes = []
+    for start in np.linspace(0.5, 0.8, 7):
+        part = (displacement >= start * displacement[-1]) & (displacement <= (start + 0.2) * displacement[-1])
+        if part.sum() > 2:
+            slopes.append(float(np.polyfit(displacement[part] - displacement[-1], force[part], 1)[0]))
+    return min(slopes, default=np.inf)
+
+
+def _branches(loops: Loops, static: StaticMap | None, amplitude: float) -> _Branches:
+    """Return the halved branches of one record, each cycle the mean of its two directions, binned."""
+    z, v = loops.motion.position, loops.motion.velocity
+    force = loops.force - (static.sigma * v if static else 0.0)
+    ratio = 0.5 * (static.level(v) / static.F_s + 1.0) if static else np.ones_like(v)
+    edges = _edges(amplitude, loops.motion.step)
+    cycles, places, levels = [], [], []
+    for first, turn, last in loops.chosen():
+        halves = [(first, turn), (turn, last)]
+        signs = [1.0 if z[b] > z[a] else -1.0 for a, b in halves]
+        ends = [
+            _closing(sign * z[a : b + 1], v[a : b + 1], sign * force[a : b + 1], loops.motion.step)
+            for sign, (a, b) in zip(signs, halves, strict=True)
+        ]
+        level = 0.5 * (ends[0] + ends[1])
+        levels.append(level)
+        sums = np.zeros((2, len(edges) - 1))
+        for sign, end, (a, b) in zip(signs, ends, halves, strict=True):
+            q = ratio[a : b + 1]
+            at = 0.5 * sign * (z[a : b + 1] - z[a]) / q
+            halved = 0.5 * (sign * force[a : b + 1] - (end - level) + level) / q
+            sums += 0.5 * np.array(_binned(at, halved, edges))
+        places.append(sums[0])
+        cycles.append(sums[1])
+    table, where = np.array(cycles), np.array(places)
+    count = np.isfinite(where).sum(axis=0)
+    place = np.where(count > 0, np.nansum(where, axis=0) / np.maximum(count, 1), 0.5 * (edges[1:] + edges[:-1]))
+    return _Branches(place, table, float(np.mean(levels)))
+
+
+def _binned(
+    at: NDArray[np.float64], value: NDArray[np.float64], edges: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the means of displacement and value in each bin; between samples that are further apart, the chord."""
+    index = np.digitize(at, edges) - 1
+    inside = (index >= 0) & (index < len(edges) - 1)
+    number = np.bincount(index[inside], minlength=len(edges) - 1)
+    filled = number > 0
+    place = 0.5 * (edges[1:] + edges[:-1])
+    mean = np.full_like(place, np.nan)
+    for target, values in ((place, at), (mean, value)):
+        target[filled] = (np.bincount(index[inside], values[inside], len(place)) / np.maximum(number, 1))[filled]
+    gap = ~filled & (place > place[filled][0]) & (place < place[filled][-1])
+    mean[gap] = np.interp(place[gap], place[filled], mean[filled])
+    return place, mean
+
+
+def _closing(z: NDArray[np.float64], v: NDArray[np.float64], force: NDArray[np.float64], step: float) -> float:
+    """Return the force at the end of a branch: its last part, regressed on the way and on the speed that are left.
+
+    The speed falls as the root of the way to the reversal, and s(v) rises to F_s with it. Within the last count the
+    drive may hunt, and its force may have turned already: that count is left out, where the motion is no dwell.
+    """
+    stroke = z[-1] - z[0]
+    left = z[-1] - z
+    near = (left <= CLOSING * stroke + 4.0 * step) & (left >= step)
+    if near.sum() < 12:
+        near = left <= CLOSING * stroke + 4.0 * step
+    columns = [np.ones(near.sum()), left[near] / stroke, np.abs(v[near]) / np.abs(v).max()]
+    solution, *_ = np.linalg.lstsq(np.column_stack(columns), force[near], rcond=1e-9)
+    return float(solution[0])
+
+
+def _edges(amplitude: float, step: float) -> NDArray[np.float64]:
+    """Return bin edges from 0 to the amplitude: fine at the origin, growing with the displacement."""
+    least = max(step / 16, 1e-3 * amplitude)
+    edges = [0.0]
+    while edges[-1] < amplitude:
+        edges.append(edges[-1] + max(least, 0.02 * edges[-1]))
+    return np.append(edges[:-1], amplitude * 1.001)

@@ -1,0 +1,275 @@
+"""What a record holds, and what it is good for."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.identify.records.recognition import Sine, fitted_sine, force_rise, recognised_kind
+from fric.identify.records.resolution import lattice_step
+from fric.identify.records.segments import Stretch, stretches_and_rests
+from fric.identify.records.turns import reversals
+from fric.identify.records.uses import Use, judged_uses
+from fric.log import FrequencyResponse, Kind, Log
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+GAP = 1.5
+"""Sampling intervals from which on samples are missing."""
+STUCK = 5
+"""Consecutive samples at its very extreme after which a force or input counts as clipped."""
+ALIKE = 0.03
+"""Relative difference up to which two stretches have one speed."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """What a channel holds, in its SI unit.
+
+    Parameters
+    ----------
+    unit
+        Its SI unit.
+    low, high
+        Least and greatest value; None where there is no number at all.
+    step
+        Step of the lattice that its values lie on; None where there is none.
+    not_a_number
+        Samples that are no number.
+    clipped
+        Samples at which a force or an input is stuck at its extreme.
+    """
+
+    unit: str
+    low: float | None
+    high: float | None
+    step: float | None = None
+    not_a_number: int = 0
+    clipped: int = 0
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Missing samples: the time before them [s], and how many sampling intervals long the gap is."""
+
+    time: float
+    intervals: float
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What a record in time holds.
+
+    Parameters
+    ----------
+    name, source, axis, motion, dropped
+        As in `Log`.
+    kind, stated
+        The experiment it is, and whether the record says so (else it is recognised).
+    samples, duration
+        How many samples, and the time from the first to the last [s].
+    sampling, jitter
+        Sampling rate [Hz] by the median interval, and the standard deviation of the intervals [s], gaps left out.
+    channels
+        By name, what each channel holds.
+    gaps
+        Where samples are missing.
+    stretches
+        At constant velocity, see `Stretch`.
+    speeds
+        The velocities of the stretches, those within three per cent as one [m/s].
+    sine
+        The sine that the motion follows, where it does.
+    turns
+        Samples at which the motion turns round.
+    rise
+        Share of the stroke that the force takes to come up after a reversal, see `force_rise`.
+    uses
+        What the record is good for and what not.
+    """
+
+    name: str
+    source: str
+    axis: str
+    motion: str
+    kind: Kind
+    stated: bool
+    samples: int
+    duration: float
+    sampling: float | None
+    jitter: float
+    channels: dict[str, Channel]
+    gaps: tuple[Gap, ...] = ()
+    stretches: tuple[Stretch, ...] = ()
+    speeds: tuple[float, ...] = ()
+    sine: Sine | None = None
+    turns: tuple[int, ...] = ()
+    rise: float | None = None
+    uses: tuple[Use, ...] = ()
+    dropped: int = 0
+
+    @property
+    def encoder_step(self) -> float | None:
+        """Step of the position encoder [m]; None where the position is not quantised, or not logged."""
+        return self.channels["position"].step if "position" in self.channels else None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain numbers in SI, lists and strings, as JSON takes it."""
+        stretches = [
+            {"start": s.start, "stop": s.stop, "velocity": s.velocity, "velocity_se": s.velocity_se}
+            | {"settled": s.settled}
+            for s in self.stretches
+        ]
+        fields = asdict(replace(self, stretches=()))
+        fields["reversals"] = list(fields.pop("turns"))
+        return fields | {"stretches": stretches, "encoder_step": self.encoder_step}
+
+
+@dataclass(frozen=True)
+class ResponseInspection:
+    """What a record in frequency holds.
+
+    Parameters
+    ----------
+    name, source, axis, motion
+        As in `FrequencyResponse`.
+    points
+        How many frequencies.
+    low, high
+        Lowest and highest frequency [Hz].
+    coherence
+        Least coherence; None where none was measured.
+    uses
+        What the record is good for and what not.
+    kind, stated
+        As in `Inspection`: such a record is a frequency response.
+    """
+
+    name: str
+    source: str
+    axis: str
+    motion: str
+    points: int
+    low: float
+    high: float
+    coherence: float | None
+    uses: tuple[Use, ...]
+    kind: Kind = "frequency-response"
+    stated: bool = True
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain numbers in SI, lists and strings, as JSON takes it."""
+        return asdict(self)
+
+
+def inspect(record: Log | FrequencyResponse) -> Inspection | ResponseInspection:
+    """Return what a record holds and what it is good for.
+
+    Parameters
+    ----------
+    record
+        A record in time or in frequency. Samples with a cell that is no number are counted, and left out of the rest.
+    """
+    if isinstance(record, FrequencyResponse):
+        return _inspect_response(record)
+    channels = {name: _channel(record, name, values) for name, values in record.channels().items()}
+    whole = np.all([np.isfinite(values) for values in record.channels().values()], axis=0)
+    numbers: dict[str, Any] = {name: values[whole] for name, values in record.channels().items()}
+    log = record if whole.all() else replace(record, **numbers)
+    sampling, jitter, gaps = _clock(log.time)
+    found = Inspection(
+        name=record.name, source=record.source, axis=record.axis, motion=record.motion, dropped=record.dropped,
+        kind=record.kind or "motion", stated=record.kind is not None, samples=len(record),
+        duration=float(log.time[-1] - log.time[0]) if len(log) else 0.0,
+        sampling=sampling, jitter=jitter, channels=channels, gaps=gaps,
+    )  # fmt: skip
+    if len(log) < STUCK:
+        return replace(found, uses=(Use("identification", False, f"{len(log)} samples are too few"),))
+    stretches, rests = stretches_and_rests(replace(log, kind=None))
+    sine, turns = None, np.zeros(0, dtype=np.intp)
+    if log.position is not None:
+        sine, turns = fitted_sine(log.time, log.position), reversals(log.position)
+    rise = force_rise(log, turns)
+    kind = record.kind or recognised_kind(log, stretches, rests, sine, rise)
+    if kind not in {"constant-velocity", "motion"}:
+        stretches = []
+    if kind not in {"presliding-sine", "sliding-sine"}:
+        sine = None
+    at = np.flatnonzero(whole)
+    stretches = [
+        replace(s, start=int(at[s.start]), stop=int(at[s.stop - 1]) + 1, onset=int(at[s.onset])) for s in stretches
+    ]
+    found = replace(
+        found, kind=kind, stretches=tuple(stretches), speeds=distinct_speeds(stretches), sine=sine,
+        turns=tuple(int(k) for k in at[turns]), rise=rise,
+    )  # fmt: skip
+    return replace(found, uses=judged_uses(found))
+
+
+def distinct_speeds(stretches: list[Stretch]) -> tuple[float, ...]:
+    """Return the velocities of stretches in ascending order, those of one speed as their mean, by length."""
+    speeds: list[list[Stretch]] = []
+    for stretch in sorted(stretches, key=lambda s: s.velocity):
+        if speeds and abs(stretch.velocity - speeds[-1][0].velocity) <= max(
+            ALIKE * abs(stretch.velocity), 3.0 * np.hypot(stretch.velocity_se, speeds[-1][0].velocity_se)
+        ):
+            speeds[-1].append(stretch)
+        else:
+            speeds.append([stretch])
+    return tuple(float(np.average([s.velocity for s in one], weights=[len(s) for s in one])) for one in speeds)
+
+
+def _inspect_response(record: FrequencyResponse) -> ResponseInspection:
+    frequency = record.frequency
+    coherence = None if record.coherence is None else float(np.min(record.coherence))
+    decades = float(np.log10(frequency[-1] / frequency[0])) if len(frequency) > 1 and frequency[0] > 0 else 0.0
+    good = len(frequency) >= 8 and decades >= 1.0
+    why = f"{len(frequency)} frequencies over {decades:.1f} decades" + (
+        "" if good else ": 8 over one decade are needed"
+    )
+    return ResponseInspection(
+        record.name, record.source, record.axis, record.motion, len(frequency), float(frequency.min()),
+        float(frequency.max()), coherence, (Use("plant", good, why),),
+    )  # fmt: skip
+
+
+def _channel(log: Log, name: str, values: NDArray[np.float64]) -> Channel:
+    numbers = values[np.isfinite(values)]
+    if not len(numbers):
+        return Channel(log.unit(name), None, None, not_a_number=len(values))
+    step = lattice_step(numbers) if name not in {"time", "reference"} else None
+    if step is not None and name != "position" and step < 1e-6 * float(np.ptp(numbers)):
+        step = None  # the last digit of the number format
+    clipped = _clipped(numbers, step) if name in {"force", "input"} else 0
+    low, high = float(numbers.min()), float(numbers.max())
+    return Channel(log.unit(name), low, high, step, len(values) - len(numbers), clipped)
+
+
+def _clipped(values: NDArray[np.float64], step: float | None) -> int:
+    """Count the samples at which a channel is flat at its extreme, more than coarse counts alone bring about."""
+    span = float(np.ptp(values))
+    if span == 0.0:
+        return 0
+    clipped = 0
+    for side in (values, -values):
+        top = side >= side.max() - 1e-9 * span
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], top, [False]]).astype(int)))
+        longest = int((edges[1::2] - edges[::2]).max())
+        below = np.count_nonzero(side >= side.max() - 1.5 * step) - np.count_nonzero(top) if step else 0
+        if longest >= STUCK and np.count_nonzero(top) > 3 * below:
+            clipped += int(np.count_nonzero(top))
+    return clipped
+
+
+def _clock(time: NDArray[np.float64]) -> tuple[float | None, float, tuple[Gap, ...]]:
+    """Return the sampling rate [Hz], the standard deviation of the intervals [s], and the gaps."""
+    if len(time) < 2:
+        return None, 0.0, ()
+    intervals = np.diff(time)
+    usual = float(np.median(intervals))
+    wide = intervals > GAP * usual
+    gaps = tuple(Gap(float(time[k]), float(intervals[k] / usual)) for k in np.flatnonzero(wide))
+    return 1.0 / usual, float(intervals[~wide].std()), gaps

@@ -1,0 +1,84 @@
+"""What a record is good for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fric.identify.records.recognition import RISING_SHARE
+
+if TYPE_CHECKING:
+    from fric.identify.records.inspection import Inspection
+
+STEPS = 3.0
+"""Steps of the encoder that an amplitude has at least."""
+BRANCH = 20
+"""Samples that a branch between reversals has at least."""
+
+
+@dataclass(frozen=True)
+class Use:
+    """Whether a record is good for an identification, and why."""
+
+    purpose: str
+    good: bool
+    why: str
+
+
+def judged_uses(found: Inspection) -> tuple[Use, ...]:
+    """Return what a record is good for, judged by what was found in it."""
+    return _static_use(found), _gms_use(found), _plant_use(found)
+
+
+def _static_use(found: Inspection) -> Use:
+    purpose = "static"
+    if "force" not in found.channels:
+        return Use(purpose, False, "no force was logged")
+    if not found.stretches:
+        return Use(purpose, False, "no stretch at constant velocity")
+    if found.channels["force"].clipped:
+        return Use(purpose, False, f"the force is clipped in {found.channels['force'].clipped} samples")
+    settled = [s for s in found.stretches if s.settled]
+    if not settled:
+        return Use(purpose, False, "the force settles nowhere: longer strokes are needed")
+    unsettled = len(found.stretches) - len(settled)
+    told = f"{len(found.speeds)} speeds" if len(found.speeds) > 1 else "one speed: a map takes records at others too"
+    told += f", {unsettled} of {len(found.stretches)} stretches not settled" if unsettled else ""
+    return Use(purpose, True, told)
+
+
+def _gms_use(found: Inspection) -> Use:
+    purpose = "gms"
+    if missing := [name for name in ("position", "force") if name not in found.channels]:
+        return Use(purpose, False, f"no {' and no '.join(missing)} was logged")
+    if found.channels["force"].clipped:
+        return Use(purpose, False, f"the force is clipped in {found.channels['force'].clipped} samples")
+    position, step = found.channels["position"], found.encoder_step
+    half = 0.5 * (position.high - position.low) if position.high is not None and position.low is not None else 0.0
+    amplitude = found.sine.amplitude if found.sine else half
+    if found.kind == "sliding-sine" and len(found.turns) < 3:
+        return Use(purpose, True, "for the attraction parameter C; knots take a sine in pre-sliding")
+    if len(found.turns) < 3:
+        return Use(purpose, False, f"{len(found.turns)} reversals: whole branches take three")
+    if step and amplitude < STEPS * step:
+        return Use(purpose, False, f"the amplitude is {amplitude / step:.1f} steps of the encoder: three are needed")
+    branch = (found.turns[-1] - found.turns[0]) / (len(found.turns) - 1)
+    if branch < BRANCH:
+        return Use(purpose, False, f"{branch:.0f} samples a branch are too few")
+    if found.kind != "presliding-sine" and (found.rise is None or found.rise <= RISING_SHARE):
+        return Use(purpose, False, f"pre-sliding is over in {100 * (found.rise or 0.0):.1f} % of a stroke")
+    told = f"{len(found.turns) - 1} branches" + (f" of {2 * amplitude / step:.0f} steps of the encoder" if step else "")
+    return Use(purpose, True, told)
+
+
+def _plant_use(found: Inspection) -> Use:
+    purpose = "plant"
+    if "input" not in found.channels:
+        return Use(purpose, False, "no input was logged")
+    if "position" not in found.channels:
+        return Use(purpose, False, "no position was logged")
+    if found.channels["input"].clipped:
+        return Use(purpose, False, f"the input is clipped in {found.channels['input'].clipped} samples")
+    if found.kind == "frequency-response":
+        return Use(purpose, True, "the excitation is broad-band")
+    return Use(purpose, False, "the excitation is not broad-band")

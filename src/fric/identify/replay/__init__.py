@@ -1,0 +1,1 @@
+"""Any friction model by replay along a measured motion, and models compared."""

@@ -1,0 +1,232 @@
+"""Friction models compared on samples that none of them was fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+
+from fric.errors import FricError
+from fric.identify.replay.near_reversals import near_reversals, presliding_length
+from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.identify.replay.replayed import Replayed
+from fric.identify.replay.splits import Masks, Split
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.estimate import Estimate
+    from fric.friction import FrictionModel
+
+
+@dataclass(frozen=True)
+class Score:
+    """How one model did.
+
+    Parameters
+    ----------
+    name
+        The model.
+    fits
+        Its fit in each split.
+    parameters
+        Number of parameters that were fitted.
+    residual
+        Measured minus replayed force [N] of each record, from the split that scores a sample; nan where none does.
+    rms, rms_near
+        Root mean square of that over all samples scored, and over those near reversals [N].
+    rms_fitted
+        Root mean square over the samples that were fitted, of all splits [N].
+    bits
+        What the model saves of the description of the fitted samples against a constant force, by BIC [bit]:
+        ``n·log2(rms of the force/rms of the residual) - p/2·log2(n)``, with n the number of independent residuals of
+        the model that has most of them.
+    bits_per_parameter
+        That, for each parameter.
+    nanoseconds
+        Time of one replayed step [ns].
+    """
+
+    name: str
+    fits: tuple[ReplayFit, ...]
+    parameters: int
+    residual: tuple[NDArray[np.float64], ...]
+    rms: float
+    rms_near: float
+    rms_fitted: float
+    bits: float
+    bits_per_parameter: float
+    nanoseconds: float
+
+    @property
+    def model(self) -> FrictionModel:
+        """The model as the first split found it."""
+        return self.fits[0].model
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Friction models, the best first.
+
+    Parameters
+    ----------
+    scores
+        The models by their rms.
+    records
+        The records.
+    near
+        Which samples are near reversals, one mask a record.
+    presliding
+        Pre-sliding length of each record [m]: the way after a reversal on which the force has turned by nine tenths.
+    winner
+        The best model; None where its lead over another does not exceed the error of that lead.
+    leads
+        For each other model by how much the best one's mean squared residual is lower, and half the 95 % interval [N²].
+    warnings
+        What the records cannot tell.
+    """
+
+    scores: tuple[Score, ...]
+    records: tuple[Replayed, ...]
+    near: Masks
+    presliding: tuple[float, ...]
+    winner: str | None
+    leads: dict[str, tuple[float, float]]
+    warnings: tuple[str, ...]
+
+
+def compare_models(
+    names: Sequence[str],
+    records: Sequence[Replayed],
+    splits: Sequence[Split],
+    *,
+    static: Mapping[str, Estimate] | None = None,
+    blocks: int = 4,
+    seed: int = 0,
+    told: Callable[[], None] = lambda: None,
+) -> Comparison:
+    """Fit every model on some samples and score it on others, by replay through whole records.
+
+    An offset (and an inertia) of a record is that of its fitted samples; where it has none, of those scored. The best
+    is named the winner only if its mean squared residual is lower than every other's by more than the 95 % error of
+    that difference, taken over the strokes between reversals.
+
+    Parameters
+    ----------
+    names
+        Models to compare.
+    records
+        See `fric.identify.replayed.replayed`.
+    splits
+        What is fitted and scored.
+    static, blocks, seed
+        As in `identify_by_replay`.
+    told
+        Called after each model.
+
+    Raises
+    ------
+    FricError
+        When there is no such model, or nothing to score.
+    """
+    lengths = tuple(presliding_length(record) for record in records)
+    near = tuple(near_reversals(record, length) for record, length in zip(records, lengths, strict=True))
+    if not any(mask.any() for split in splits for mask in split.scored):
+        raise FricError("there is no sample to score", where=records[0].log.where)
+    scores = []
+    for name in names:
+        scores.append(_scored(name, records, splits, near, static, blocks, seed))
+        told()
+    independent = max(score.fits[0].independent for score in scores)
+    scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.rms)
+    leads = {other.name: _lead(records, scores[0], other) for other in scores[1:]}
+    winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
+    warnings = [f"{score.name}: {text}" for score in scores for text in score.fits[0].warnings]
+    return Comparison(tuple(scores), tuple(records), near, lengths, winner, leads, tuple(warnings))
+
+
+def _scored(
+    name: str,
+    records: Sequence[Replayed],
+    splits: Sequence[Split],
+    near: Masks,
+    static: Mapping[str, Estimate] | None,
+    blocks: int,
+    seed: int,
+) -> Score:
+    fits: list[ReplayFit] = []
+    residual = [np.full(len(record.force), np.nan) for record in records]
+    fitted: list[NDArray[np.float64]] = []
+    for split in splits:
+        chosen = [record.restricted(mask) for record, mask in zip(records, split.fitted, strict=True)]
+        start = fits[0].model if fits else None
+        fit = identify_by_replay(name, chosen, static=static, blocks=blocks, seed=seed, start=start)
+        fits.append(fit)
+        for record, of_fit, to_score, rest in zip(records, chosen, split.scored, residual, strict=True):
+            left = record.force - record.replay(fit.model)
+            source = of_fit if of_fit.used.any() else record.restricted(to_score)
+            if source.used.any():
+                left = left - record.own @ source.own_part(left)
+            rest[to_score] = left[to_score]
+            fitted.append(left[of_fit.used])
+    all_of_it, all_near = np.concatenate(residual), np.concatenate(near)
+    spent = min(_seconds(fits[0].model, records) for _ in range(3))
+    return Score(
+        name=name,
+        fits=tuple(fits),
+        parameters=len(fits[0].x),
+        residual=tuple(residual),
+        rms=_rms(all_of_it),
+        rms_near=_rms(all_of_it[all_near]),
+        rms_fitted=_rms(np.concatenate(fitted)),
+        bits=float("nan"),
+        bits_per_parameter=float("nan"),
+        nanoseconds=spent / sum(len(record.force) for record in records) * 1e9,
+    )
+
+
+def _with_bits(score: Score, independent: float) -> Score:
+    fit = score.fits[0]
+    force = np.concatenate([record.force[record.used] - record.force[record.used].mean() for record in fit.records])
+    penalty = 0.5 * score.parameters * np.log2(max(independent, 1.0))
+    saved = float(independent * np.log2(_rms(force) / max(fit.rmse, 1e-300)) - penalty)
+    return replace(score, bits=saved, bits_per_parameter=saved / max(score.parameters, 1))
+
+
+def _rms(values: NDArray[np.float64]) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
+
+
+def _seconds(model: FrictionModel, records: Sequence[Replayed]) -> float:
+    begin = perf_counter()
+    for record in records:
+        record.replay(model)
+    return perf_counter() - begin
+
+
+def _lead(records: Sequence[Replayed], best: Score, other: Score) -> tuple[float, float]:
+    """Return by how much the mean squared residual of the best is lower, and half the 95 % interval of that [N²].
+
+    The strokes between reversals are the independent pieces (thirty equal pieces where there are few strokes).
+    """
+    sums, counts = [], []
+    for record, mine, theirs in zip(records, best.residual, other.residual, strict=True):
+        difference = theirs**2 - mine**2
+        cuts = record.turns if len(record.turns) >= 8 else np.linspace(0, len(mine), 31).astype(int)[1:-1]
+        for piece in np.split(difference, cuts):
+            known = piece[np.isfinite(piece)]
+            if len(known):
+                sums.append(float(known.sum()))
+                counts.append(len(known))
+    total, n = np.array(sums), np.array(counts)
+    mean = float(total.sum() / n.sum())
+    pieces = len(total)
+    if pieces < 2:
+        return mean, float("inf")
+    error = float(np.sqrt(np.sum((total - mean * n) ** 2) * pieces / (pieces - 1))) / float(n.sum())
+    return mean, float(stats.t.ppf(0.975, pieces - 1)) * error

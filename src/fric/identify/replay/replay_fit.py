@@ -1,0 +1,235 @@
+"""Any friction model fitted to any records by replaying its step along the measured motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+
+from fric.errors import FricError
+from fric.estimate import Estimate, Interval
+from fric.friction import models
+from fric.identify.replay.coordinates import Coordinates
+from fric.identify.replay.replay_intervals import correlated, covariance_of, edges, limits, order
+from fric.identify.replay.replay_search import Search
+from fric.identify.replay.replayed import Replayed, search_ranges
+from fric.units import Motion, si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.friction import FrictionModel
+
+
+@dataclass(frozen=True)
+class ReplayFit:
+    """A model fitted by replay.
+
+    Parameters
+    ----------
+    model
+        The model with the values found.
+    axis, motion
+        Name and motion of the axis.
+    estimates
+        Its parameters with their 95 % intervals, by section of a friction file and name.
+    records
+        The records, and which of their samples were fitted.
+    own
+        What each record adds of its own: offset [N], and mass [kg] where inertia was fitted.
+    rmse
+        Root of the mean squared residual [N].
+    r2
+        Share of the force's variance that is explained.
+    independent
+        Number of independent residuals, by their first-order autocorrelation.
+    coordinates, x
+        The search coordinates that are free in the end, and their values.
+    warnings
+        What the records cannot tell.
+    """
+
+    model: FrictionModel
+    axis: str
+    motion: Motion
+    estimates: dict[str, dict[str, Estimate]]
+    records: tuple[Replayed, ...]
+    own: tuple[tuple[float, ...], ...]
+    rmse: float
+    r2: float
+    independent: float
+    coordinates: Coordinates
+    x: NDArray[np.float64]
+    warnings: tuple[str, ...] = ()
+
+
+def identify_by_replay(
+    name: str,
+    records: Sequence[Replayed],
+    *,
+    static: Mapping[str, Estimate] | None = None,
+    blocks: int = 4,
+    fix: Mapping[str, float] | None = None,
+    free: Sequence[str] = (),
+    seed: int = 0,
+    start: FrictionModel | None = None,
+) -> ReplayFit:
+    """Fit a friction model to records by replay: a coarse global search (NLopt's CRS2), then least squares.
+
+    What each record adds of its own enters linearly and is projected out. The intervals hold for residuals that hang
+    together in time (see `covariance_of`). A parameter without effect on these records is found by its flat gradient,
+    left at its typical value, and told.
+
+    Parameters
+    ----------
+    name
+        Name of the model.
+    records
+        See `fric.identify.replayed.replayed`.
+    static
+        Static map to keep, for a model that stands on one; it is fitted too where it is not given.
+    blocks
+        Number of blocks, for a model of slip blocks.
+    fix
+        Values in SI of parameters that are not fitted.
+    free
+        Names of parameters to fit that are held by default (`delta`).
+    seed
+        Seed of the coarse search.
+    start
+        A model to start from; there is no coarse search then.
+
+    Raises
+    ------
+    FricError
+        When there is no such model, or no such parameter, or no sample to compare.
+    """
+    model = _known(name)
+    records = [record.trimmed() for record in records if record.used.any()]
+    held = _held(model, fix or {}, free, static)
+    coordinates = Coordinates.of(model, search_ranges(records), blocks=blocks, held=held)
+    if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
+        raise FricError("there are too few samples to compare", where=records[0].log.where)
+    search = Search(coordinates, records)
+    x = search.fine(search.coarse(seed) if start is None else _coordinates_of(coordinates, start))
+    warnings: list[str] = []
+    assumed: set[tuple[str, str]] = set()
+    while flat := [
+        c for c, seen in zip(search.coordinates.free, search.seen(x), strict=True) if c.block is None and not seen
+    ]:
+        c, p = flat[-1], flat[-1].parameter
+        n = search.coordinates.free.index(c)
+        value, left = float(np.max(p.typical)), ""
+        low, high = np.exp([c.lower, c.upper]) if c.scale == "log" else (c.lower, c.upper)
+        if p.at_least:
+            value, left = float("nan"), f"that of {p.at_least}"
+        elif not low <= value <= high:
+            value = float(np.sqrt(low * high)) if c.scale == "log" else low
+        left = left or f"{value:.3g} {si_unit(p.dimension, records[0].log.motion)}"
+        search = Search(search.coordinates.without(n, value), records)
+        x = search.fine(np.delete(x, n))
+        assumed.add((c.section, p.name))
+        warnings.append(f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}")
+    return _told(search, x, warnings, assumed, static)
+
+
+def _known(name: str) -> type[FrictionModel]:
+    known = {key: model for key, model in models().items() if model.identified}
+    if name not in known:
+        raise FricError(f"there is no friction model '{name}' to fit", mend=f"There are {', '.join(known)}.")
+    return known[name]
+
+
+def _held(
+    model: type[FrictionModel],
+    fix: Mapping[str, float],
+    free: Sequence[str],
+    static: Mapping[str, Estimate] | None,
+) -> dict[tuple[str, str], float]:
+    """Return the values that are not searched: those given, those held by default, and a static map that is kept."""
+    declared = {p.name: (section, p) for section, parameters in model.declared().items() for p in parameters}
+    for name in (*fix, *free):
+        if name not in declared:
+            raise FricError(f"{model.name} has no parameter '{name}'", mend=f"It has {', '.join(declared)}.")
+    held: dict[tuple[str, str], float] = {}
+    for name, (section, p) in declared.items():
+        if name in fix:
+            if p.per_block:
+                raise FricError(f"{name} has a value for every block, and cannot be fixed")
+            held[section, name] = fix[name]
+        elif static is not None and section == "static" and name in static and name not in free:
+            held[section, name] = float(static[name])
+        elif p.held and name not in free:
+            held[section, name] = float(np.max(p.typical))
+    return held
+
+
+def _coordinates_of(coordinates: Coordinates, model: FrictionModel) -> NDArray[np.float64]:
+    """Return the point of the search at which a model stands."""
+    x = np.empty(len(coordinates.free))
+    for n, c in enumerate(coordinates.free):
+        owner = model if c.section == model.name else getattr(model, c.section)
+        value = getattr(owner, c.parameter.name)
+        if c.scale == "share":
+            x[n] = np.log(value[c.block] / value[-1])
+            continue
+        value = value if c.block is None else value[c.block]
+        base = getattr(owner, c.parameter.at_least) if c.parameter.at_least else 1.0
+        x[n] = value if c.scale == "linear" else np.log(value / base)
+    return np.asarray(np.clip(x, coordinates.lower, coordinates.upper))
+
+
+def _told(
+    search: Search,
+    x: NDArray[np.float64],
+    warnings: list[str],
+    assumed: set[tuple[str, str]],
+    static: Mapping[str, Estimate] | None,
+) -> ReplayFit:
+    """Return the fit with intervals, and what the records cannot tell."""
+    coordinates, records = search.coordinates, tuple(search.records)
+    motion = records[0].log.motion
+    residual, seen = search.residual(x), search.seen(x)
+    covariance = np.full((len(x), len(x)), np.nan)
+    if seen.any():
+        lengths = [int(record.used.sum()) for record in records]
+        covariance[np.ix_(seen, seen)] = covariance_of(search.gradient(x)[:, seen], residual, lengths)
+    reach = float(stats.t.ppf(0.975, max(len(residual) - len(x), 1)))
+    values, within = coordinates.values(x), limits(coordinates, x, covariance, seen, reach)
+    blocks = order(coordinates, values)
+    estimates: dict[str, dict[str, Estimate]] = {}
+    for section, parameters in coordinates.model.declared().items():
+        estimates[section] = {}
+        for p in parameters:
+            key, value, fitted = (section, p.name), values[section][p.name], within.get((section, p.name))
+            if section == "static" and static is not None and fitted is None and p.name in static:
+                estimates[section][p.name] = static[p.name]
+                continue
+            interval: Interval | tuple[Interval, ...] | None = None
+            if isinstance(value, tuple):
+                value = tuple(value[n] for n in blocks)
+                interval = tuple(fitted[n] for n in blocks) if fitted else None
+            elif fitted:
+                interval = fitted[0]
+            unit, untold = si_unit(p.dimension, motion), key in assumed
+            estimates[section][p.name] = Estimate(
+                value, unit, interval, fixed=interval is None and not untold, assumed=untold
+            )
+    model = coordinates.model.from_sections(estimates)
+    warnings += edges(coordinates, x, seen, covariance) + correlated(coordinates, covariance)
+    force = np.concatenate([record.force[record.used] for record in records])
+    rmse = float(np.sqrt(np.mean(residual**2)))
+    r2 = 1.0 - rmse**2 / float(np.var(force))
+    if r2 < 0.5:
+        warnings.append(f"{coordinates.model.name} explains {max(r2, 0):.0%} of the variance of the force")
+    squares = max(float(residual @ residual), 1e-300)
+    rho = min(max(float(residual[1:] @ residual[:-1]) / squares, 0.0), 0.999)
+    independent = len(residual) * (1 - rho) / (1 + rho)
+    own = tuple(tuple(float(c) for c in r.own_part(r.force - r.replay(model))) for r in records)
+    return ReplayFit(
+        model, records[0].log.axis, motion, estimates, records, own, rmse, r2, independent, coordinates, x,
+        tuple(warnings),
+    )  # fmt: skip

@@ -1,0 +1,163 @@
+"""What a fit by replay says of its parameters: intervals, and what the records cannot tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+from scipy.special import expit
+
+from fric.identify.dynamics.covariance import hac_covariance
+from fric.identify.replay.replay_search import STEP
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.identify.replay.coordinates import Coordinates
+
+LAGS = 10
+"""Lags at which residuals are looked at, to tell them from white noise."""
+
+
+def covariance_of(
+    gradient: NDArray[np.float64], residual: NDArray[np.float64], lengths: Sequence[int]
+) -> NDArray[np.float64]:
+    """Return the covariance (p, p) of a least-squares fit.
+
+    Where the residuals cannot be told from white noise (Ljung and Box, Biometrika 65, 1978, at 1 %), it is that of
+    ordinary least squares; else that of `hac_covariance`, which is right for any residuals but itself less sure.
+
+    Parameters
+    ----------
+    gradient, residual
+        Derivatives (n, p) and residuals (n,) of all records one after the other.
+    lengths
+        Samples of each record.
+    """
+    n, p = gradient.shape
+    statistic = 0.0
+    for part in np.split(residual, np.cumsum(lengths)[:-1]):
+        lags = min(LAGS, len(part) // 4)
+        rho = [float(part[lag:] @ part[:-lag]) / max(float(part @ part), 1e-300) for lag in range(1, lags + 1)]
+        statistic += len(part) * (len(part) + 2) * sum(r * r / (len(part) - k) for k, r in enumerate(rho, start=1))
+    if stats.chi2.sf(statistic, LAGS * len(lengths)) < 0.01:
+        return hac_covariance(gradient, residual, lengths)
+    back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
+    return np.asarray(back @ back.T * float(residual @ residual) / (n - p))
+
+
+def limits(
+    coordinates: Coordinates,
+    x: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    seen: NDArray[np.bool_],
+    reach: float,
+) -> dict[tuple[str, str], tuple[tuple[float, float], ...]]:
+    """Return the 95 % intervals of what was fitted: symmetric in the logarithm, the logit of a share, or linearly."""
+    scales = {(c.section, c.parameter.name): (c.parameter, c.scale) for c in coordinates.free}
+
+    def quantities(at: NDArray[np.float64]) -> dict[tuple[str, str], NDArray[np.float64]]:
+        found = {}
+        for (section, name), (_, scale) in scales.items():
+            value = np.atleast_1d(np.asarray(coordinates.values(at)[section][name], float))
+            found[section, name] = (
+                value if scale == "linear" else np.log(value) - (np.log1p(-value) if scale == "share" else 0.0)
+            )
+        return found
+
+    centre = quantities(x)
+    steps = STEP * (coordinates.upper - coordinates.lower)
+    moved = [quantities(x + step * unit) for step, unit in zip(steps, np.eye(len(x)), strict=True)]
+    known = np.where(seen[:, None] & seen, covariance, 0.0)
+    limits = {}
+    for key, (p, scale) in scales.items():
+        slope = np.column_stack([(m[key] - centre[key]) / step for m, step in zip(moved, steps, strict=True)])
+        error = reach * np.sqrt(np.einsum("ij,jk,ik->i", slope, known, slope))
+        error[(np.abs(slope[:, ~seen]) > 1e-6).any(axis=1)] = np.inf
+        low, high = centre[key] - error, centre[key] + error
+        low, high = _within_search(coordinates, key, x, covariance, centre[key], low, high)
+        if scale == "share":
+            low, high = expit(low), expit(high)
+        elif scale != "linear":
+            with np.errstate(over="ignore"):
+                low, high = np.exp(low), np.exp(high)
+        low, high = np.maximum(low, p.lower), np.minimum(high, p.upper)
+        limits[key] = tuple((float(a), float(b)) for a, b in zip(low, high, strict=True))
+    return limits
+
+
+def _within_search(
+    coordinates: Coordinates,
+    key: tuple[str, str],
+    x: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return limits that are open where they leave what was searched, or the value sits on its edge.
+
+    The records were not asked there. A parameter that is never below another has no open limit downwards.
+    """
+    of = [n for n, c in enumerate(coordinates.free) if (c.section, c.parameter.name) == key]
+    scale, near = coordinates.free[of[0]].scale, _near(coordinates, covariance)[of]
+    if scale not in {"log", "ratio"}:
+        return low, high
+    below, above = (x - coordinates.lower)[of], (coordinates.upper - x)[of]
+    high = np.where((high - centre > above) | (above < near), np.inf, high)
+    if scale == "ratio":
+        return np.maximum(low, centre - below), high
+    return np.where((centre - low > below) | (below < near), -np.inf, low), high
+
+
+def _near(coordinates: Coordinates, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how close to its bound each coordinate is as good as on it: a tenth of its standard error."""
+    error = np.sqrt(np.nan_to_num(np.diag(covariance)))
+    return np.asarray(np.maximum(0.1 * error, 1e-6 * (coordinates.upper - coordinates.lower)))
+
+
+def order(coordinates: Coordinates, values: Mapping[str, Mapping[str, float | tuple[float, ...]]]) -> list[int]:
+    """Return the blocks from the stiffest to the softest."""
+    for section, parameters in coordinates.model.declared().items():
+        for p in parameters:
+            value = values[section][p.name]
+            if p.dimension == "stiffness" and isinstance(value, tuple):
+                return [int(n) for n in np.argsort(-np.asarray(value), kind="stable")]
+    return list(range(coordinates.blocks))
+
+
+def edges(
+    coordinates: Coordinates, x: NDArray[np.float64], seen: NDArray[np.bool_], covariance: NDArray[np.float64]
+) -> list[str]:
+    """Say which parameters sit at the edge of what was searched, and which blocks are not seen."""
+    told = []
+    for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
+        if not is_seen:
+            told.append(f"the gradient over {c.label} is flat: these records do not tell it")
+        elif at - c.lower < min(near, 0.02) and c.scale == "ratio":
+            told.append(f"{c.label} is as low as {c.parameter.at_least}: these records show no difference")
+        elif at - c.lower < near and c.scale == "linear" and c.lower == c.parameter.lower:
+            told.append(f"{c.label} is at its lower bound, {c.lower:g}")
+        elif c.scale == "share":
+            continue
+        elif min(at - c.lower, c.upper - at) < near:
+            told.append(f"{c.label} sits at the edge of what these records could show")
+    return told
+
+
+def correlated(coordinates: Coordinates, covariance: NDArray[np.float64]) -> list[str]:
+    """Say which two parameters the records hardly tell apart; those of one block among the others are not named."""
+    error = np.sqrt(np.diag(covariance))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / np.outer(error, error)
+    told = []
+    for i, first in enumerate(coordinates.free):
+        for j, second in enumerate(coordinates.free[:i]):
+            if abs(correlation[i, j]) > 0.95 and first.block is None and second.block is None:
+                told.append(
+                    f"{second.label} and {first.label} are correlated by {correlation[i, j]:.3f}: these records hardly "
+                    "tell them apart"
+                )
+    return told

@@ -1,0 +1,136 @@
+"""The search behind a fit by replay: a coarse one over few samples, least squares, and what the gradient tells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import nlopt
+import numpy as np
+from scipy.optimize import least_squares
+
+from fric.identify.replay.coordinates import Coordinates
+from fric.identify.replay.replayed import Replayed
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+COARSE = 4_000
+"""Samples that the coarse search replays."""
+EVALUATIONS = 150
+"""Replays of the coarse search, for every number that it looks for (and one)."""
+HOP, HOPS = 12, 4
+"""Steps of least squares after a hop of a block, and hops of each block."""
+GOLDEN = 0.6180339887498949
+STEP = 1e-5
+"""Step of the difference quotients, as a share of the search range."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """A model's coordinates and the records that it is fitted to.
+
+    Parameters
+    ----------
+    coordinates
+        What is searched.
+    records
+        What it is compared with.
+    """
+
+    coordinates: Coordinates
+    records: Sequence[Replayed]
+
+    def residual(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return measured minus replayed force [N] of all records one after the other, shape (n,)."""
+        model = self.coordinates.build(x)
+        return np.concatenate([record.residual(model) for record in self.records])
+
+    def cost(self, x: NDArray[np.float64]) -> float:
+        """Return the sum of squared residuals [N²]."""
+        residual = self.residual(x)
+        total = float(residual @ residual)
+        return total if np.isfinite(total) else 1e300
+
+    def gradient(self, x: NDArray[np.float64], *, both: bool = True) -> NDArray[np.float64]:
+        """Return the residual's derivatives, shape (n, p): central differences, or backward ones at half the cost."""
+        columns = []
+        here = None if both else self.residual(x)
+        for n, (low, high) in enumerate(zip(self.coordinates.lower, self.coordinates.upper, strict=True)):
+            h = STEP * (high - low)
+            before, after = x.copy(), x.copy()
+            before[n], after[n] = max(x[n] - h, low), min(x[n] + h, high)
+            if here is not None and before[n] < x[n]:
+                columns.append((here - self.residual(before)) / (x[n] - before[n]))
+            else:
+                columns.append((self.residual(after) - self.residual(before)) / (after[n] - before[n]))
+        return np.column_stack(columns)
+
+    def seen(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which coordinates change the residual, over their whole range, by more than its standard error."""
+        residual = self.residual(x)
+        force = np.linalg.norm(np.concatenate([record.force[record.used] for record in self.records]))
+        effect = np.linalg.norm(self.gradient(x), axis=0) * (self.coordinates.upper - self.coordinates.lower)
+        return np.asarray(effect > max(float(np.linalg.norm(residual)) / np.sqrt(len(residual)), 1e-9 * float(force)))
+
+    def fine(self, x: NDArray[np.float64], most: int = 60, *, both: bool = True) -> NDArray[np.float64]:
+        """Return the least-squares point next to x, within the bounds, in at most so many steps; see `gradient`."""
+        lower, width = self.coordinates.lower, self.coordinates.upper - self.coordinates.lower
+
+        def residual(y: NDArray[np.float64]) -> NDArray[np.float64]:
+            return self.residual(lower + width * y)
+
+        def jacobian(y: NDArray[np.float64]) -> NDArray[np.float64]:
+            return self.gradient(lower + width * y, both=both) * width
+
+        begin = np.clip((x - lower) / width, 1e-9, 1 - 1e-9)
+        found = least_squares(residual, begin, jacobian, bounds=(0.0, 1.0), xtol=1e-7, ftol=1e-8, max_nfev=most)
+        return np.asarray(lower + width * found.x)
+
+    def coarse(self, seed: int) -> NDArray[np.float64]:
+        """Return a point in the right basin, over few samples.
+
+        A controlled random search (Kaelo and Ali's CRS2) places the scalars and a geometric row of blocks. Then blocks
+        hop, the weakest first: one is redrawn and the fit made again, and that is kept where it is better.
+        """
+        every = -(-sum(len(r.force) for r in self.records) // COARSE)
+        few = Search(self.coordinates, [record.thinned(every) for record in self.records])
+
+        def cost(y: NDArray[np.float64], _: NDArray[np.float64]) -> float:
+            return few.cost(self.coordinates.spread_start(y))
+
+        size = self.coordinates.coarse
+        search = nlopt.opt(nlopt.GN_CRS2_LM, size)
+        search.set_lower_bounds(np.zeros(size))
+        search.set_upper_bounds(np.ones(size))
+        search.set_min_objective(cost)
+        search.set_maxeval(EVALUATIONS * (size + 1))
+        search.set_ftol_rel(1e-4)
+        nlopt.srand(seed + 1)  # 0 would be the time of day
+        x = self.coordinates.spread_start(np.asarray(search.optimize(np.full(size, 0.5))))
+        return few._hopped(x, np.random.default_rng(seed))
+
+    def _hopped(self, x: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
+        free = self.coordinates.free
+        blocks = sorted({c.block for c in free if c.block is not None})
+        if len(blocks) < 2:
+            return x
+        x = self.fine(x, HOP, both=False)
+        best = self.cost(x)
+        first = rng.uniform()
+        for n in range(HOPS * len(blocks)):
+            effect = np.linalg.norm(self.gradient(x, both=False), axis=0)
+            of = [max(e for e, c in zip(effect, free, strict=True) if c.block == b) for b in blocks]
+            weak = blocks[int(np.argsort(of)[(n // 2 if n % 2 else 0) % len(blocks)])]
+            share = (first + n * GOLDEN) % 1.0  # hops that are spread evenly
+            hopped = x.copy()
+            of_last = [i for i, c in enumerate(free) if c.scale == "share"] if weak == blocks[-1] else []
+            hopped[of_last] -= max(hopped[of_last], default=0.0)  # shares are relative to that of the last block
+            for i, c in enumerate(free):
+                if c.block == weak:
+                    hopped[i] = 0.0 if c.scale == "share" else c.lower + share * (c.upper - c.lower)
+            hopped = self.fine(hopped, HOP, both=False)
+            if (found := self.cost(hopped)) < (1 - 1e-3) * best:
+                x, best = hopped, found
+        return x

@@ -1,0 +1,1 @@
+"""The static map, eq. (2), from strokes at constant velocity."""

@@ -1,0 +1,197 @@
+"""Identification of the static friction map, eq. (2), from records at constant velocity (Section 3.1.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import sqrt
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from scipy.stats import t as student
+
+from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.identify.records.segments import steady_stretches
+from fric.identify.strokes.averages import Average, average
+from fric.identify.strokes.map_doubts import damping_doubt, map_doubts
+from fric.identify.strokes.map_fit import MapFit, SpeedPoint, Weights, fit_map
+from fric.units import Motion, readable, si_unit
+
+if TYPE_CHECKING:
+    from fric.drive.plant import Plant
+    from fric.log import Log
+
+Direction = Literal["both", "each"]
+
+
+@dataclass(frozen=True)
+class StaticFit:
+    """What `identify_static` found.
+
+    Parameters
+    ----------
+    axis, motion
+        The axis.
+    points
+        Every steady stroke.
+    static
+        The map of both directions, or of the positive one; None where one speed alone was logged.
+    negative
+        The negative direction's own map where each direction was asked for.
+    at_speed
+        Where one speed alone was logged: ``velocity`` and ``force`` there.
+    warnings
+        What the data cannot tell.
+    method
+        How the fit was made, in words.
+    """
+
+    axis: str
+    motion: Motion
+    points: tuple[SpeedPoint, ...]
+    static: MapFit | None
+    negative: MapFit | None
+    at_speed: Mapping[str, Estimate]
+    warnings: tuple[str, ...]
+    method: str
+
+
+def identify_static(
+    logs: Sequence[Log],
+    *,
+    plant: Plant | None = None,
+    delta: float | None = 1.0,
+    direction: Direction = "both",
+    weights: Weights = "error",
+    average: Average = "robust",
+) -> StaticFit:
+    """Identify the static friction map, eq. (2), from strokes at constant velocity.
+
+    Each steady stretch gives one point: velocity, robust mean force, standard error. Strokes scatter beyond their
+    noise (temperature, lubrication, place); the variance between them is estimated with the map, added to each
+    point's own, and so weights and intervals know it. Intervals are by profile likelihood.
+
+    Parameters
+    ----------
+    logs
+        Records of one axis, each with one or many strokes.
+    plant
+        Where given, the drive's own linear damping ``K_f·(A/B)·v`` is taken off the force first.
+    delta
+        Stribeck shape factor [1], or None to fit it.
+    direction
+        ``both``: one map and an offset; ``each``: a map for each direction.
+    weights
+        ``error``: by standard error and scatter between strokes; ``equal``: every stroke the same.
+    average
+        ``robust`` (Huber) or ``median`` force of a stretch.
+
+    Raises
+    ------
+    FricError
+        When there is no steady stroke, or there are too few speeds for the parameters.
+    """
+    points = steady_points(logs, average=average, plant=plant)
+    axis, motion = logs[0].axis, logs[0].motion
+    method = (
+        f"eq. (2) by separable least squares; weights {weights}; average {average}; direction {direction}; "
+        + ("drive damping taken off; " if plant else "")
+        + "95 % intervals by profile likelihood"
+    )
+    speeds = {round(abs(p.velocity), 12) for p in points}
+    if np.ptp(np.abs([p.velocity for p in points])) <= 0.02 * max(speeds):
+        at_speed, warning = _one_speed(points, motion)
+        return StaticFit(axis, motion, tuple(points), None, None, at_speed, (warning,), method)
+
+    warnings = _unsettled(points, motion)
+    positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
+    if direction == "each":
+        if not (positive and backward):
+            raise FricError(
+                "only one direction was measured", mend="Log strokes in both directions, or use --direction both."
+            )
+        mirrored = [replace(p, velocity=-p.velocity, force=-p.force) for p in backward]
+        static = fit_map(positive, delta, weights, motion, with_offset=False)
+        negative = fit_map(mirrored, delta, weights, motion, with_offset=False)
+        warnings += [f"positive direction: {text}" for text in map_doubts(static, motion)]
+        warnings += [f"negative direction: {text}" for text in map_doubts(negative, motion)]
+        return StaticFit(axis, motion, tuple(points), static, negative, {}, tuple(warnings), method)
+    if not (positive and backward):
+        warnings.append(
+            "only one direction was measured: an offset of the force channel cannot be told from Coulomb friction, "
+            "and 0 is assumed. Log strokes in both directions."
+        )
+    elif plant is None and np.median([p.force for p in positive]) < np.median([p.force for p in backward]):
+        warnings.append(
+            "forward strokes took less force than backward ones: by these signs friction drives the axis, and this map "
+            "means nothing. Turn the force's `sign:` in the mapping and ingest again."
+        )
+    fit = fit_map(points, delta, weights, motion, with_offset=bool(positive and backward))
+    if plant is not None:
+        warnings += damping_doubt(fit, plant, motion)
+    return StaticFit(axis, motion, tuple(points), fit, None, {}, tuple(warnings + map_doubts(fit, motion)), method)
+
+
+def steady_points(logs: Sequence[Log], *, average: Average = "robust", plant: Plant | None = None) -> list[SpeedPoint]:
+    """Return one point for each steady stretch of the records, by velocity.
+
+    Raises
+    ------
+    FricError
+        When a record logged no force, or none holds a steady stroke.
+    """
+    stated = [log for log in logs if log.kind == "constant-velocity"]
+    points = [point for log in stated or logs for point in _points_of(log, average, plant)]
+    if not points:
+        kinds = ", ".join(sorted({log.kind for log in logs if log.kind}))
+        raise FricError(
+            "no stroke at constant velocity was found" + (f" (the records say that they are {kinds})" if kinds else ""),
+            where=logs[0].source,
+            mend="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
+        )
+    return sorted(points, key=lambda point: point.velocity)
+
+
+def _points_of(log: Log, method: Average, plant: Plant | None) -> list[SpeedPoint]:
+    force = log.require("force", "the friction map")
+    points = []
+    for stretch in steady_stretches(log):
+        mean = average(force[stretch.start : stretch.stop], method)
+        damping = plant.K_f * plant.A / plant.B * stretch.velocity if plant else 0.0
+        points.append(
+            SpeedPoint(
+                stretch.velocity,
+                mean.value - damping,
+                mean.standard_error,
+                stretch.stop - stretch.start,
+                log.name,
+                float(log.time[stretch.start]),
+                float(log.time[stretch.stop - 1]),
+                stretch.settled,
+            )
+        )
+    return points
+
+
+def _unsettled(points: Sequence[SpeedPoint], motion: Motion) -> list[str]:
+    speeds = dict.fromkeys(readable(p.velocity, si_unit("velocity", motion)) for p in points if not p.settled)
+    if not speeds:
+        return []
+    return [f"the force had not settled by half of the strokes at {', '.join(speeds)}: log longer strokes."]
+
+
+def _one_speed(points: Sequence[SpeedPoint], motion: Motion) -> tuple[dict[str, Estimate], str]:
+    sign = np.sign([p.velocity for p in points])
+    F, error = np.array([(p.force, p.standard_error) for p in points]).T * np.array([sign, np.ones_like(sign)])
+    speed = float(np.mean(np.abs([p.velocity for p in points])))
+    value = float(np.mean(F))
+    within = float(np.sqrt(np.sum(error**2))) / len(F)
+    across = float(np.std(F, ddof=1)) / sqrt(len(F)) if len(F) > 1 else 0.0
+    half = max(1.96 * within, float(student.ppf(0.975, len(F) - 1)) * across if len(F) > 1 else 0.0)
+    at_speed = {
+        "velocity": Estimate(speed, si_unit("velocity", motion)),
+        "force": Estimate(value, si_unit("force", motion), (value - half, value + half)),
+    }
+    told = readable(speed, si_unit("velocity", motion))
+    return at_speed, f"one speed alone was logged ({told}): the friction there is given, and no map."
