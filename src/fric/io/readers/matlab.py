@@ -55,12 +55,13 @@ class _Line:
 
     data: Any
     at: int
+    along: int = 1
 
     def __len__(self) -> int:
-        return int(self.data.shape[1])
+        return int(self.data.shape[self.along])
 
     def __getitem__(self, part: slice) -> Any:
-        return self.data[self.at, part]
+        return self.data[self.at, part] if self.along else self.data[part, self.at]
 
 
 def _tree(node: Any, file: h5py.File) -> Any:
@@ -80,7 +81,7 @@ def _tree(node: Any, file: h5py.File) -> Any:
     if node.size == 1:
         return float(node[()].item())
     if node.ndim == 2 and node.shape[1] == 1:
-        return node[:, 0]
+        return _Line(node, 0, along=0)
     return [_Line(node, n) for n in range(node.shape[0])] if node.ndim == 2 else None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import os
 import zlib
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -22,11 +23,11 @@ from fric.io.readers.sniff import Shape, is_number, shape_of, split
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-PIECE = 2 << 20
+THREADS = min(max((os.cpu_count() or 1) // 2, 1), 2)
+"""Pieces that are parsed at once; the other half of the cores compresses, takes digests and checks."""
+PIECE = (6 << 20) // THREADS
 """Bytes that are parsed at a time."""
-THREADS = 2
-"""Pieces that are parsed at once."""
-AHEAD = 4
+AHEAD = THREADS + 2
 """Pieces that may wait, parsed or not."""
 LOOK = 32_768
 """Bytes at the beginning that are looked at to find how the file is written."""
