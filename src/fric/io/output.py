@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-import tempfile
+import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fric.errors import FricError
@@ -39,20 +39,16 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
     """
     path = Path(path)
     refuse_existing(path, force=force)
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    except OSError as error:
-        raise _refused(path, error) from None
-    os.close(handle)
-    draft = Path(name)
-    try:
+    draft = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
+    try:  # from here on, so that an interrupt at any moment finds the name of what it must remove
+        draft.touch(exist_ok=False)
         yield draft
-        os.chmod(draft, 0o666 & ~_umask())
         os.replace(draft, path)
     except OSError as error:
         raise _refused(path, error) from None
     finally:
-        draft.unlink(missing_ok=True)
+        with suppress(OSError):  # the folder may not be looked into: then there is nothing in it
+            draft.unlink(missing_ok=True)
 
 
 def _refused(path: Path, error: OSError) -> FricError:
@@ -61,9 +57,3 @@ def _refused(path: Path, error: OSError) -> FricError:
         where=str(path),
         mend="Nothing was written. Make room or name a folder that you may write to.",
     )
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
