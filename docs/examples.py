@@ -58,6 +58,25 @@ def plain(text: str) -> str:
     return "\n".join(line.rstrip() for line in text.strip("\n").splitlines())
 
 
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def alike(printed: str, shown: str) -> bool:
+    """Tell whether two outputs have the same words, and numbers that differ in their last digits alone.
+
+    On another machine the last digit of a fit may round the other way; what the example says stays true.
+    """
+    if NUMBER.sub("#", " ".join(printed.split())) != NUMBER.sub("#", " ".join(shown.split())):
+        return False
+    pairs = zip(NUMBER.findall(printed), NUMBER.findall(shown), strict=True)
+    return all(abs(float(a) - float(b)) <= 0.02 * abs(float(b)) + 2 * _last_digit(b) for a, b in pairs)
+
+
+def _last_digit(number: str) -> float:
+    mantissa, _, exponent = number.partition("e")
+    return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+
+
 def is_make(command: str) -> bool:
     """Tell whether a command is one of the Makefile's, which no example runs."""
     return command.startswith("make ")
