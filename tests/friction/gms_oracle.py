@@ -1,4 +1,4 @@
-"""The GMS equations solved a second time, in plain Python: eqs. (3) and (4) by `solve_ivp` with its events."""
+"""The GMS equations solved a second time, in plain Python: stick and slip by `solve_ivp` with its events."""
 
 from __future__ import annotations
 
@@ -13,11 +13,14 @@ from fric.friction.gms import GMS
 Motion = Callable[[float], float]
 
 
-def force(model: GMS, z: Motion, v: Motion, turns: list[float], time: np.ndarray) -> np.ndarray:
+def force(
+    model: GMS, z: Motion, v: Motion, turns: list[float], time: np.ndarray, *, as_printed: bool = False
+) -> np.ndarray:
     """Return the force of a relaxed contact along a motion that turns at the given times.
 
     Each block is on its own, since the motion is given. From turn to turn it sticks, ``F = F_0 + k·(z - z_0)``, until
-    the event ``|F| = alpha·|s(v)|``, and then follows the differential equation of slip.
+    the event ``|F| = alpha·|s(v)|``, and then follows the differential equation of slip, with the load limited by
+    the way, or as eq. (4) is printed.
     """
     m = model.static
 
@@ -35,8 +38,9 @@ def force(model: GMS, z: Motion, v: Motion, turns: list[float], time: np.ndarray
             def reaches(t: float, F: np.ndarray, sign=sign, alpha=alpha) -> float:
                 return sign * F[0] - alpha * s(v(t))
 
-            def slip(t: float, F: np.ndarray, sign=sign, alpha=alpha) -> list[float]:
-                return [model.C * (sign * alpha - F[0] / s(v(t)))]
+            def slip(t: float, F: np.ndarray, sign=sign, alpha=alpha, k=k) -> list[float]:
+                rate = model.C * (alpha - sign * F[0] / s(v(t)))
+                return [sign * (rate if as_printed else min(rate, k * abs(v(t))))]
 
             reaches.terminal, reaches.direction = True, 1.0  # type: ignore[attr-defined]
             tight = {"rtol": 1e-10, "atol": 1e-10, "max_step": (end - start) / 200, "dense_output": True}

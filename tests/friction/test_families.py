@@ -165,3 +165,28 @@ def test_who_creeps_under_a_load_that_vibrates_below_break_away(model, creeps):
         assert means[40] - means[20] == pytest.approx(20 * late, rel=0.05)
     else:
         assert abs(late) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("model", "gives"),
+    [
+        (replace(LUGRE, sigma_1=5e4), True),
+        (LUGRE, False),
+        (replace(LUGRE, sigma_1=0.0), False),
+        (replace(LEUVEN, sigma_1=5e4), True),
+        (replace(LEUVEN, sigma_1=0.0), False),
+        (GMS(STATIC, *BLOCKS), False),
+        (GMS(STATIC, *BLOCKS, C=1e7), False),
+    ],
+    ids=["lugre, much sigma_1", "lugre", "lugre, none", "leuven, much sigma_1", "leuven, none", "gms", "gms, fast C"],
+)
+def test_who_gives_energy_back(model, gives):
+    """A cycle of 20 um at 10 um/s and 5 um in a run, there and back: the load of the slow part meets a low s(v)."""
+    speeds, ways = ((1e-5, 0.3) if model.name == "leuven" else (1e-5, 0.1)), (20e-6, 5e-6)
+    v = np.repeat(speeds, 2000)
+    dz = np.repeat(ways, 2000) / 2000
+    v, dz = np.tile(np.concatenate([v, -v]), 3), np.tile(np.concatenate([dz, -dz]), 3)
+    time, position = (np.append(0.0, np.cumsum(steps)) for steps in (dz / v, dz))
+    force = model.replay(time, position, np.append(v[0], v))
+    work = (force[1:] * dz)[-8000:].sum()
+    assert work < -2e-3 if gives else work > 4e-3

@@ -1,7 +1,7 @@
 """The closed loop once more, slow and plain, written apart from the kernel: the oracle of its tests.
 
 The controller is Python at its own rate; its observer is discretised by SciPy in state space. Between two changes of
-the voltage the plant and every slip block of eqs. (3) to (5) are one ordinary differential equation, solved by
+the voltage the plant and every slip block of the GMS model are one ordinary differential equation, solved by
 `solve_ivp` from event to event: the motion turns, or a block breaks away.
 """
 
@@ -42,7 +42,8 @@ class Body:
     def rate(self, _: float, y: np.ndarray, u: float) -> np.ndarray:
         v, F = y[1], y[2:]
         alpha, k = np.array(self.friction.alpha), np.array(self.friction.k)
-        slip = self.friction.C * (self.direction * alpha - F / self.level(v))
+        load = self.direction * F
+        slip = self.direction * np.minimum(self.friction.C * (alpha - load / self.level(v)), k * abs(v))
         total = F.sum() + self.friction.static.sigma * v + self.axis.load
         plant = self.axis.plant
         acceleration = plant.B * u - plant.A * v - total * plant.B / plant.K_f

@@ -33,9 +33,9 @@ def test_the_loop_agrees_with_a_plain_one_written_apart(scheme: str) -> None:
         ahead = friction_feedforward(IDEAL.believed.models["gms"], REVERSALS, IDEAL.plant.K_f, IDEAL.believed.gain)
     position, voltage = plain_loop(IDEAL, REVERSALS, ahead, observer=chosen.observer)
     assert np.abs(position - REVERSALS.position).max() > 1e-6
-    usual, fine = (run_axis(IDEAL, REVERSALS, chosen, substeps=n) for n in (SUBSTEPS, 40))
+    usual, fine = (run_axis(IDEAL, REVERSALS, chosen, substeps=n) for n in (SUBSTEPS, 80))
     assert np.abs(usual.position - position).max() < 5e-9
-    assert np.abs(fine.position - position).max() < 5e-11
+    assert np.abs(fine.position - position).max() < 1e-11
     assert np.abs(fine.input - voltage).max() < 2e-6
 
 

@@ -59,11 +59,13 @@ class Parameter:
     shares: bool = False
 
 
-Property = Literal["bounded", "pre-sliding", "non-local memory", "no creep", "frictional lag"]
+Property = Literal["bounded", "passive", "pre-sliding", "non-local memory", "no creep", "frictional lag"]
 """What a model may claim, and is then held to by the tests that all models share (tests/friction/test_properties.py).
 
 bounded
     Without its viscous part, the force is never above F_s, at any motion and any time step.
+passive
+    Whatever the motion, fast or slow, with waits, no more energy can be drawn from it than went in.
 pre-sliding
     From rest it gives way like a spring, and breaks away at F_s.
 non-local memory
@@ -73,7 +75,8 @@ no creep
 frictional lag
     In sliding, the force is higher while the speed rises than while it falls.
 
-All models, without claiming it, are odd, dissipate over closed cycles, settle on their steady state, and hold at rest.
+All models, without claiming it, are odd, dissipate over cycles of a few harmonics, settle on their steady state, and
+hold at rest.
 """
 
 

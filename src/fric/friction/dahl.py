@@ -82,7 +82,7 @@ class Dahl(FrictionModel):
         Parameter("n", "ratio", upper=5.0, doc="shape of the transition", typical=1.0, held=True),
         Parameter("sigma", "viscous", doc="viscous friction", typical=40.0),
     )
-    properties: ClassVar[frozenset[Property]] = frozenset({"bounded", "pre-sliding"})
+    properties: ClassVar[frozenset[Property]] = frozenset({"bounded", "passive", "pre-sliding"})
     step: ClassVar[Step] = _step
 
     def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import copysign
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 from numba import types
@@ -20,41 +20,82 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+class _Course(NamedTuple):
+    """A motion without reversal, over which speed and Stribeck level go linearly in time."""
+
+    way: float  # m
+    dt: float  # s
+    v_0: float  # m/s, without sign
+    v_1: float
+    s_0: float  # N
+    s_1: float
+
+
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
+_COURSE = types.NamedUniTuple(_FLOAT, len(_Course._fields), _Course)  # type: ignore[no-untyped-call]
 
 
-@compiled(types.void(_FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT, _ARRAY, _ARRAY), makes_arrays=False)
-def _advance(
-    dz: float,
-    direction: float,
-    dt: float,
-    s_0: float,
-    s_1: float,
-    state: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-) -> None:
-    """Advance all blocks by a motion without reversal, while the level goes linearly from s_0 to s_1."""
+@compiled(_COURSE(_COURSE, _FLOAT, _FLOAT), makes_arrays=False)
+def _part(course: _Course, x_0: float, x_1: float) -> _Course:
+    """Return the part of a course between two shares of its time."""
+    v_0, v_1 = (1.0 - x_0) * course.v_0 + x_0 * course.v_1, (1.0 - x_1) * course.v_0 + x_1 * course.v_1
+    s_0, s_1 = (1.0 - x_0) * course.s_0 + x_0 * course.s_1, (1.0 - x_1) * course.s_0 + x_1 * course.s_1
+    dt = (x_1 - x_0) * course.dt
+    return _Course(0.5 * (v_0 + v_1) * dt, dt, v_0, v_1, s_0, s_1)
+
+
+@compiled(_FLOAT(*[_FLOAT] * 6, _COURSE), makes_arrays=False)
+def _slipped(u: float, alpha: float, k: float, C: float, left: float, pull: float, course: _Course) -> float:
+    """Return the load u of a slipping block after a course, ``du/dt = min(C·(alpha - u/s), k·|v|)``.
+
+    ``left`` and ``pull`` are the relaxation over the whole course. Where one of the two rates becomes the smaller in
+    place of the other, the course is split.
+    """
+    relaxed, stretched = left * u + alpha * pull, u + k * course.way
+    load = min(relaxed, stretched)
+    excess_0 = C * (alpha * course.s_0 - u) - k * course.v_0 * course.s_0  # of relaxation over stretching, times s
+    reached = stretched if excess_0 > 0.0 else relaxed
+    excess_1 = C * (alpha * course.s_1 - reached) - k * course.v_1 * course.s_1
+    if (excess_0 > 0.0) != (excess_1 > 0.0):
+        x = excess_0 / (excess_0 - excess_1)
+        first, second = _part(course, 0.0, x), _part(course, x, 1.0)
+        if excess_0 > 0.0:
+            left, pull = relax(second.s_0, second.s_1, C, second.dt)
+            load = min(load, left * (u + k * first.way) + alpha * pull)
+        else:
+            left, pull = relax(first.s_0, first.s_1, C, first.dt)
+            load = min(load, left * u + alpha * pull + k * second.way)
+    return load
+
+
+@compiled(types.void(_FLOAT, _COURSE, _ARRAY, _ARRAY), makes_arrays=False)
+def _advance(direction: float, course: _Course, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> None:
+    """Advance all blocks by a course in a direction."""
     C, blocks = parameters[5], (parameters.size - 6) // 2
-    left, pull = relax(s_0, s_1, C, dt)
+    left, pull = relax(course.s_0, course.s_1, C, course.dt)
+    s_high, vs_low = max(course.s_0, course.s_1), min(course.v_0 * course.s_0, course.v_1 * course.s_1)
     for i in range(blocks):
         alpha, k = parameters[6 + i], parameters[6 + blocks + i]
         u = direction * state[2 + i]
+        stretched = u + k * course.way
         if state[2 + blocks + i] == direction:
-            u = left * u + alpha * pull
-        elif dz != 0.0:
-            stretched = u + k * abs(dz)
-            before, after = alpha * s_0 - u, alpha * s_1 - stretched
+            relaxed = left * u + alpha * pull
+            if C * (alpha * s_high - min(u, relaxed)) < k * vs_low:  # the usual case, for speed: it is never stretched
+                u = min(relaxed, stretched)
+            else:
+                u = _slipped(u, alpha, k, C, left, pull, course)
+        elif course.way > 0.0:
+            before, after = alpha * course.s_0 - u, alpha * course.s_1 - stretched
             if before > 0.0 and after > 0.0:
                 u = stretched
                 state[2 + blocks + i] = 0.0
             else:
-                if before > 0.0:  # it breaks away inside the step, where its load meets alpha·s
-                    x = before / (before - after)
-                    s_x = s_0 + x * (s_1 - s_0)
-                    left_x, pull_x = relax(s_x, s_1, C, (1.0 - x) * dt)
-                    u = alpha * (left_x * s_x + pull_x)
+                if before > 0.0:  # it breaks away inside the course, where its load meets alpha·s
+                    rest = _part(course, before / (before - after), 1.0)
+                    left_x, pull_x = relax(rest.s_0, rest.s_1, C, rest.dt)
+                    u = min(_slipped(alpha * rest.s_0, alpha, k, C, left_x, pull_x, rest), stretched)
                 else:
-                    u = left * u + alpha * pull
+                    u = _slipped(u, alpha, k, C, left, pull, course)
                 state[2 + blocks + i] = direction
         state[2 + i] = direction * u
 
@@ -67,10 +108,12 @@ def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters
     s_1 = stribeck_level(v, F_c, F_s, v_s, delta)
     overshoot, before = turn(v_0, v, dt)
     if before > 0.0:
-        _advance(overshoot, copysign(1.0, v_0), before, s_0, F_s, state, parameters)
-        dz, dt, s_0 = dz - overshoot, dt - before, F_s
+        until_turn = _Course(abs(overshoot), before, abs(v_0), 0.0, s_0, F_s)
+        _advance(copysign(1.0, v_0), until_turn, state, parameters)
+        dz, dt, v_0, s_0 = dz - overshoot, dt - before, 0.0, F_s
     if dz != 0.0 or v != 0.0:
-        _advance(dz, copysign(1.0, dz if dz != 0.0 else v), dt, s_0, s_1, state, parameters)
+        course = _Course(abs(dz), dt, abs(v_0), abs(v), s_0, s_1)
+        _advance(copysign(1.0, dz if dz != 0.0 else v), course, state, parameters)
     state[0], state[1] = v, s_1
     force = sigma * v
     for i in range(blocks):
@@ -82,23 +125,30 @@ def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters
 
 @dataclass(frozen=True)
 class GMS(OnBlocks):
-    """The generalized Maxwell-slip model: N blocks on springs, dragged side by side, eqs. (3) to (5).
+    """The generalized Maxwell-slip model: N blocks on springs, dragged side by side, eqs. (3) to (5) with one limit.
 
-    ===== ============================================== =========================================
-    stick ``dF_i/dt = k_i·v``                            until ``F_i`` reaches ``alpha_i·s(v)``
-    slip  ``dF_i/dt = C·(alpha_i·sign(v) - F_i/|s(v)|)`` until the motion turns or stops
-    ===== ============================================== =========================================
+    ===== =============================================================== =========================================
+    stick ``dF_i/dt = k_i·v``                                             until ``F_i`` reaches ``alpha_i·s(v)``
+    slip  ``du_i/dt = min{C·(alpha_i - u_i/|s(v)|), k_i·|v|}``            until the motion turns or stops
+    ===== =============================================================== =========================================
 
-    and ``F = Σ F_i + sigma·v``, where s(v) is the Stribeck curve of eq. (2) with the sign of v.
+    and ``F = Σ F_i + sigma·v``, where s(v) is the Stribeck curve of eq. (2) with the sign of v, and u_i the load of a
+    block in the direction of motion, ``F_i·sign(v)``.
+
+    The limit ``k_i·|v|`` is ours: a block that slips never loads faster than its spring is stretched. Eq. (4) as
+    printed has ``C·(alpha_i - u_i/|s(v)|)`` alone. Where s(v) rises while the motion all but stops, that loads springs
+    by time, without work from outside, and a fast cycle with waits at its ends gives energy back. With the limit the
+    model is passive. Of the springs' energy ``E = Σ F_i²/(2·k_i)`` there is at any time
+
+    ``F·v - dE/dt = Σ u_i·(|v| - (du_i/dt)/k_i) + sigma·v² ≥ 0``
+
+    since the bracket is 0 in stick, and in slip both it and u_i are at least 0. A step holds this exactly, for any
+    increments and velocities: ``u·|dz| ≥ u·(u - u_0)/k ≥ (u² - u_0²)/(2·k)`` with u the load at its end.
 
     The springs are driven by position increments, and the sign of an increment is the direction of motion; the
     velocity enters s(v), the viscous part, and where inside a step the motion turns. So an encoder that flickers by
-    one count makes a small elastic excursion, and the force does not drift. A step in which the motion turns or a
-    block breaks away is split there; slip is integrated to second order in the step (see `relax`).
-
-    Eq. (4) is taken as printed. Where s(v) rises while the motion all but stops, it lets a slipping block load its
-    spring by time alone: a cycle of about the length of a slip displacement, fast there and back with a wait of many
-    lags s/C at the ends, can give energy back. At a constant level, and on slow cycles, the model is passive.
+    one count makes a small elastic excursion, and the force does not drift. A step is split where the motion turns,
+    where a block breaks away, and where the limit sets in or ends; slip is integrated to second order in the step.
 
     Parameters
     ----------
@@ -125,7 +175,7 @@ class GMS(OnBlocks):
         Parameter("C", "force rate", doc="attraction parameter", typical=1e4),
     )
     properties: ClassVar[frozenset[Property]] = frozenset(
-        {"bounded", "pre-sliding", "non-local memory", "no creep", "frictional lag"}
+        {"bounded", "passive", "pre-sliding", "non-local memory", "no creep", "frictional lag"}
     )
     step: ClassVar[Step] = _step
 

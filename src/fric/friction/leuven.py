@@ -108,6 +108,7 @@ class Leuven(OnBlocks):
     F_h has non-local memory in z exactly, and in x as far as z follows x: below break-away the two part by the share
     ``|r|^n``, so that minor loops close, and a vibrating load does not creep, the better the larger n is and the
     further the load is from break-away. The level is taken at the end of the step: first order in its change.
+    Only without sigma_1 is it passive, as LuGre.
 
     Parameters
     ----------

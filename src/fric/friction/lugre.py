@@ -45,7 +45,9 @@ class LuGre(OnStaticMap):
     100 mm/s, where one step of 0.1 ms is eight relaxation lengths, is as safe and as cheap as a soft one.
 
     What it lacks: it has one state only, so a minor loop does not close and a branch remembers nothing but its start;
-    and under a load that vibrates below break-away it creeps.
+    and under a load that vibrates below break-away it creeps. Only without sigma_1 is it passive: with
+    much of it, a load that stands above a level that has fallen makes the damping push along the motion (Barabanov and
+    Ortega, IEEE TAC 45, 2000).
 
     Parameters
     ----------

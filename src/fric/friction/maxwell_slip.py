@@ -73,7 +73,9 @@ class MaxwellSlip(FrictionModel):
         Parameter("k", "stiffness", doc="stiffness of the block", per_block=True, typical=(1e8, 2e6, 2e5)),
         Parameter("sigma", "viscous", doc="viscous friction", typical=40.0),
     )
-    properties: ClassVar[frozenset[Property]] = frozenset({"bounded", "pre-sliding", "non-local memory", "no creep"})
+    properties: ClassVar[frozenset[Property]] = frozenset(
+        {"bounded", "passive", "pre-sliding", "non-local memory", "no creep"}
+    )
     step: ClassVar[Step] = _step
 
     def __post_init__(self) -> None:

@@ -82,7 +82,7 @@ class Rolling(GMS):
         Parameter("pitch", "position", doc="period along the stroke", per_block=True, typical=()),
         Parameter("phase", "angle", lower=float("-inf"), doc="phase where the run begins", per_block=True, typical=()),
     )
-    properties: ClassVar[frozenset[Property]] = frozenset({"pre-sliding", "no creep", "frictional lag"})
+    properties: ClassVar[frozenset[Property]] = frozenset({"passive", "pre-sliding", "no creep", "frictional lag"})
     step: ClassVar[Step] = _step
     identified: ClassVar[bool] = False
 

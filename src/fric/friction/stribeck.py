@@ -70,7 +70,7 @@ class StaticMap(FrictionModel):
         Parameter("delta", "ratio", lower=0.1, upper=4.0, doc="Stribeck shape factor", typical=1.0, held=True),
         Parameter("sigma", "viscous", doc="viscous friction", typical=40.0),
     )
-    properties: ClassVar[frozenset[Property]] = frozenset({"bounded"})
+    properties: ClassVar[frozenset[Property]] = frozenset({"bounded", "passive"})
     step: ClassVar[Step] = _step
 
     def level(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
