@@ -85,6 +85,20 @@ def test_limits_that_the_data_do_not_set_are_infinite():
     assert profile_interval(problem, problem.solve(), "F_s", 1.0, 10.0)[1] == np.inf
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_without_a_stribeck_effect_v_s_is_open_to_both_sides(seed):
+    v = both_directions(np.array([10.0, 14.0, 20.0, 25.0, 30.0]) * 1e-3)
+    F = StaticMap(105, 105, 1e-3, 1.0, 3500).steady_state(v) + 0.07 * np.random.default_rng(seed).standard_normal(
+        len(v)
+    )
+    problem = _problem(v, F, offset=True)
+    best = problem.solve()
+    variance = np.diag(problem.covariance(best))
+    assert best.theta["F_s"] == best.theta["F_c"]
+    assert np.all(variance >= 0)
+    assert profile_interval(problem, best, "v_s", 1.0, np.sqrt(variance[problem.free.index("v_s")])) == (0.0, np.inf)
+
+
 def test_excess_variance_recovers_the_scatter_between_strokes():
     rng = np.random.default_rng(4)
     own = rng.uniform(0.1, 2.0, 4000)

@@ -27,6 +27,9 @@ MOST_BLOCKS = 6
 REPEATABLE = 0.005
 """Friction repeats along a drive to half a per cent at best: a block must change the curve by more than that."""
 
+LEAST_SHARE = 1e-5
+"""Share of the friction that a block bears at least; less is no more than a step of a 16-bit force channel."""
+
 
 @dataclass(frozen=True)
 class Blocks:
@@ -124,7 +127,7 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
     if not sliding:
         left = curve.level - float(k[:-1] @ d)
         d = np.append(d, max(left / k[-1], reach) if k[-1] > 0 else reach)
-    keep = k > 1e-9 * k.max()
+    keep = k * d > LEAST_SHARE * float(k @ d)
     return Blocks(k[keep], d[keep])
 
 
