@@ -6,7 +6,8 @@ For given v_s and delta eq. (2) is linear in the rest,
 
 so the sum of squares is minimised over F_c, F_s, sigma and offset in closed form (non-negative least squares), and
 only log v_s, and delta where it is free, are searched (variable projection; Golub and Pereyra 1973). That search is
-global, by NLopt's DIRECT-L, because the projected sum can have more than one minimum; a simplex polishes it.
+global, by NLopt's DIRECT-L, because the projected sum can have more than one minimum; Brent's method polishes it in one
+parameter, a simplex in two.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import nlopt
 import numpy as np
-from scipy.optimize import nnls
+from scipy.optimize import minimize_scalar, nnls
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -115,7 +116,7 @@ class StribeckProblem:
         else:
             near = {"v_s": np.log(start.theta["v_s"]), "delta": start.theta["delta"]}
             x = np.clip([near[row[0]] for row in searched], lower, upper)
-        return self._project(held, *shape(_simplex(cost, x, lower, upper, near=start is not None)))
+        return self._project(held, *shape(_polished(cost, x, lower, upper, near=start is not None)))
 
     def _project(self, held: Mapping[str, float], v_s: float, delta: float) -> Solution:
         """Minimise over the linear parameters at given v_s and delta, with F_s ≥ F_c ≥ 0 and sigma ≥ 0."""
@@ -219,18 +220,30 @@ def _direct(cost: Cost, lower: NDArray[np.float64], upper: NDArray[np.float64]) 
     return np.asarray(optimiser.optimize((lower + upper) / 2))
 
 
-def _simplex(
+def _polished(
     cost: Cost, start: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], *, near: bool
 ) -> NDArray[np.float64]:
-    """Polish a minimum by NLopt's Subplex (Rowan 1990); a start that is near takes smaller steps.
+    """Polish a minimum; a start that is near takes smaller steps.
 
+    One coordinate is bracketed and followed by parabolas (Brent 1973), two are polished by NLopt's Subplex (Rowan 1990).
     The sum of squares is quadratic about its minimum: 1e-5 of log v_s is 1e-10 of the sum.
     """
+    start, step = np.clip(start, lower, upper), (0.01 if near else 0.05) * (upper - lower)
+    if len(start) == 1:
+        away = step if start[0] + step[0] <= upper[0] else -step
+        tolerance = (1e-5 if near else 1e-8) / max(float(np.abs(start[0])), 1.0)
+        found = minimize_scalar(
+            lambda x: cost(np.clip(np.array([x]), lower, upper)),
+            bracket=(float(start[0]), float(start[0] + away[0])),
+            method="brent",
+            options={"xtol": tolerance},
+        )
+        return np.clip(np.array([found.x]), lower, upper)
     optimiser = nlopt.opt(nlopt.LN_SBPLX, len(lower))
     optimiser.set_lower_bounds(lower)
     optimiser.set_upper_bounds(upper)
     optimiser.set_min_objective(lambda x, gradient: cost(x))
-    optimiser.set_initial_step((0.01 if near else 0.05) * (upper - lower))
+    optimiser.set_initial_step(step)
     optimiser.set_xtol_abs(1e-5 if near else 1e-9)
     optimiser.set_maxeval(2000)
-    return np.asarray(optimiser.optimize(np.clip(start, lower, upper)))
+    return np.asarray(optimiser.optimize(start))
