@@ -14,7 +14,7 @@ from fric.estimate import Estimate, Interval
 from fric.friction import models
 from fric.identify.replay.coordinates import Coordinates
 from fric.identify.replay.replay_intervals import correlated, covariance_of, edges, limits, order
-from fric.identify.replay.replay_search import Search
+from fric.identify.replay.replay_search import Point, Search
 from fric.identify.replay.replayed import Replayed, search_ranges
 from fric.units import Motion, si_unit
 
@@ -114,11 +114,11 @@ def identify_by_replay(
     if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
         raise FricError("there are too few samples to compare", where=records[0].log.where)
     search = Search(coordinates, records)
-    x = search.fine(search.coarse(seed) if start is None else _coordinates_of(coordinates, start))
+    best = search.at(search.fine(search.coarse(seed) if start is None else _coordinates_of(coordinates, start)))
     warnings: list[str] = []
     assumed: set[tuple[str, str]] = set()
     while flat := [
-        c for c, seen in zip(search.coordinates.free, search.seen(x), strict=True) if c.block is None and not seen
+        c for c, seen in zip(search.coordinates.free, search.seen(best), strict=True) if c.block is None and not seen
     ]:
         c, p = flat[-1], flat[-1].parameter
         n = search.coordinates.free.index(c)
@@ -130,10 +130,10 @@ def identify_by_replay(
             value = float(np.sqrt(low * high)) if c.scale == "log" else low
         left = left or f"{value:.3g} {si_unit(p.dimension, records[0].log.motion)}"
         search = Search(search.coordinates.without(n, value), records)
-        x = search.fine(np.delete(x, n))
+        best = search.at(search.fine(np.delete(best.x, n)))
         assumed.add((c.section, p.name))
         warnings.append(f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}")
-    return _told(search, x, warnings, assumed, static)
+    return _told(search, best, warnings, assumed, static)
 
 
 def _known(name: str) -> type[FrictionModel]:
@@ -184,7 +184,7 @@ def _coordinates_of(coordinates: Coordinates, model: FrictionModel) -> NDArray[n
 
 def _told(
     search: Search,
-    x: NDArray[np.float64],
+    best: Point,
     warnings: list[str],
     assumed: set[tuple[str, str]],
     static: Mapping[str, Estimate] | None,
@@ -192,11 +192,11 @@ def _told(
     """Return the fit with intervals, and what the records cannot tell."""
     coordinates, records = search.coordinates, tuple(search.records)
     motion = records[0].log.motion
-    residual, seen = search.residual(x), search.seen(x)
+    x, residual, seen = best.x, best.residual, search.seen(best)
     covariance = np.full((len(x), len(x)), np.nan)
     if seen.any():
         lengths = [int(record.used.sum()) for record in records]
-        covariance[np.ix_(seen, seen)] = covariance_of(search.gradient(x)[:, seen], residual, lengths)
+        covariance[np.ix_(seen, seen)] = covariance_of(best.gradient[:, seen], residual, lengths)
     reach = float(stats.t.ppf(0.975, max(len(residual) - len(x), 1)))
     values, within = coordinates.values(x), limits(coordinates, x, covariance, seen, reach)
     blocks = order(coordinates, values)

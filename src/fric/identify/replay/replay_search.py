@@ -28,6 +28,25 @@ STEP = 1e-5
 
 
 @dataclass(frozen=True)
+class Point:
+    """Where a search stands.
+
+    Parameters
+    ----------
+    x
+        Coordinates, shape (p,).
+    residual
+        What is left of the force there [N], shape (n,).
+    gradient
+        The derivatives of the residual, shape (n, p).
+    """
+
+    x: NDArray[np.float64]
+    residual: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class Search:
     """A model's coordinates and the records that it is fitted to.
 
@@ -67,12 +86,16 @@ class Search:
                 columns.append((self.residual(after) - self.residual(before)) / (after[n] - before[n]))
         return np.column_stack(columns)
 
-    def seen(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def at(self, x: NDArray[np.float64]) -> Point:
+        """Return what is known at a point, shape (p,)."""
+        return Point(x, self.residual(x), self.gradient(x))
+
+    def seen(self, point: Point) -> NDArray[np.bool_]:
         """Return which coordinates change the residual, over their whole range, by more than its standard error."""
-        residual = self.residual(x)
         force = np.linalg.norm(np.concatenate([record.force[record.used] for record in self.records]))
-        effect = np.linalg.norm(self.gradient(x), axis=0) * (self.coordinates.upper - self.coordinates.lower)
-        return np.asarray(effect > max(float(np.linalg.norm(residual)) / np.sqrt(len(residual)), 1e-9 * float(force)))
+        effect = np.linalg.norm(point.gradient, axis=0) * (self.coordinates.upper - self.coordinates.lower)
+        error = float(np.linalg.norm(point.residual)) / np.sqrt(len(point.residual))
+        return np.asarray(effect > max(error, 1e-9 * float(force)))
 
     def fine(self, x: NDArray[np.float64], most: int = 60, *, both: bool = True) -> NDArray[np.float64]:
         """Return the least-squares point next to x, within the bounds, in at most so many steps; see `gradient`."""
