@@ -225,7 +225,7 @@ def _polished(
 ) -> NDArray[np.float64]:
     """Polish a minimum; a start that is near takes smaller steps.
 
-    One coordinate is bracketed and followed by parabolas (Brent 1973), two are polished by NLopt's Subplex (Rowan 1990).
+    One coordinate is bracketed and followed by parabolas (Brent 1973), two by NLopt's Subplex (Rowan 1990).
     The sum of squares is quadratic about its minimum: 1e-5 of log v_s is 1e-10 of the sum.
     """
     start, step = np.clip(start, lower, upper), (0.01 if near else 0.05) * (upper - lower)
