@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
 from scipy.optimize import least_squares, nnls
+from scipy.special import stdtrit
 
 from fric.friction.gms import GMS
 from fric.identify.loops.gms_parameters import Parametrisation
@@ -138,7 +138,7 @@ class Refined:
         if len(self.misfit) < 2:
             return limits
         moved = np.array([shape.quantities(x) for x in self.misfit]) - value
-        reach = stats.t.ppf(0.975, len(moved) - 1) * np.sqrt(np.sum(moved**2, axis=0))
+        reach = stdtrit(len(moved) - 1, 0.975) * np.sqrt(np.sum(moved**2, axis=0))
         reach = np.maximum(reach, 0.5 * (limits[:, 1] - limits[:, 0]))
         return np.stack([value - reach, value + reach], axis=1)
 
@@ -165,7 +165,7 @@ def jackknife(value: NDArray[np.float64], left_out: NDArray[np.float64]) -> NDAr
     if count < 2:
         return np.full((len(value), 2), np.nan)
     error = np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))
-    reach = stats.t.ppf(0.975, count - 1) * error
+    reach = stdtrit(count - 1, 0.975) * error
     return np.stack([value - reach, value + reach], axis=1)
 
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from fric.identify.loops.loops import Loops
 
@@ -162,7 +162,7 @@ def _spliced(parts: list[tuple[str, NDArray[np.float64], NDArray[np.float64], fl
     count = np.isfinite(table).sum(axis=0)
     force = np.nanmean(table, axis=0)
     scatter = np.sqrt(np.nansum((table - force) ** 2, axis=0) / np.maximum(count - 1, 1))
-    band = np.where(count > 1, stats.t.ppf(0.975, np.maximum(count - 1, 1)) * scatter / np.sqrt(count), np.nan)
+    band = np.where(count > 1, stdtrit(np.maximum(count - 1, 1), 0.975) * scatter / np.sqrt(count), np.nan)
     relative = _least_slope(displacement, force) * displacement[-1] / force[-1]
     ends = tuple((name, float(place[-1])) for name, place, _, _ in parts if len(place))
     return VirginCurve(displacement, force, band, table, ends, parts[-1][3], mismatch, float(relative))

@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.identify.replay.near_reversals import near_reversals, presliding_length
@@ -229,4 +229,4 @@ def _lead(records: Sequence[Replayed], best: Score, other: Score) -> tuple[float
     if pieces < 2:
         return mean, float("inf")
     error = float(np.sqrt(np.sum((total - mean * n) ** 2) * pieces / (pieces - 1))) / float(n.sum())
-    return mean, float(stats.t.ppf(0.975, pieces - 1)) * error
+    return mean, float(stdtrit(pieces - 1, 0.975)) * error

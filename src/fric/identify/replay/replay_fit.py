@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Estimate, Interval
@@ -197,7 +197,7 @@ def _told(
     if seen.any():
         lengths = [int(record.used.sum()) for record in records]
         covariance[np.ix_(seen, seen)] = covariance_of(best.gradient[:, seen], residual, lengths)
-    reach = float(stats.t.ppf(0.975, max(len(residual) - len(x), 1)))
+    reach = float(stdtrit(max(len(residual) - len(x), 1), 0.975))
     values, within = coordinates.values(x), limits(coordinates, x, covariance, seen, reach)
     blocks = order(coordinates, values)
     estimates: dict[str, dict[str, Estimate]] = {}

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
-from scipy.special import expit
+from scipy.special import chdtrc, expit
 
 from fric.identify.dynamics.covariance import hac_covariance
 from fric.identify.replay.replay_search import STEP
@@ -42,7 +41,7 @@ def covariance_of(
         lags = min(LAGS, len(part) // 4)
         rho = [float(part[lag:] @ part[:-lag]) / max(float(part @ part), 1e-300) for lag in range(1, lags + 1)]
         statistic += len(part) * (len(part) + 2) * sum(r * r / (len(part) - k) for k, r in enumerate(rho, start=1))
-    if stats.chi2.sf(statistic, LAGS * len(lengths)) < 0.01:
+    if chdtrc(LAGS * len(lengths), statistic) < 0.01:
         return hac_covariance(gradient, residual, lengths)
     back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
     return np.asarray(back @ back.T * float(residual @ residual) / (n - p))

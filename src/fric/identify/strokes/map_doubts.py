@@ -6,7 +6,7 @@ from math import isinf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from fric.estimate import Interval
 from fric.units import Motion, readable, si_unit
@@ -42,7 +42,7 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
         doubts.append(f"left out, because they stand off all others: the strokes at {strokes}. Look at their records.")
     doubts += _correlations(fit)
     own_scatter = float(np.sum(fit.residual**2 / (problem.standard_error**2 - fit.between**2)))
-    if fit.between and chi2.sf(own_scatter, problem.degrees_of_freedom) < 0.01:
+    if fit.between and chdtrc(problem.degrees_of_freedom, own_scatter) < 0.01:
         spread = readable(fit.between, si_unit("force", motion), 2)
         doubts.append(f"strokes scatter by {spread} beyond their own noise; weights and intervals allow for it.")
     visible = fit.rmse > 1e-6 * float(np.abs(problem.F).max())

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -114,7 +114,7 @@ class MapFit:
         force = np.sign(v) * self.static_map.level(v) + theta["sigma"] * v + theta["offset"]
         J = self.problem.jacobian(theta, v)
         variance = np.einsum("ij,jk,ik->i", J, self.covariance, J)
-        return force, student.ppf(0.975, self.problem.degrees_of_freedom) * np.sqrt(np.maximum(variance, 0.0))
+        return force, stdtrit(self.problem.degrees_of_freedom, 0.975) * np.sqrt(np.maximum(variance, 0.0))
 
 
 def fit_map(

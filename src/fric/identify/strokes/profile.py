@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from fric.identify.strokes.stribeck_fit import DELTA_RANGE, Solution, StribeckProblem
 
@@ -31,7 +31,7 @@ def profile_interval(
     level
         Confidence level.
     """
-    target = float(student.ppf(0.5 + level / 2, problem.degrees_of_freedom)) ** 2 * scale
+    target = float(stdtrit(problem.degrees_of_freedom, 0.5 + level / 2)) ** 2 * scale
     best_value = best.theta[name]
     force = 10.0 * float(np.abs(problem.F).max())
     walls = {

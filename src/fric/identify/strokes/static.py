@@ -8,7 +8,7 @@ from math import sqrt
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -188,7 +188,7 @@ def _one_speed(points: Sequence[SpeedPoint], motion: Motion) -> tuple[dict[str, 
     value = float(np.mean(F))
     within = float(np.sqrt(np.sum(error**2))) / len(F)
     across = float(np.std(F, ddof=1)) / sqrt(len(F)) if len(F) > 1 else 0.0
-    half = max(1.96 * within, float(student.ppf(0.975, len(F) - 1)) * across if len(F) > 1 else 0.0)
+    half = max(1.96 * within, float(stdtrit(len(F) - 1, 0.975)) * across if len(F) > 1 else 0.0)
     at_speed = {
         "velocity": Estimate(speed, si_unit("velocity", motion)),
         "force": Estimate(value, si_unit("force", motion), (value - half, value + half)),
