@@ -7,8 +7,14 @@ static void relax(double s_0, double s_1, double C, double dt, double *left, dou
     *left = 1.0;
     *pull = 0.0;
     if (x > 0.0) {
-        double gone = -expm1(-x), mean = gone / x;
-        *left = 1.0 - gone;
+        double mean;
+        if (x < 0.01) {
+            mean = 1.0 + x * (-1.0 / 2.0 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x * (1.0 / 120.0 - x * (1.0 / 720.0)))));
+            *left = 1.0 - x * mean;
+        } else {
+            *left = exp(-x);
+            mean = (1.0 - *left) / x;
+        }
         *pull = (mean - *left) * s_0 + (1.0 - mean) * s_1;
     }
 }
@@ -87,7 +93,10 @@ static double step(double dz, double v, double dt, double *state, const double *
 {
     double F_c = parameters[0], F_s = parameters[1], v_s = parameters[2], delta = parameters[3], sigma = parameters[4];
     double v_0 = state[0], s_0 = state[1];
-    double s_1 = F_c + (F_s - F_c) * exp(-pow(fabs(v / v_s), delta));
+    double x = fabs(v / v_s);
+    if (delta != 1.0)
+        x = pow(x, delta);
+    double s_1 = x < 40.0 ? F_c + (F_s - F_c) * exp(-x) : F_c;
     if (v_0 * v < 0.0) {
         double before = v_0 / (v_0 - v) * dt, overshoot = 0.5 * v_0 * (v_0 / (v_0 - v)) * dt;
         Course until_turn = {fabs(overshoot), before, fabs(v_0), 0.0, s_0, F_s};

@@ -1,5 +1,8 @@
-/* The loop of fric/kernels/loop.py, line by line in C, with the GMS step of gms.c: the baseline of benchmarks/loop.py. */
+/* The loop of fric/kernels/loop.py and plant.py, line by line in C, with the GMS step of gms.c: the baseline of
+   benchmarks/loop.py. */
 #include "gms.c"
+
+enum { ORDERS = 6, DEPTH = 16, WORK = 400, ROOM = 64 };
 
 typedef struct { double A, B, M, load, delay; } Plant;
 typedef struct { double K_v, K_p, K_i, pole, T_s, limit, resolution; } Control;
@@ -13,24 +16,86 @@ static double filtered(const double *b, const double *a, double *memory, long or
     return y;
 }
 
+typedef struct { double z, v, F; } Instant;
+
+static double extrapolated(const double *results, long stride, const double *weights, int k)
+{
+    double last = results[k * stride], change = 0.0;
+    for (int j = 0; j < k; j++)
+        change += weights[k * ORDERS + j] * (results[j * stride] - last);
+    return last + change;
+}
+
+static Instant half_explicit(double *state, const double *parameters, int blocks, const Plant *plant, Instant start,
+                             double driven, double h, double reach)
+{
+    double free_v = start.v + reach * (driven - plant->A * start.v), ahead = free_v - reach * start.F / plant->M;
+    double dz = 0.5 * h * (start.v + ahead), F = step(dz, ahead, h, state, parameters, blocks);
+    return (Instant){start.z + dz, free_v - 0.5 * reach * (start.F + F) / plant->M, F};
+}
+
+static Instant advance_plant(double *state, const double *parameters, int blocks, const Plant *plant, Instant now,
+                             double driven, double length, const double *reach, const double *weights,
+                             double tolerance, long lasting_inputs, long *depth)
+{
+    static double ends[ORDERS][3], states[ORDERS][ROOM];
+    double lasting = lasting_inputs * length / plant->M;
+    long at = 0, whole = 1L << DEPTH, work = 0, size = 2 + 2 * blocks;
+    while (at < whole) {
+        double h = length / (1L << *depth), apart = INFINITY;
+        Instant best = now, last = now;
+        int k;
+        for (k = 0; k < ORDERS; k++) {
+            last = now;
+            for (long i = 0; i < size; i++)
+                states[k][i] = state[i];
+            for (int part = 0; part <= k; part++)
+                last = half_explicit(states[k], parameters, blocks, plant, last, driven, h / (k + 1),
+                                     reach[*depth * ORDERS + k]);
+            ends[k][0] = last.z, ends[k][1] = last.v, ends[k][2] = last.F;
+            Instant end = {extrapolated(&ends[0][0], 3, weights, k), extrapolated(&ends[0][1], 3, weights, k),
+                           extrapolated(&ends[0][2], 3, weights, k)};
+            double before = apart;
+            if (k > 0)
+                apart = fmax(fabs(end.v - best.v), lasting * fabs(end.F - best.F));
+            best = end;
+            work += k + 1;
+            if (apart <= tolerance || (k > 1 && apart > 0.25 * before))
+                break;
+        }
+        if (k == ORDERS)
+            k--;
+        int smooth = apart <= tolerance;
+        if (!smooth && *depth < DEPTH && work < WORK) {
+            ++*depth;
+            continue;
+        }
+        now = smooth ? best : last;
+        for (long i = 0; i < size; i++) {
+            int steady = smooth && fabs(states[k][i] - states[k - 1][i]) < 0.5 * fabs(states[k][i]);
+            state[i] = steady ? extrapolated(&states[0][i], ROOM, weights, k) : states[k][i];
+        }
+        at += whole >> *depth;
+        int easy = (smooth && k < 3) || (work >= WORK && *depth > 3);
+        if (easy && *depth > 0 && at % (whole >> (*depth - 1)) == 0)
+            --*depth;
+    }
+    return now;
+}
+
 long closed_loop(double *state, const double *parameters, int blocks, const Plant *plant, const Control *control,
                  long order, const double *position_b, const double *position_a, const double *voltage_b,
                  const double *voltage_a, long n_samples, const double *r, const double *r_dot, const double *model,
-                 const double *ahead, long substeps, double *position, double *measured_out, double *velocity,
+                 const double *ahead, long late, const double *lengths, const double *reach, const double *weights,
+                 double tolerance, long lasting, double *position, double *measured_out, double *velocity,
                  double *input, double *friction, double *disturbance)
 {
-    long whole = (long)(plant->delay / control->T_s + 1e-9);
-    double share = fmax(plant->delay / control->T_s - whole, 0.0);
-    long before = share < 1e-9 ? 0 : fmax(1, (long)(substeps * share + 0.5));
-    long after = fmax(1, substeps - before);
-    double lengths[2] = {share * control->T_s / fmax(before, 1), (1.0 - share) * control->T_s / after};
-    long counts[2] = {before, after};
     double z = r[0], origin = z, seen = z;
     if (control->resolution > 0.0)
         seen = rint(z / control->resolution) * control->resolution;
-    double v = 0.0, a = 0.0, h_before = 0.0, F = 0.0, filtered_v = 0.0, integral = 0.0;
+    double v = 0.0, F = step(0.0, 0.0, 0.0, state, parameters, blocks), filtered_v = 0.0, integral = 0.0;
     double position_memory[8] = {0}, voltage_memory[8] = {0};
-    long saturated = 0;
+    long saturated = 0, depth = 0;
     for (long n = 0; n < n_samples; n++) {
         double measured = z;
         if (control->resolution > 0.0)
@@ -54,22 +119,15 @@ long closed_loop(double *state, const double *parameters, int blocks, const Plan
             filtered(voltage_b, voltage_a, voltage_memory, order, u - ahead[n]);
         position[n] = z, measured_out[n] = measured, velocity[n] = v;
         input[n] = u, friction[n] = F, disturbance[n] = estimate;
-        for (int part = 0; part < 2; part++) {
-            long sample = n - whole - 1 + part;
-            double driven = (sample >= 0 ? plant->B * input[sample] : 0.0) - plant->load / plant->M;
-            double h = lengths[part], decay = exp(-plant->A * h);
-            double reach = plant->A > 0.0 ? -expm1(-plant->A * h) / plant->A : h;
-            for (long i = 0; i < counts[part]; i++) {
-                double half = 0.5 * h, free_v = decay * v + reach * driven;
-                z += half * v;
-                F = step((0.5 * h_before + half) * v, v + half * a, 0.5 * h_before + half, state, parameters, blocks);
-                double moved = free_v - reach * F / plant->M;
-                a = (moved - v) / h;
-                v = moved;
-                z += half * v;
-                h_before = h;
+        for (int part = 0; part < 2; part++)
+            if (lengths[part] > 0.0) {
+                long sample = n - late - 1 + part;
+                double driven = (sample >= 0 ? plant->B * input[sample] : 0.0) - plant->load / plant->M;
+                Instant now = advance_plant(state, parameters, blocks, plant, (Instant){0.0, v, F}, driven,
+                                            lengths[part], reach + part * (DEPTH + 1) * ORDERS, weights, tolerance,
+                                            lasting, &depth);
+                z += now.z, v = now.v, F = now.F;
             }
-        }
     }
     return saturated;
 }

@@ -10,7 +10,8 @@ from fric.compensation.q_filter import Q_FILTERS, QFilter
 from fric.design.loop import SampledLoop
 from fric.drive.cascade import Cascade
 from fric.drive.sensing import low_pass_pole
-from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, PlantConstants, Traces, closed_loop
+from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, Traces, closed_loop
+from fric.kernels.plant import PlantConstants
 from fric.kernels.signatures import compiled_step
 from tests.design.plants import CASCADE_X, X
 
@@ -29,7 +30,6 @@ def run(
     cascade: Cascade = CASCADE_X,
     load: float = 0.0,
     friction: np.ndarray | None = None,
-    substeps: int = 20,
 ) -> tuple[Traces, int]:
     """Run the x axis without friction. A load [N] acts on its mass of 121 kg."""
     filters = [np.zeros(0)] * 4
@@ -48,7 +48,6 @@ def run(
         ),
         ObserverFilters(*filters),
         Commands(position, zero, zero if excitation is None else excitation, zero if friction is None else friction),
-        substeps,
     )  # fmt: skip
 
 

@@ -80,11 +80,12 @@ def _advance(dx: float, s: float, state: NDArray[np.float64], parameters: NDArra
 def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
     F_c, F_s, v_s, delta, sigma = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     sigma_1, n = parameters[5], parameters[6]
-    s = stribeck_level(v, F_c, F_s, v_s, delta)
+    s_0, s = stribeck_level(state[0], F_c, F_s, v_s, delta), stribeck_level(v, F_c, F_s, v_s, delta)
     before, _ = turn(state[0], v, dt)
     if before != 0.0:
-        _advance(before, F_s, state, parameters)
-    force = _advance(dz - before, s, state, parameters)
+        _advance(before, 0.5 * (s_0 + F_s), state, parameters)
+        s_0 = F_s
+    force = _advance(dz - before, 0.5 * (s_0 + s), state, parameters)
     state[0], state[1] = v, force
     r = force / s
     return force + sigma_1 * (v - abs(v) * copysign(abs(r) ** n, r)) + sigma * v
@@ -107,8 +108,8 @@ class Leuven(OnBlocks):
 
     F_h has non-local memory in z exactly, and in x as far as z follows x: below break-away the two part by the share
     ``|r|^n``, so that minor loops close, and a vibrating load does not creep, the better the larger n is and the
-    further the load is from break-away. The level is taken at the end of the step: first order in its change.
-    Only without sigma_1 is it passive, as LuGre.
+    further the load is from break-away. The level is that of the middle of a step. Only without
+    sigma_1 is it passive, as LuGre.
 
     Parameters
     ----------

@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 @compiled(types.float64(types.float64, types.float64, types.float64, types.float64, types.float64))
 def stribeck_level(v: float, F_c: float, F_s: float, v_s: float, delta: float) -> float:
     """Return |s(v)| [N], the Stribeck curve without its sign and without the viscous part."""
-    level: float = F_c + (F_s - F_c) * exp(-(abs(v / v_s) ** delta))
-    return level
+    x = abs(v / v_s)
+    if delta != 1.0:
+        x **= delta
+    return F_c + (F_s - F_c) * exp(-x) if x < 40.0 else F_c  # beyond, the last digit of F_c does not change
 
 
 @compiled_step

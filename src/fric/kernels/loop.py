@@ -1,4 +1,4 @@
-"""The closed loop of one axis: controller at its own rate, plant with true friction at a fine step.
+"""The closed loop of one axis: controller at its own rate, and between its samples the plant with its true friction.
 
 ::
 
@@ -10,29 +10,14 @@
 
 from __future__ import annotations
 
-from math import copysign, exp, expm1
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
+from fric.kernels.plant import ARRAY, ORDERS, PLANT, TABLE, Instant, PlantConstants, advance, numba_type, reaches
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
-
-_ARRAY = types.float64[::1]
-
-
-class PlantConstants(NamedTuple):
-    """The plant ``z̈ = B·u(t - delay) - A·ż - (F + load)/M``."""
-
-    A: float  # 1/s
-    B: float  # m/(s²·V)
-    M: float  # kg
-    load: float  # N, constant
-    delay: float  # s, the transport delay alone
-    set_valued: float  # 1 where the friction has no memory: it holds a body at rest by itself
-    ahead: float = 0.0  # m, where the axis begins, from where the reference does
-    v_0: float = 0.0  # m/s, velocity that it begins with
 
 
 class ControlConstants(NamedTuple):
@@ -79,7 +64,7 @@ class Traces(NamedTuple):
     disturbance: NDArray[np.float64]  # V, the observer's estimate
 
 
-@compiled(types.float64(_ARRAY, _ARRAY, _ARRAY, types.float64))
+@compiled(types.float64(ARRAY, ARRAY, ARRAY, types.float64))
 def _filtered(b: NDArray[np.float64], a: NDArray[np.float64], memory: NDArray[np.float64], x: float) -> float:
     """Advance a difference equation by one sample (direct form II, transposed)."""
     y: float = b[0] * x + memory[0]
@@ -90,22 +75,20 @@ def _filtered(b: NDArray[np.float64], a: NDArray[np.float64], memory: NDArray[np
     return y
 
 
-def _numba_type(group: Any, of: types.Type) -> types.Type:
-    """Return the type of a group of constants or of arrays, as the compiler sees it."""
-    return types.NamedUniTuple(of, len(group._fields), group)  # type: ignore[no-untyped-call]
-
-
 @compiled(
     types.int64(
         STEP_FUNCTION,
-        _ARRAY,
-        _ARRAY,
-        _numba_type(PlantConstants, types.float64),
-        _numba_type(ControlConstants, types.float64),
-        _numba_type(ObserverFilters, _ARRAY),
-        _numba_type(Commands, _ARRAY),
+        ARRAY,
+        ARRAY,
+        PLANT,
+        numba_type(ControlConstants, types.float64),
+        numba_type(ObserverFilters, ARRAY),
+        numba_type(Commands, ARRAY),
         types.int64,
-        _numba_type(Traces, _ARRAY),
+        types.UniTuple(types.float64, 2),  # type: ignore[no-untyped-call]
+        types.UniTuple(TABLE, 2),  # type: ignore[no-untyped-call]
+        types.int64,
+        numba_type(Traces, ARRAY),
     )
 )
 def _closed_loop(
@@ -116,30 +99,25 @@ def _closed_loop(
     control: ControlConstants,
     observer: ObserverFilters,
     command: Commands,
-    substeps: int,
+    late: int,
+    lengths: tuple[float, float],
+    reach: tuple[NDArray[np.float64], NDArray[np.float64]],
+    halvings: int,
     trace: Traces,
 ) -> int:
-    # The delay is a number of whole samples and a share of one. Within a sample the plant's input changes once,
-    # where that share ends, and the plant's steps are laid so that one of them begins there.
-    whole = int(plant.delay / control.T_s + 1e-9)
-    share = max(plant.delay / control.T_s - whole, 0.0)
-    before = 0 if share < 1e-9 else max(1, int(substeps * share + 0.5))
-    after = max(1, substeps - before)
-    lengths = (share * control.T_s / max(before, 1), (1.0 - share) * control.T_s / after)
-    counts = (before, after)
-
     z = command.position[0] + plant.ahead
     origin, seen = z, z - plant.v_0 * control.T_s  # the observer is at rest where the run begins
     if control.resolution > 0.0:
         seen = np.rint(seen / control.resolution) * control.resolution
-    v, a, h_before, F = plant.v_0, 0.0, 0.0, 0.0
+    v, F = plant.v_0, step(0.0, plant.v_0, 0.0, state, parameters)
     filtered_v, integral = plant.v_0, 0.0
     with_observer = observer.position_b.size > 0
     position_memory, voltage_memory = (
         np.zeros(max(observer.position_b.size - 1, 1)),
         np.zeros(max(observer.voltage_b.size - 1, 1)),
     )
-    saturated = 0
+    saturated, depth = 0, halvings
+    ends, states = np.empty((ORDERS, 3)), np.empty((ORDERS, state.size))
 
     for n in range(command.position.size):
         # --- controller
@@ -169,33 +147,24 @@ def _closed_loop(
         trace.position[n], trace.measured[n], trace.velocity[n] = z, measured, v
         trace.input[n], trace.friction[n], trace.disturbance[n] = u, F, estimate
 
-        # --- plant: position at half steps, where friction acts; velocity at whole steps (second order)
+        # --- plant: within a sample its input changes once, where the last share of the delay ends
         for part in range(2):
-            sample = n - whole - 1 + part
-            driven = (plant.B * trace.input[sample] if sample >= 0 else 0.0) - plant.load / plant.M
-            h = lengths[part]
-            decay = exp(-plant.A * h)
-            reach = -expm1(-plant.A * h) / plant.A if plant.A > 0.0 else h
-            for _ in range(counts[part]):
-                half = 0.5 * h
-                free = decay * v + reach * driven
-                z += half * v
-                dz, dt = (0.5 * h_before + half) * v, 0.5 * h_before + half
-                v_middle = v + half * a
-                if plant.set_valued == 0.0:
-                    F = step(dz, v_middle, dt, state, parameters)
-                    moved = free - reach * F / plant.M
-                else:  # friction may stop the body within the step, and hold it up to its level; it never turns it
-                    course = v if v != 0.0 else copysign(1e-300, free)
-                    F = step(dz, v_middle if v_middle * course > 0.0 else course, dt, state, parameters)
-                    moved = free - reach * F / plant.M
-                    if moved * course <= 0.0:
-                        moved, F = 0.0, free * plant.M / reach
-                a = (moved - v) / h
-                v = moved
-                z += half * v
-                h_before = h
+            if lengths[part] > 0.0:
+                sample = n - late - 1 + part
+                driven = (plant.B * trace.input[sample] if sample >= 0 else 0.0) - plant.load / plant.M
+                now, depth = advance(
+                    step, state, parameters, plant, Instant(0.0, v, F), driven, lengths[part], reach[part], halvings,
+                    depth, ends, states,
+                )  # fmt: skip
+                z, v, F = z + now.z, now.v, now.F
     return saturated
+
+
+def parts_of_a_sample(plant: PlantConstants, control: ControlConstants) -> tuple[int, tuple[float, float]]:
+    """Return the whole samples of the delay, and the parts of a sample before and after its last share ends [s]."""
+    late, share = divmod(plant.delay / control.T_s + 1e-9, 1.0)
+    share = max(share - 1e-9, 0.0) if share > 2e-9 else 0.0
+    return int(late), (share * control.T_s, (1.0 - share) * control.T_s)
 
 
 def closed_loop(
@@ -206,7 +175,7 @@ def closed_loop(
     control: ControlConstants,
     observer: ObserverFilters,
     command: Commands,
-    substeps: int,
+    halvings: int = 0,
 ) -> tuple[Traces, int]:
     """Return the traces of a run, and the number of samples in saturation.
 
@@ -216,10 +185,14 @@ def closed_loop(
         The true friction: its compiled step, its state (changed in place), its parameters.
     plant, control, observer, command
         The axis, its controller, and what is asked of it.
-    substeps
-        Plant steps a controller sample.
+    halvings
+        How often every step of the plant is halved, to see that this changes nothing.
     """
     plant, control = PlantConstants(*map(float, plant)), ControlConstants(*map(float, control))
+    late, lengths = parts_of_a_sample(plant, control)
     trace = Traces(*(np.empty_like(command.position) for _ in Traces._fields))
-    saturated: int = _closed_loop(step, state, parameters, plant, control, observer, command, substeps, trace)
+    saturated: int = _closed_loop(
+        step, state, parameters, plant, control, observer, command, late, lengths,
+        (reaches(plant, lengths[0]), reaches(plant, lengths[1])), halvings, trace,
+    )  # fmt: skip
     return trace, saturated

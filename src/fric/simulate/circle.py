@@ -13,7 +13,7 @@ from fric.compensation.feedforward import inverse_model
 from fric.contour import Circularity, ContourError, circularity
 from fric.errors import FricError
 from fric.reference import Reference, circle
-from fric.simulate.axis import SUBSTEPS, Trace, run_axis
+from fric.simulate.axis import Trace, run_axis
 
 if TYPE_CHECKING:
     from fric.compensation.base import Compensation
@@ -100,7 +100,7 @@ def run_circle(
     test: Circle | None = None,
     *,
     only: str | None = None,
-    substeps: int = SUBSTEPS,
+    halvings: int = 0,
 ) -> CircleRun:
     """Run a circle on two axes of a machine under one scheme.
 
@@ -114,8 +114,8 @@ def run_circle(
         The circle; that of the paper, 30 mm at 100 mm/s, where it is not given.
     only
         Name of the one axis that is simulated, while the other follows its reference exactly.
-    substeps
-        Plant steps a controller sample.
+    halvings
+        How often every step of the plant is halved, to see that this changes nothing.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def run_circle(
     moved = [machine.axis(only).name] if only else [first, second]
     for name in moved:
         require_voltage(machine.axes[name], references[name])
-    traces = {name: run_axis(machine.axes[name], references[name], scheme, substeps=substeps) for name in moved}
+    traces = {name: run_axis(machine.axes[name], references[name], scheme, halvings=halvings) for name in moved}
     x, y = (traces[name].position if name in traces else references[name].position for name in (first, second))
     return CircleRun(scheme, test, traces, circularity(x, y, test.radius), saturation_warnings(traces))
 

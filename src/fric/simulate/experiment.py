@@ -15,7 +15,7 @@ from fric.compensation.feedforward import inverse_model
 from fric.errors import FricError
 from fric.log import Kind, Log
 from fric.reference import Reference, multisine, sine, sliding_sine, strokes
-from fric.simulate.axis import SUBSTEPS, run_axis
+from fric.simulate.axis import run_axis
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -274,7 +274,6 @@ def _record(
     begin: float = 0.0,
     end: float | None = None,
     excitation: NDArray[np.float64] | None = None,
-    substeps: int = SUBSTEPS,
 ) -> Log:
     """Run one experiment and log it as a drive does.
 
@@ -282,7 +281,7 @@ def _record(
     trace filter does, so that what the controller makes of encoder steps does not alias into them, and are kept in
     single precision.
     """
-    run = run_axis(axis, reference, excitation=excitation, substeps=substeps)
+    run = run_axis(axis, reference, excitation=excitation)
     first = round(begin * reference.sampling)
     last = len(reference) if end is None else round(end * reference.sampling)
     divider = ceil((last - first) / samples)

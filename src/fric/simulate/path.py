@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from fric.contour import ContourError, contour_error
 from fric.errors import FricError
 from fric.reference import Reference, smooth_step
-from fric.simulate.axis import SUBSTEPS, Trace, run_axis
+from fric.simulate.axis import Trace, run_axis
 from fric.simulate.circle import pair, require_voltage, saturation_warnings
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ class PathRun:
     warnings: tuple[str, ...] = ()
 
 
-def run_path(machine: Machine, scheme: Compensation, path: PointPath, *, substeps: int = SUBSTEPS) -> PathRun:
+def run_path(machine: Machine, scheme: Compensation, path: PointPath, *, halvings: int = 0) -> PathRun:
     """Follow a path with two axes of a machine under one scheme.
 
     Parameters
@@ -148,8 +148,8 @@ def run_path(machine: Machine, scheme: Compensation, path: PointPath, *, substep
         The compensation scheme.
     path
         The path.
-    substeps
-        Plant steps a controller sample.
+    halvings
+        How often every step of the plant is halved, to see that this changes nothing.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def run_path(machine: Machine, scheme: Compensation, path: PointPath, *, substep
     for name, reference in zip(names, references, strict=True):
         require_voltage(machine.axes[name], reference)
     traces = {
-        name: run_axis(machine.axes[name], reference, scheme, substeps=substeps)
+        name: run_axis(machine.axes[name], reference, scheme, halvings=halvings)
         for name, reference in zip(names, references, strict=True)
     }
     asked, velocity = (

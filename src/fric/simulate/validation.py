@@ -18,13 +18,8 @@ from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
 from fric.identify.records.conditioning import Conditioning, zero_phase
 from fric.identify.records.sampling import even_sampling
-from fric.kernels.loop import (
-    Commands,
-    ControlConstants,
-    ObserverFilters,
-    PlantConstants,
-    closed_loop,
-)
+from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, closed_loop
+from fric.kernels.plant import PlantConstants
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,9 +28,6 @@ if TYPE_CHECKING:
     from fric.drive.plant import Plant
     from fric.friction import FrictionModel
     from fric.log import Log
-
-SUBSTEPS = 10
-"""Plant steps a sample of the record."""
 
 LEAD = 0.05
 """Time from which the velocity is taken that the record begins with [s]."""
@@ -183,7 +175,6 @@ def _run(
         control,
         ObserverFilters(none, none, none, none),
         Commands(np.ascontiguousarray(reference), zeros, np.ascontiguousarray(model), zeros),
-        SUBSTEPS,
     )  # fmt: skip
     if not np.isfinite(traces.position[-1]):
         raise FricError("the simulated axis runs away", where=log.where, mend="Look at the controller's gains.")

@@ -1,0 +1,201 @@
+"""The plant under a constant input: carriage, linear damping and true friction, integrated until nothing changes.
+
+An encoder makes a closed loop sensitive. Where the position comes within an error of the edge of a count, the count
+falls to the other side, and every later one with it. So the error of the integration is kept to the last digits of the
+position: a step of second order is taken in one part, in two, in three … and extrapolated. Where more parts go on
+changing the result, the motion has a corner (a block breaks away, the motion turns, friction stops it), and the step is
+halved down to it.
+
+Extrapolation: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, section II.9.
+"""
+
+from __future__ import annotations
+
+from math import copysign
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
+
+ORDERS = 6
+"""Ways in which a step is taken at most: in one part, in two … in six."""
+DEPTH = 16
+"""How often a step is halved at most."""
+WORK = 400
+"""Friction steps after which steps are made longer again before the input changes: friction that is nowhere smooth."""
+TOLERANCE = 2.5e-13
+"""By how much the velocity [m/s, rad/s] may change with the number of parts."""
+LASTING = 20
+"""For how many inputs an error of the friction force is taken to push, before the loop holds against it."""
+
+ARRAY, TABLE = types.float64[::1], types.float64[:, ::1]
+
+
+class PlantConstants(NamedTuple):
+    """The plant ``z̈ = B·u(t - delay) - A·ż - (F + load)/M``."""
+
+    A: float  # 1/s
+    B: float  # m/(s²·V)
+    M: float  # kg
+    load: float  # N, constant
+    delay: float  # s, the transport delay alone
+    set_valued: float  # 1 where the friction has no memory: it holds a body at rest by itself
+    ahead: float = 0.0  # m, where the axis begins, from where the reference does
+    v_0: float = 0.0  # m/s, velocity that it begins with
+
+
+class Instant(NamedTuple):
+    """Where the plant is, besides the friction's own state."""
+
+    z: float  # m, since the input changed
+    v: float  # m/s
+    F: float  # N
+
+
+def numba_type(group: Any, of: types.Type) -> types.Type:
+    """Return the type of a group of constants or of arrays, as the compiler sees it."""
+    return types.NamedUniTuple(of, len(group._fields), group)  # type: ignore[no-untyped-call]
+
+
+PLANT, INSTANT = numba_type(PlantConstants, types.float64), numba_type(Instant, types.float64)
+
+
+def _weights() -> NDArray[np.float64]:
+    """Return in row k the weights of the results in 1, 2 … k+1 parts that cancel the errors in h², h³ … h^(k+1)."""
+    weights = np.zeros((ORDERS, ORDERS))
+    for k in range(ORDERS):
+        parts, powers = np.arange(1.0, k + 2), np.array([0, *range(2, k + 2)])
+        weights[k, : k + 1] = np.linalg.solve(parts ** -powers[:, np.newaxis], np.eye(k + 1)[0])
+    return weights
+
+
+WEIGHTS = _weights()
+
+
+def reaches(plant: PlantConstants, length: float) -> NDArray[np.float64]:
+    """Return how far a unit acceleration brings the velocity in each step that `advance` may take.
+
+    ``(1 - exp(-A·h))/A`` for ``h = length/2^depth/parts``, shape (DEPTH + 1, ORDERS) [s].
+    """
+    h = length / 2.0 ** np.arange(DEPTH + 1)[:, np.newaxis] / np.arange(1, ORDERS + 1)
+    return -np.expm1(-plant.A * h) / plant.A if plant.A > 0.0 else h
+
+
+@compiled(INSTANT(STEP_FUNCTION, ARRAY, ARRAY, PLANT, INSTANT, *[types.float64] * 3), makes_arrays=False)
+def _step(
+    friction: Step,
+    state: NDArray[np.float64],
+    parameters: NDArray[np.float64],
+    plant: PlantConstants,
+    start: Instant,
+    driven: float,
+    h: float,
+    reach: float,
+) -> Instant:
+    """Take a step of second order (Verlet's in velocity form); damping and input are exact, friction is a trapezoid."""
+    v, F = start.v, start.F
+    free = v + reach * (driven - plant.A * v)
+    if plant.set_valued == 0.0:
+        ahead = free - reach * F / plant.M
+    else:  # friction without memory stops a body, holds it up to its level, and never turns it
+        course = v if v != 0.0 else free
+        if v == 0.0:
+            F = friction(0.0, copysign(1e-300, free), h, state, parameters)
+        ahead = free - reach * F / plant.M
+        if not ahead * course > 0.0:
+            way = 0.5 * h * v * v / (v - ahead) if v != 0.0 else 0.0
+            return Instant(start.z + way, 0.0, free * plant.M / reach)
+    dz = 0.5 * h * (v + ahead)
+    F_1 = friction(dz, ahead, h, state, parameters)
+    return Instant(start.z + dz, free - 0.5 * reach * (F + F_1) / plant.M, F_1)
+
+
+@compiled(types.float64(TABLE, types.int64, types.int64), makes_arrays=False)
+def _extrapolated(results: NDArray[np.float64], k: int, i: int) -> float:
+    """Return where column i of the results in 1, 2 … k+1 parts goes as the parts get small."""
+    last: float = results[k, i]
+    change = 0.0
+    for j in range(k):
+        change += WEIGHTS[k, j] * (results[j, i] - last)
+    return last + change
+
+
+_RESULT = types.Tuple((INSTANT, types.int64))  # type: ignore[no-untyped-call]
+
+
+@compiled(
+    _RESULT(
+        STEP_FUNCTION, ARRAY, ARRAY, PLANT, INSTANT, types.float64, types.float64, TABLE, types.int64, types.int64,
+        TABLE, TABLE,
+    ),
+    makes_arrays=False,
+)  # fmt: skip
+def advance(
+    friction: Step,
+    state: NDArray[np.float64],
+    parameters: NDArray[np.float64],
+    plant: PlantConstants,
+    now: Instant,
+    driven: float,
+    length: float,
+    reach: NDArray[np.float64],
+    halvings: int,
+    depth: int,
+    ends: NDArray[np.float64],
+    states: NDArray[np.float64],
+) -> tuple[Instant, int]:
+    """Advance the plant over a length of time, in steps of length/2^depth, and return where it is and the depth.
+
+    Parameters
+    ----------
+    friction, state, parameters
+        The true friction: its compiled step, its state (changed in place), its parameters.
+    plant, now
+        The plant, and where it is.
+    driven
+        Acceleration by input and load [m/s²], constant.
+    length
+        Time [s].
+    reach
+        See `reaches`.
+    halvings
+        How often the coarsest step is halved; the tolerance is that of steps which are all as much shorter.
+    depth
+        To begin with, as it was at the end of the last call.
+    ends, states
+        Room for the results in each number of parts, shapes (ORDERS, 3) and (ORDERS, n).
+    """
+    tolerance, lasting = TOLERANCE / 8.0**halvings, LASTING * length / plant.M
+    at, whole, work = 0, 1 << DEPTH, 0
+    while at < whole:
+        h = length / (1 << depth)
+        best, apart, k = now, np.inf, 0
+        for k in range(ORDERS):
+            last, trial = now, states[k]
+            for i in range(state.size):
+                trial[i] = state[i]
+            for _ in range(k + 1):
+                last = _step(friction, trial, parameters, plant, last, driven, h / (k + 1), reach[depth, k])
+            ends[k, 0], ends[k, 1], ends[k, 2] = last.z, last.v, last.F
+            end = Instant(_extrapolated(ends, k, 0), _extrapolated(ends, k, 1), _extrapolated(ends, k, 2))
+            before, apart = apart, max(abs(end.v - best.v), lasting * abs(end.F - best.F)) if k > 0 else np.inf
+            best, work = end, work + k + 1
+            if apart <= tolerance or (k > 1 and apart > 0.25 * before):
+                break
+        smooth = apart <= tolerance
+        if not smooth and depth < DEPTH and work < WORK:
+            depth += 1
+            continue
+        now = best if smooth else last
+        for i in range(state.size):
+            # what differs by half between two numbers of parts is no magnitude: a flag, or a load that changes sign
+            steady = smooth and abs(states[k, i] - states[k - 1, i]) < 0.5 * abs(states[k, i])
+            state[i] = _extrapolated(states, k, i) if steady else states[k, i]
+        at += whole >> depth
+        easy = (smooth and k < 3) or (work >= WORK and depth > 3)
+        if easy and depth > halvings and at % (whole >> (depth - 1)) == 0:
+            depth -= 1
+    return now, depth
