@@ -26,7 +26,7 @@ DEPTH = 16
 """How often a step is halved at most."""
 WORK = 400
 """Friction steps after which steps are made longer again before the input changes: friction that is nowhere smooth."""
-TOLERANCE = 2.5e-13
+TOLERANCE = 4e-14
 """By how much the velocity [m/s, rad/s] may change with the number of parts."""
 LASTING = 20
 """For how many inputs an error of the friction force is taken to push, before the loop holds against it."""
