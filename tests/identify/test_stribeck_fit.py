@@ -99,6 +99,20 @@ def test_without_a_stribeck_effect_v_s_is_open_to_both_sides(seed):
     assert profile_interval(problem, best, "v_s", 1.0, np.sqrt(variance[problem.free.index("v_s")])) == (0.0, np.inf)
 
 
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("delta", [1.0, None])
+def test_no_variance_is_negative_where_the_data_set_next_to_nothing(seed: int, delta: float | None) -> None:
+    rng = np.random.default_rng(seed)
+    v = both_directions(10 ** rng.uniform(-2, 0, 5))
+    problem = _problem(v, 105 * np.sign(v) + 40 * v + rng.standard_normal(len(v)), delta, offset=True)
+    best = problem.solve()
+    variance = np.diag(problem.covariance(best))
+    assert np.all(variance >= 0)
+    for name, error in zip(problem.free, np.sqrt(variance), strict=True):
+        low, high = profile_interval(problem, best, name, best.cost / problem.degrees_of_freedom, float(error))
+        assert low <= best.theta[name] <= high
+
+
 def test_excess_variance_recovers_the_scatter_between_strokes():
     rng = np.random.default_rng(4)
     own = rng.uniform(0.1, 2.0, 4000)

@@ -200,11 +200,9 @@ class StribeckProblem:
         """Return the linearised covariance of the free parameters for the standard errors as they are."""
         J = self.jacobian(solution.theta) * self._weight[:, None]
         size = np.linalg.norm(J, axis=0)
-        flat = size == 0  # v_s and delta, where F_s = F_c
-        size[flat] = 1.0
-        covariance = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-14) / np.outer(size, size)
-        covariance[flat], covariance[:, flat] = 0.0, 0.0  # and not what rounding leaves there, of either sign
-        return np.asarray(covariance)
+        size[size == 0] = 1.0
+        inverse = np.linalg.pinv(J / size, rcond=1e-7)  # of J, not of J'J: so no variance is negative
+        return (inverse @ inverse.T) / np.outer(size, size)
 
 
 Cost = Callable[["NDArray[np.float64]"], float]
