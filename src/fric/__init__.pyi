@@ -102,9 +102,9 @@ from .simulate.monte_carlo import MonteCarlo as MonteCarlo
 from .simulate.monte_carlo import Study as Study
 from .simulate.monte_carlo import monte_carlo as monte_carlo
 from .simulate.monte_carlo import monte_carlo_document as monte_carlo_document
-from .simulate.monte_carlo import outcomes as outcomes
 from .simulate.path import path_document as path_document
 from .simulate.path import run_path as run_path
+from .simulate.processes import outcomes as outcomes
 from .simulate.validation import validate_closed_loop as validate_closed_loop
 from .simulate.validation import validate_open_loop as validate_open_loop
 from .units import parse as parse

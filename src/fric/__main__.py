@@ -2,4 +2,5 @@
 
 from fric.cli.main import main
 
-main()
+if __name__ == "__main__":  # not where a worker process imports it
+    main()

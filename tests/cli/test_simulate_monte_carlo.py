@@ -1,8 +1,12 @@
+import contextlib
 import json
 import os
 import signal
+import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from time import monotonic, sleep
 from typing import Any
 
 import distributed
@@ -106,7 +110,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):
             os.kill(os.getpid(), signal.SIGINT)
         return run(*given, **named)
 
-    words = [*SMALL, "--scheme", "a", "--json", "--monte-carlo"]
+    words = [*SMALL, "--scheme", "a", "--json", "--workers", "1", "--monte-carlo"]
     monkeypatch.setattr(monte_carlo, "run_circle", interrupting)
     monkeypatch.setattr(sys, "argv", ["fric", *words, "5000", "-o", str(out)])
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
@@ -127,6 +131,49 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):
     assert again["schemes"] == told["schemes"]
     with h5py.File(out) as file:
         assert len(file["monte_carlo/quadrants"]) == told["machines"]
+
+
+def _group(leader: int) -> dict[int, float]:
+    """Return the processes of a group that are alive, and the time each has computed [s]."""
+    found = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            _, _, words = stat.read_text().rpartition(") ")
+            state, _, group, *_, user, _ = words.split()[:13]
+            if int(group) == leader and state != "Z":
+                found[int(stat.parent.name)] = int(user) / os.sysconf("SC_CLK_TCK")
+    return found
+
+
+def _until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
+    end = monotonic() + seconds
+    while not condition():
+        assert monotonic() < end
+        sleep(0.05)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.parametrize("to_all", [True, False], ids=["Ctrl-C", "kill"])
+def test_processes_keep_what_is_done_and_none_is_left(tmp_path, to_all):
+    """Ctrl-C reaches a terminal's whole process group, a polite kill one process."""
+    words = [*SMALL, "--scheme", "a", "--json", "--workers", "2", "--monte-carlo", "100000", "-o", tmp_path / "run.h5"]
+    running = subprocess.Popen(
+        [sys.executable, "-m", "fric", *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    )  # fmt: skip
+    _until(lambda: sum(spent > 1.0 for spent in _group(running.pid).values()) >= 3)  # the leader and two workers
+    if to_all:
+        os.killpg(running.pid, signal.SIGINT)
+    else:
+        running.terminate()
+    printed, told = running.communicate(timeout=60)
+    assert running.returncode == 1
+    assert "Traceback" not in told
+    machines = json.loads(printed)["monte_carlo"]["machines"]
+    assert f"{machines} of 100000 machines are done" in told
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert len(file["monte_carlo/quadrants"]) == machines > 1
+    _until(lambda: not _group(running.pid), 10.0)
 
 
 @pytest.mark.parametrize("words", [("--workers", "2"), ("--from-intervals",), ("--scheduler", "tcp://a:1")])

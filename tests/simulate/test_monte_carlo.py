@@ -1,4 +1,7 @@
+import multiprocessing
+import os
 import pickle
+import signal
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +14,7 @@ from fric.errors import FricError
 from fric.io.machine import read_machine
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.monte_carlo import MonteCarlo, Outcome, Study, monte_carlo, monte_carlo_document
+from fric.simulate.processes import outcomes
 from fric.simulate.spread import Spread
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))
@@ -36,6 +40,28 @@ def test_digits_do_not_depend_on_workers_repetition_or_how_many_machines_there_a
     elsewhere = pickle.loads(pickle.dumps(study))  # as it goes to another process
     assert np.array_equal(elsewhere(4).quadrants, one.quadrants[4])
     assert not np.array_equal(monte_carlo(replace(study, seed=3), 1).quadrants, one.quadrants[:1])
+
+
+class Killed:
+    """A study on whose first machine the memory ends."""
+
+    def __call__(self, index: int) -> Outcome:
+        os.kill(os.getpid(), signal.SIGKILL)
+        raise AssertionError
+
+
+def test_a_process_that_is_killed_is_told():
+    with (
+        pytest.raises(FricError, match=r"(?s)was killed.*Was there memory enough"),
+        outcomes(Killed(), 4, workers=2) as ran,
+    ):
+        list(ran)
+
+
+def test_processes_that_were_begun_end_with_the_block():
+    with outcomes(Study(MACHINE, AC, SMALL), 10_000, workers=2) as ran:
+        assert next(ran).index == 0
+    assert not multiprocessing.active_children()
 
 
 def test_more_friction_leaves_more_and_a_false_belief_costs_the_feedforward_alone():

@@ -6,10 +6,7 @@ digits on one core, on all of them, and on a cluster.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +15,7 @@ import numpy as np
 from fric.errors import FricError
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.intervals import Intervals
+from fric.simulate.processes import outcomes
 from fric.simulate.spread import DEFAULT_SPREADS, Spread, check_spreads, draw_machine
 
 if TYPE_CHECKING:
@@ -207,44 +205,6 @@ def _unused(found: MonteCarlo) -> Iterator[str]:
             yield f"the spread of {name} has no effect: no axis has such a parameter that is not drawn otherwise"
 
 
-def default_workers() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-@contextmanager
-def outcomes(study: Study, machines: int, *, workers: int | None = None) -> Iterator[Iterator[Outcome]]:
-    """Give the outcomes of machines 0, 1, 2, … in their order, as they are ready.
-
-    The machines are shared out among threads: the compiled loops, which take four fifths of the time, leave the
-    interpreter to the others, and threads start at once and need no copy of the study. When the block ends early,
-    machines that were not begun are left out.
-
-    Parameters
-    ----------
-    study
-        What is run on each machine.
-    machines
-        How many.
-    workers
-        Threads; as many as there are cores where not given.
-
-    Raises
-    ------
-    FricError
-        When there are no machines or workers.
-    """
-    workers = default_workers() if workers is None else workers
-    for what, number in (("machines", machines), ("workers", workers)):
-        if number < 1:
-            raise FricError(f"{number} {what} are none to work with", mend="Give 1 or more.")
-    pool = ThreadPoolExecutor(workers)
-    try:
-        yield pool.map(study, range(machines))
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
 def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> MonteCarlo:
     """Run a study on so many machines.
 
@@ -255,7 +215,7 @@ def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> M
     machines
         How many.
     workers
-        Threads; as many as there are cores where not given.
+        Processes, as in `outcomes`.
 
     Raises
     ------

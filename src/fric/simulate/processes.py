@@ -1,0 +1,109 @@
+"""The machines of a study on the cores of this computer."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import forkserver
+from multiprocessing.connection import wait
+from multiprocessing.context import ForkServerContext
+from threading import Thread, current_thread, main_thread
+from typing import TYPE_CHECKING
+
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from fric.simulate.monte_carlo import Outcome, Study
+
+MACHINES_BY_START = 6
+"""Machines that one process runs, about, while others start."""
+
+
+def default_workers() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+_STUDY: Study
+"""The study whose machines a worker process runs."""
+
+
+def _begin(study: Study) -> None:
+    """Make a process a worker: it has the study, leaves Ctrl-C to its parent, and ends with it."""
+    global _STUDY
+    _STUDY = study
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    Thread(target=lambda: (wait([parent.sentinel]), os._exit(1)), daemon=True).start()
+
+
+def _run(index: int) -> Outcome:
+    return _STUDY(index)
+
+
+def _served() -> ForkServerContext:
+    """Return how workers are started: from a server that has imported what they need, and has no threads.
+
+    The server, and so each worker from its first moment on, leaves Ctrl-C to the parent.
+    """
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["fric.simulate.monte_carlo"])
+    if current_thread() is main_thread():
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            forkserver.ensure_running()
+        finally:
+            signal.signal(signal.SIGINT, before)
+    return context
+
+
+@contextmanager
+def outcomes(study: Study, machines: int, *, workers: int | None = None) -> Iterator[Iterator[Outcome]]:
+    """Give the outcomes of machines 0, 1, 2, … in their order, as they are ready.
+
+    The machines are shared out among processes. Each imports the script that called, which so needs the usual guard
+    ``if __name__ == "__main__":``. When the block ends early, machines that were not begun are left out.
+
+    Parameters
+    ----------
+    study
+        What is run on each machine.
+    machines
+        How many.
+    workers
+        Processes, 1 for none but this one. Where not given, one a core, and none for so few machines that this one has
+        run them by the time that others have started.
+
+    Raises
+    ------
+    FricError
+        When there are no machines or workers, or a process was killed.
+    """
+    if workers is None:
+        workers = min(default_workers(), machines // MACHINES_BY_START) or 1
+    for what, number in (("machines", machines), ("workers", workers)):
+        if number < 1:
+            raise FricError(f"{number} {what} are none to work with", mend="Give 1 or more.")
+    if workers == 1:
+        yield map(study, range(machines))
+        return
+    pool = ProcessPoolExecutor(min(workers, machines), _served(), _begin, (study,))
+    try:
+        yield _unbroken(pool.map(_run, range(machines)))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _unbroken(found: Iterator[Outcome]) -> Iterator[Outcome]:
+    try:
+        yield from found
+    except BrokenProcessPool:
+        raise FricError(
+            "a process that ran machines was killed", mend="Was there memory enough? Try fewer workers."
+        ) from None
