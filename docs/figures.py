@@ -1,7 +1,7 @@
-"""The figures of docs/tutorial.md and docs/data-quality.md: `python docs/figures.py` draws them into docs/figures.
+"""The figures of README.md, docs/tutorial.md and docs/data-quality.md: `python docs/figures.py` draws them.
 
-Those of the tutorial are what its own commands draw. Those on data quality are drawn from the logs that the commands of
-that page make.
+Those of the README and the tutorial are what their own commands draw. Those on data quality are drawn from the logs
+that the commands of that page make.
 """
 
 from __future__ import annotations
@@ -27,9 +27,21 @@ def run_page(page: Path, folder: Path) -> None:
     """Run the commands of a page in a folder."""
     examples.write_files(page, folder)
     for command, _ in examples.examples(page):
+        if command.startswith("make "):
+            continue
         status, printed = examples.run(command, folder)
         if status:
             raise SystemExit(f"{page.name}: $ {command}\n{printed}")
+
+
+def readme(folder: Path) -> None:
+    """Draw Table 2's circles, and the map that the README's session draws."""
+    run_page(FIGURES.parents[1] / "README.md", folder)
+    shutil.copy(folder / "static-map.png", FIGURES)
+    command = f"fric simulate circle configs/xy-table.yaml --plot {FIGURES / 'table-2.png'} --force"
+    status, printed = examples.run(command, folder)
+    if status:
+        raise SystemExit(printed)
 
 
 def tutorial(folder: Path) -> None:
@@ -142,6 +154,6 @@ def _signs(axes: Axes, log: Log, sign: float) -> None:
 
 
 if __name__ == "__main__":
-    for draw in (tutorial, data_quality):
+    for draw in (readme, tutorial, data_quality):
         with tempfile.TemporaryDirectory() as scratch:
             draw(Path(scratch))
