@@ -27,7 +27,7 @@ def run_page(page: Path, folder: Path) -> None:
     """Run the commands of a page in a folder."""
     examples.write_files(page, folder)
     for command, _ in examples.examples(page):
-        if command.startswith("make "):
+        if examples.is_make(command):
             continue
         status, printed = examples.run(command, folder)
         if status:

@@ -32,6 +32,12 @@ def test_paper_s_values_stand_beside_its_own_circle_alone() -> None:
     assert "paper" not in circle("--scheme", "a", "--radius", "20 mm").replace("of the paper", "")
 
 
+def test_one_axis_alone_and_the_direction_are_told() -> None:
+    printed = circle("--scheme", "a", "--axis", "x", "--clockwise")
+    assert "at 100 mm/s, clockwise, x alone; glitches in µm" in printed
+    assert len(printed.splitlines()[1].split()) == 9  # the paper's values are those of both axes
+
+
 def test_json_and_run_file_tell_the_same(tmp_path: Path) -> None:
     out = tmp_path / "run.h5"
     told = json.loads(circle("--scheme", "a,f", "--clockwise", "--json", "-o", str(out)))

@@ -100,8 +100,10 @@ def circle(
         told = fric.circle_document(runs)
         print_json(told | ({"monte_carlo": fric.monte_carlo_document(found)} if found else {}))
         return _end(found)
-    published = subject.published_glitches(test.radius, test.feed)
-    where = f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
+    published = None if axis else subject.published_glitches(test.radius, test.feed)
+    where = f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
+    where += ", clockwise" if clockwise else ""
+    where += f", {axis} alone; glitches in µm" if axis else "; glitches in µm"
     if found:
         title = f"{subject.name}: {len(found)} machines, {where}"
         many.print_distributions(found, runs, published, title, intervals=from_intervals)
