@@ -37,6 +37,19 @@ def _glitches(done: Reproduction, feed: float) -> dict[str, float]:
     return {run.scheme.name: 1e6 * run.circularity.glitch for run in done.runs[feed]}
 
 
+def test_the_tutorial_shows_what_the_rig_gives(rig):
+    shown = re.findall(r"^\((\w)\) \D*((?:-?\d+\.\d +){5})", _section("The whole way in one command"), re.MULTILINE)
+    runs = {run.scheme.name: run.circularity for run in rig.runs[0.1]}
+    assert [name for name, _ in shown] == list(runs)
+    for name, numbers in shown:
+        microns = 1e6 * np.array([*runs[name].quadrants, runs[name].glitch])
+        np.testing.assert_allclose(microns, [float(number) for number in numbers.split()], atol=0.15)
+
+
+def _section(title: str) -> str:
+    return (ROOT / "docs/tutorial.md").read_text().partition(f"## {title}")[2].partition("\n## ")[0]
+
+
 def test_table_2_within_a_micrometre_in_every_quadrant(paper):
     done, _ = paper
     for run in done.runs[0.1]:

@@ -27,7 +27,8 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
     doubts: list[str] = []
     slowest = float(np.abs(problem.v).min())
     told = readable(slowest, si_unit("velocity", motion))
-    if theta["F_s"] <= theta["F_c"] * (1 + 1e-9):
+    flat = theta["F_s"] <= theta["F_c"] * (1 + 1e-9)
+    if flat:
         doubts.append(
             f"F_s sits at its bound F_c: friction does not fall with speed down to {told}; v_s means nothing here."
         )
@@ -40,7 +41,7 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
         speeds = dict.fromkeys(readable(p.velocity, si_unit("velocity", motion)) for p in fit.left_out)
         strokes = ", ".join(speeds)
         doubts.append(f"left out, because they stand off all others: the strokes at {strokes}. Look at their records.")
-    doubts += _correlations(fit)
+    doubts += _correlations(fit, without=("v_s", "delta") if flat else ())
     own_scatter = float(np.sum(fit.residual**2 / (problem.standard_error**2 - fit.between**2)))
     if fit.between and chdtrc(problem.degrees_of_freedom, own_scatter) < 0.01:
         spread = readable(fit.between, si_unit("force", motion), 2)
@@ -61,7 +62,7 @@ def _interval(fit: MapFit, name: str) -> Interval:
     return low, high
 
 
-def _correlations(fit: MapFit) -> list[str]:
+def _correlations(fit: MapFit, without: tuple[str, ...]) -> list[str]:
     size = np.sqrt(np.diag(fit.covariance))
     free = fit.problem.free
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -70,7 +71,8 @@ def _correlations(fit: MapFit) -> list[str]:
         f"{free[j]} and {free[i]} ({correlation[i, j]:+.3f})"
         for i in range(len(free))
         for j in range(i)
-        if CORRELATED < abs(correlation[i, j]) <= 1.0 + 1e-9  # beyond 1 at a bound, where the curvature says nothing
+        if not {free[i], free[j]}.intersection(without)
+        and CORRELATED < abs(correlation[i, j]) <= 1.0 + 1e-9  # beyond 1 at a bound, where the curvature says nothing
     ]
     return [f"correlated, the data tell them apart badly: {', '.join(pairs)}."] if pairs else []
 
