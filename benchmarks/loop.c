@@ -29,9 +29,10 @@ static double extrapolated(const double *results, long stride, const double *wei
 static Instant half_explicit(double *state, const double *parameters, int blocks, const Plant *plant, Instant start,
                              double driven, double h, double reach)
 {
-    double free_v = start.v + reach * (driven - plant->A * start.v), ahead = free_v - reach * start.F / plant->M;
-    double dz = 0.5 * h * (start.v + ahead), F = step(dz, ahead, h, state, parameters, blocks);
-    return (Instant){start.z + dz, free_v - 0.5 * reach * (start.F + F) / plant->M, F};
+    double push = reach / plant->M, free_v = start.v + reach * (driven - plant->A * start.v);
+    double ahead = free_v - push * start.F, dz = 0.5 * h * (start.v + ahead);
+    double F = step(dz, ahead, h, state, parameters, blocks);
+    return (Instant){start.z + dz, free_v - (0.5 * push) * (start.F + F), F};
 }
 
 static Instant advance_plant(double *state, const double *parameters, int blocks, const Plant *plant, Instant now,
@@ -72,7 +73,8 @@ static Instant advance_plant(double *state, const double *parameters, int blocks
         }
         now = smooth ? best : last;
         for (long i = 0; i < size; i++) {
-            int steady = smooth && fabs(states[k][i] - states[k - 1][i]) < 0.5 * fabs(states[k][i]);
+            double change = fabs(states[k][i] - states[k - 1][i]);
+            int steady = smooth && change > 0.0 && change < 0.5 * fabs(states[k][i]);
             state[i] = steady ? extrapolated(&states[0][i], ROOM, weights, k) : states[k][i];
         }
         at += whole >> *depth;

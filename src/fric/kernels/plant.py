@@ -96,21 +96,21 @@ def _step(
     reach: float,
 ) -> Instant:
     """Take a step of second order (Verlet's in velocity form); damping and input are exact, friction is a trapezoid."""
-    v, F = start.v, start.F
+    v, F, push = start.v, start.F, reach / plant.M
     free = v + reach * (driven - plant.A * v)
     if plant.set_valued == 0.0:
-        ahead = free - reach * F / plant.M
+        ahead = free - push * F
     else:  # friction without memory stops a body, holds it up to its level, and never turns it
         course = v if v != 0.0 else free
         if v == 0.0:
             F = friction(0.0, copysign(1e-300, free), h, state, parameters)
-        ahead = free - reach * F / plant.M
+        ahead = free - push * F
         if not ahead * course > 0.0:
             way = 0.5 * h * v * v / (v - ahead) if v != 0.0 else 0.0
-            return Instant(start.z + way, 0.0, free * plant.M / reach)
+            return Instant(start.z + way, 0.0, free / push)
     dz = 0.5 * h * (v + ahead)
     F_1 = friction(dz, ahead, h, state, parameters)
-    return Instant(start.z + dz, free - 0.5 * reach * (F + F_1) / plant.M, F_1)
+    return Instant(start.z + dz, free - (0.5 * push) * (F + F_1), F_1)
 
 
 @compiled(types.float64(TABLE, types.int64, types.int64), makes_arrays=False)
@@ -192,7 +192,8 @@ def advance(
         now = best if smooth else last
         for i in range(state.size):
             # what differs by half between two numbers of parts is no magnitude: a flag, or a load that changes sign
-            steady = smooth and abs(states[k, i] - states[k - 1, i]) < 0.5 * abs(states[k, i])
+            change = abs(states[k, i] - states[k - 1, i])
+            steady = smooth and 0.0 < change < 0.5 * abs(states[k, i])
             state[i] = _extrapolated(states, k, i) if steady else states[k, i]
         at += whole >> depth
         easy = (smooth and k < 3) or (work >= WORK and depth > 3)
