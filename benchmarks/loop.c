@@ -2,6 +2,7 @@
    benchmarks/loop.py. */
 #include "gms.c"
 
+static const double ROUNDING = 1e-14;
 enum { ORDERS = 6, DEPTH = 16, WORK = 400, ROOM = 64 };
 
 typedef struct { double A, B, M, load, delay; } Plant;
@@ -44,6 +45,7 @@ static Instant advance_plant(double *state, const double *parameters, int blocks
     long at = 0, whole = 1L << DEPTH, work = 0, size = 2 + 2 * blocks;
     while (at < whole) {
         double h = length / (1L << *depth), apart = INFINITY;
+        double allowed = tolerance + ROUNDING * (fabs(now.v) + lasting * fabs(now.F));
         Instant best = now, last = now;
         int k;
         for (k = 0; k < ORDERS; k++) {
@@ -61,12 +63,12 @@ static Instant advance_plant(double *state, const double *parameters, int blocks
                 apart = fmax(fabs(end.v - best.v), lasting * fabs(end.F - best.F));
             best = end;
             work += k + 1;
-            if (apart <= tolerance || (k > 1 && apart > 0.25 * before))
+            if (apart <= allowed || (k > 1 && apart > 0.25 * before))
                 break;
         }
         if (k == ORDERS)
             k--;
-        int smooth = apart <= tolerance;
+        int smooth = apart <= allowed;
         if (!smooth && *depth < DEPTH && work < WORK) {
             ++*depth;
             continue;

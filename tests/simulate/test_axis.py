@@ -79,6 +79,23 @@ def test_friction_that_is_nowhere_smooth_is_simulated_all_the_same() -> None:
     assert asked < 4 * WORK
 
 
+@compiled_step
+def constant(dz: float, v: float, dt: float, state: np.ndarray, parameters: np.ndarray) -> float:
+    parameters[0] += 1.0
+    return np.tanh(1e3 * v)
+
+
+@pytest.mark.parametrize(("v_0", "M"), [(3000.0, 1e3), (1.0, 1e-7)], ids=["fast", "light"])
+def test_rounding_of_large_velocities_and_forces_is_no_corner(v_0: float, M: float) -> None:
+    """A motor at 3000 rad/s, and one of 1e-7 kg·m² that 1 N·m brakes and 1 N·m drives."""
+    _, _, _, plant, control, *others = _loop_arguments(IDEAL, REVERSALS, NONE, np.zeros(len(REVERSALS)))
+    motor = plant._replace(A=3.0, M=M, load=-1.0, v_0=v_0)
+    calls = np.zeros(1)
+    run, _ = closed_loop(constant, np.zeros(1), calls, motor, control._replace(K_v=0.0, K_p=0.0, K_i=0.0), *others)
+    assert calls[0] < 25 * len(REVERSALS)
+    assert run.velocity[-1] == pytest.approx(v_0 * np.exp(-3.0 * REVERSALS.time[-1]), abs=2.0)
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.025e-3, 0.2499e-3, 0.25e-3, 0.525e-3, 0.8123e-3])
 def test_a_delay_that_is_no_number_of_steps_shifts_the_response_by_itself(delay: float) -> None:
     T = 0.25e-3

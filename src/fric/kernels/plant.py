@@ -28,6 +28,8 @@ WORK = 400
 """Friction steps after which steps are made longer again before the input changes: friction that is nowhere smooth."""
 TOLERANCE = 4e-14
 """By how much the velocity [m/s, rad/s] may change with the number of parts."""
+ROUNDING = 1e-14
+"""And by how much of itself: what many roundings come to."""
 LASTING = 20
 """For how many inputs an error of the friction force is taken to push, before the loop holds against it."""
 
@@ -172,6 +174,7 @@ def advance(
     at, whole, work = 0, 1 << DEPTH, 0
     while at < whole:
         h = length / (1 << depth)
+        allowed = tolerance + ROUNDING * (abs(now.v) + lasting * abs(now.F))
         best, apart, k = now, np.inf, 0
         for k in range(ORDERS):
             last, trial = now, states[k]
@@ -183,9 +186,9 @@ def advance(
             end = Instant(_extrapolated(ends, k, 0), _extrapolated(ends, k, 1), _extrapolated(ends, k, 2))
             before, apart = apart, max(abs(end.v - best.v), lasting * abs(end.F - best.F)) if k > 0 else np.inf
             best, work = end, work + k + 1
-            if apart <= tolerance or (k > 1 and apart > 0.25 * before):
+            if apart <= allowed or (k > 1 and apart > 0.25 * before):
                 break
-        smooth = apart <= tolerance
+        smooth = apart <= allowed
         if not smooth and depth < DEPTH and work < WORK:
             depth += 1
             continue
