@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.signal import lfilter
 
 from fric.friction import models
 from fric.identify.replay.replay_fit import identify_by_replay
@@ -74,8 +75,11 @@ def flattened(fit, model):
     return rows
 
 
-def recover(name, seeds):
-    """Fit a model, from its true parameters, to its own logs with 1 N of noise of each of some seeds."""
+def recover(name, seeds, memory=0.0):
+    """Fit a model, from its true parameters, to its own logs with 1 N of noise of each of some seeds.
+
+    The noise is white, or remembers a share of the sample before.
+    """
     model = models()[name].typical()
     clean = replayed(logs_of(model, 0, noise=0.0))
     exact = identify_by_replay(name, clean, blocks=BLOCKS, start=model)
@@ -83,7 +87,7 @@ def recover(name, seeds):
     labels, errors, linear = set(), [], []
     for seed in seeds:
         rng = np.random.default_rng(seed)
-        records = [replace(record, force=record.force + rng.normal(size=len(record.force))) for record in clean]
+        records = [replace(record, force=record.force + _noise(rng, len(record.force), memory)) for record in clean]
         fit = identify_by_replay(name, records, blocks=BLOCKS, start=model)
         rows = flattened(fit, model)
         labels.add(tuple(label for label, *_ in rows))
@@ -94,6 +98,14 @@ def recover(name, seeds):
         linear.append(weights @ (Search(exact.coordinates, fit.records).residual(exact.x) - before))
     (same,) = labels  # every seed tells every parameter
     return Recovery(same, np.array(errors), np.array(linear))
+
+
+def _noise(rng, n, memory):
+    white = rng.normal(size=n)
+    if not memory:
+        return white
+    white[1:] *= np.sqrt(1 - memory**2)
+    return lfilter([1.0], [1.0, -memory], white)
 
 
 def _weights(exact, model):
