@@ -1,6 +1,6 @@
 """`fric ingest` of a long CSV against `pandas.read_csv` alone on the same file, and the memory it takes.
 
-The size is FRIC_BENCH_CSV_MB (400). Each measurement is a process of its own, in FRIC_BENCH_REPEAT (3) pairs; both
+The size is FRIC_BENCH_CSV_MB (2000). Each measurement is a process of its own, in FRIC_BENCH_REPEAT (3) pairs; both
 programs have read a small file before the clock starts, so that imports are not counted.
 """
 
@@ -71,7 +71,7 @@ def run() -> list[tuple[str, str, str]]:
     with tempfile.TemporaryDirectory() as folder:
         small, log, output = (Path(folder) / name for name in ("small.csv", "log.csv", "log.h5"))
         small.write_text("time [s],position [um],velocity [mm/s],force [N]\n0,0,0,0\n1,1,1,1\n2,2,2,2\n")
-        write_log(log, float(os.environ.get("FRIC_BENCH_CSV_MB", "400")) * 1e6)
+        write_log(log, float(os.environ.get("FRIC_BENCH_CSV_MB", "2000")) * 1e6)
         size = log.stat().st_size / 1e6
         pairs = [(measured(PANDAS, small, log, output), measured(INGEST, small, log, output)) for _ in range(repeat)]
     pandas, ingest = zip(*pairs, strict=True)

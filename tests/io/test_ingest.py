@@ -1,6 +1,7 @@
 """`ingest`: many files, appending, merging, and a memory that does not grow with the file."""
 
 import gzip
+import hashlib
 
 import h5py
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from fric import FricError, Log, ingest, read_logs, write_logs
 from fric.io.chunks import CHUNK
+from fric.io.readers import text
 
 
 def write(path, samples=50, speed=1.0):
@@ -112,6 +114,37 @@ def test_chunks_hold_every_kind_of_number(tmp_path, samples):
         data = file["records/record/force"]
         assert (data.compression, data.shuffle) == ("gzip", True)
         assert data.id.get_storage_size() < data.nbytes / 20
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "utf-16"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("piece", [1, 7, 64, 1000])
+def test_where_a_file_is_cut_into_pieces_changes_nothing(tmp_path, monkeypatch, piece, end, encoding):
+    """Also a piece shorter than a line; and the digest is that of the file, told piece by piece or not."""
+    monkeypatch.setattr(text, "PIECE", piece)
+    table = np.random.default_rng(piece).normal(size=(60, 3))
+    table[:, 0], table[:, 2] = np.arange(60) / 1000, np.gradient(table[:, 1])
+    lines = [
+        "Prüfstand 3, µm",
+        "time [s],position [mm],force [N]",
+        *(",".join(map(repr, row)) for row in table.tolist()),
+    ]
+    path = tmp_path / "log.csv"
+    path.write_bytes(end.join(lines).encode(encoding))
+    ingest(path, tmp_path / "log.h5")
+    (log,) = read_logs(tmp_path / "log.h5")
+    np.testing.assert_allclose(log.time, table[:, 0], rtol=1e-15)
+    np.testing.assert_allclose(log.position, table[:, 1] / 1000, rtol=1e-15)
+    np.testing.assert_allclose(log.force, table[:, 2], rtol=1e-15)
+    assert log.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_a_row_too_long_is_found_in_a_late_piece(tmp_path, monkeypatch):
+    monkeypatch.setattr(text, "PIECE", 64)
+    path = write(tmp_path / "log.csv")
+    path.write_text(path.read_text() + "0.05,1,2,3\n0.051,1,2\n")
+    with pytest.raises(FricError, match=r"log.csv, line 52: has more cells than the 3 of the header"):
+        ingest(path, tmp_path / "log.h5")
 
 
 def test_gz_is_the_same_log(tmp_path):

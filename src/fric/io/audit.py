@@ -57,9 +57,8 @@ class Clock:
         steps = np.diff(time, prepend=time[0] if self._last is None else self._last)
         if self._last is None:
             steps, rows = steps[1:], rows[1:]
-        stops = np.flatnonzero(steps <= 0)
-        if len(stops):
-            n = int(stops[0])
+        if len(steps) and steps.min() <= 0:
+            n = int(np.argmax(steps <= 0))
             now = float(time[len(time) - len(steps) + n])
             if steps[n] == 0:
                 raise FricError(
@@ -77,21 +76,23 @@ class Clock:
     def _gather(self, steps: NDArray[np.float64], rows: NDArray[np.int64]) -> None:
         if not self._window:
             self._window = int(np.clip(len(steps) // 8, 4, WINDOW))
-        steps, rows = np.concatenate([self._left, steps]), np.concatenate([self._left_rows, rows])
+        if len(self._left):
+            steps, rows = np.concatenate([self._left, steps]), np.concatenate([self._left_rows, rows])
+            self._left, self._left_rows = steps[:0], rows[:0]
+        if len(steps) and steps.max() < RATES_DIFFER * steps.min():  # as nearly always: one entry for all of them
+            mean = steps.mean()
+            self._periods.append(np.array([[mean], [mean], [mean], [len(steps) / self._window]]))
+            self._rows.append(rows[:1].copy())  # a view would keep all of the rows
+            return
         count = len(steps) // self._window
         cut = count * self._window
         self._left, self._left_rows = steps[cut:], rows[cut:]
         if not count:
             return
-        if steps.max() < RATES_DIFFER * steps.min():  # as nearly always: one entry for all of them
-            mean = steps[:cut].mean()
-            self._periods.append(np.array([[mean], [mean], [mean], [count]]))
-            self._rows.append(rows[:1].copy())
-            return
         windows, fifth = np.sort(steps[:cut].reshape(count, self._window), axis=1), self._window // 5
         once = np.ones(count)
         self._periods.append(np.stack([windows.mean(axis=1), windows[:, fifth], windows[:, -1 - fifth], once]))
-        self._rows.append(rows[: cut : self._window].copy())  # a view would keep all of the rows
+        self._rows.append(rows[: cut : self._window].copy())
 
     def stop(self) -> str:
         """End the record; return what the user should know of its clock.
@@ -145,12 +146,13 @@ class Signs:
         time, x, v, force = (block.get(name) for name in ("time", "position", "velocity", "force"))
         if time is None or len(time) < 2:
             return
-        way = np.diff(x) if x is not None else None
-        moved = (v[1:] + v[:-1]) / 2 * np.diff(time) if v is not None else way
-        if way is not None and v is not None and moved is not None:
-            self.agreement += _weighed(_summed(way) * _summed(moved))
+        moved = np.diff(x) if x is not None and v is None else None
+        if v is not None:
+            moved = (v[1:] + v[:-1]) * np.diff(time)  # twice the way: factors do not matter here
+            if x is not None:
+                self.agreement += _weighed(np.diff(x[:-1:WINDOW], append=x[-1]) * _summed(moved))
         if force is not None and moved is not None:
-            self.work += _weighed(_summed((force[1:] + force[:-1]) / 2 * moved))
+            self.work += _weighed(_summed((force[1:] + force[:-1]) * moved))
 
     def against(self) -> str:
         """Return what runs against its meaning: ``force``, ``velocity``, or nothing."""

@@ -64,7 +64,8 @@ class Plan:
             elif origin.decibel:
                 found[channel] = np.exp(by_index[origin.column] * _NEPER_A_DECIBEL) * origin.factor
             else:
-                found[channel] = by_index[origin.column] * origin.factor
+                values = by_index[origin.column]
+                found[channel] = values if origin.factor == 1.0 else values * origin.factor
         if "phase" in found:
             found["phase"] = np.unwrap(found["phase"])
         return found

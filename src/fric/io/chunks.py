@@ -5,6 +5,7 @@ from __future__ import annotations
 import zlib
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import h5py
@@ -13,17 +14,22 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    Buffer = bytes | NDArray[np.float64]
+
 CHUNK = 65_536
 """Samples a chunk: half a MiB of doubles."""
-AHEAD = 4
+AHEAD = 2
 """Chunks a column that may wait to be written."""
 LEVEL = 1
 """Of deflate: logs are mostly noise in their last digits, which a higher level does not shorten."""
 
-SAMPLE = 2048
-"""Bytes that tell how far more of their kind can be shortened."""
-WORTH = 0.5
+SAMPLE = 512
+"""Samples that tell how far more of their kind can be shortened."""
+WORTH = 0.25
 """What cannot be shortened to this is stored as it is."""
+
+_AS_IT_IS = 0b11
+"""Filter mask of a chunk that neither filter was applied to."""
 
 
 def compressor() -> ThreadPoolExecutor:
@@ -40,71 +46,72 @@ class GrowingColumn:
     Parameters
     ----------
     group, name
-        Where the dataset is made.
+        Where the dataset is made, once the first chunk is full; a shorter log gets a shorter chunk.
     unit
         Its attribute ``unit``.
-    first
-        Values in the first block; a shorter log gets a shorter chunk.
-    threads
-        See `compressor`.
+    thread
+        See `writing`.
     """
 
-    def __init__(self, group: h5py.Group, name: str, unit: str, first: int, threads: ThreadPoolExecutor) -> None:
-        self._chunk = min(max(first, 64), CHUNK)
-        self._data = group.create_dataset(
-            name, shape=(0,), maxshape=(None,), dtype="<f8", chunks=(self._chunk,), compression="gzip",
-            compression_opts=LEVEL, shuffle=True,
-        )  # fmt: skip
-        self._data.attrs["unit"] = unit
-        self._threads = threads
-        self._held: list[NDArray[np.float64]] = []
-        self._jobs: deque[Future[bytes]] = deque()
-        self._written = self._room = 0
+    def __init__(self, group: h5py.Group, name: str, unit: str, thread: ThreadPoolExecutor) -> None:
+        self._group, self._name, self._unit, self._thread = group, name, unit, thread
+        self._buffer, self._filled = np.empty(CHUNK, dtype="<f8"), 0
+        self._jobs: deque[Future[None]] = deque()
+        self._written, self._room, self._chunk = 0, 0, CHUNK
 
     def append(self, values: NDArray[np.float64]) -> None:
         """Add values."""
-        self._held.append(np.asarray(values, dtype="<f8"))
-        if sum(map(len, self._held)) < self._chunk:
-            return
-        joined = np.concatenate(self._held)
-        whole = len(joined) - len(joined) % self._chunk
-        for start in range(0, whole, self._chunk):
-            self._jobs.append(self._threads.submit(_compressed, joined[start : start + self._chunk]))
-            self._write(AHEAD)
-        self._held = [joined[whole:].copy()]
+        while len(values):
+            part = values[: CHUNK - self._filled]
+            self._buffer[self._filled : self._filled + len(part)] = part
+            self._filled, values = self._filled + len(part), values[len(part) :]
+            if self._filled == CHUNK:
+                self._jobs.append(self._thread.submit(self._write, self._buffer))
+                self._buffer, self._filled = np.empty_like(self._buffer), 0
+                self._wait(AHEAD)
 
     def close(self) -> None:
         """Write what is held."""
-        self._write(0)
-        rest = np.concatenate(self._held) if self._held else np.empty(0)
-        self._data.resize((self._written + len(rest),))
-        if len(rest):
-            self._data[self._written :] = rest
-        self._held = []
+        self._wait(0)
+        if not self._written:
+            self._chunk = max(self._filled, 64)
+        self._data.resize((self._written + self._filled,))
+        self._data[self._written :] = self._buffer[: self._filled]
 
-    def _write(self, waiting: int) -> None:
-        while len(self._jobs) > waiting:
-            chunk = self._jobs.popleft().result()
-            if self._written + self._chunk > self._room:
-                self._room = max(2 * self._room, 8 * self._chunk)
-                self._data.resize((self._room,))
-            self._data.id.write_direct_chunk((self._written,), chunk)
-            self._written += self._chunk
+    def _wait(self, jobs: int) -> None:
+        while len(self._jobs) > jobs:
+            self._jobs.popleft().result()
+
+    def _write(self, values: NDArray[np.float64]) -> None:
+        chunk, mask = _packed(values)
+        if self._written + CHUNK > self._room:
+            self._room = max(2 * self._room, 8 * CHUNK)
+            self._data.resize((self._room,))
+        self._data.id.write_direct_chunk((self._written,), chunk, mask)
+        self._written += CHUNK
+
+    @cached_property
+    def _data(self) -> h5py.Dataset:
+        data = self._group.create_dataset(
+            self._name, shape=(0,), maxshape=(None,), dtype="<f8", compression="gzip", compression_opts=LEVEL,
+            shuffle=True, chunks=(self._chunk,),
+        )  # fmt: skip
+        data.attrs["unit"] = self._unit
+        return data
 
 
-def _compressed(values: NDArray[np.float64]) -> bytes:
-    """Shuffle and deflate one chunk, as HDF5's filters read it.
+def _packed(values: NDArray[np.float64]) -> tuple[Buffer, int]:
+    """Shuffle and deflate one chunk, as HDF5's filters read it; return it and its filter mask.
 
-    After the shuffle the bytes of one significance lie together, and the lower ones of a measured channel are noise,
-    on which deflate spends most of its time for nothing. So each is a deflate block of its own, and noise is stored.
+    The lower bytes of a measured channel are noise, on which deflate spends most of the time of an ingest for little.
+    A chunk of which a sample tells so is left as it is.
     """
-    planes = np.ascontiguousarray(values).view(np.uint8).reshape(-1, 8).T
-    raw, stream = planes.tobytes(), [b"\x78\x01"]  # zlib's header (RFC 1950)
-    for significance in range(8):
-        plane = raw[significance * len(values) : (significance + 1) * len(values)]
-        sample = plane[:SAMPLE]
-        noise = len(zlib.compress(sample, LEVEL)) > WORTH * len(sample)
-        deflate = zlib.compressobj(0 if noise else LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
-        last = zlib.Z_FINISH if significance == 7 else zlib.Z_FULL_FLUSH
-        stream += [deflate.compress(plane), deflate.flush(last)]
-    return b"".join([*stream, zlib.adler32(raw).to_bytes(4, "big")])
+    sample = _shuffled(values[:SAMPLE])
+    if len(zlib.compress(sample.data, LEVEL)) > WORTH * sample.nbytes:
+        return values, _AS_IT_IS
+    return zlib.compress(_shuffled(values).data, LEVEL), 0
+
+
+def _shuffled(values: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Put the bytes of one significance side by side."""
+    return np.ascontiguousarray(values.view(np.uint8).reshape(-1, 8).T)

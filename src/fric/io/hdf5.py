@@ -101,7 +101,7 @@ class RecordWriter:
         for channel, values in block.items():
             if channel not in self._columns:
                 unit = si_unit(channel_dimension(channel), self._motion)
-                self._columns[channel] = GrowingColumn(self._group, channel, unit, len(values), self._threads)
+                self._columns[channel] = GrowingColumn(self._group, channel, unit, self._threads)
             self._columns[channel].append(values)
         self._check()
 
@@ -140,7 +140,7 @@ def log_writer(
     adding = append and path.exists()
     if adding:
         header_of(path)
-    with compressor() as threads, staged_hdf5(path, force=force, add=adding) as (file, check):
+    with staged_hdf5(path, force=force, add=adding) as (file, check), compressor() as threads:
         yield LogWriter(file, axis, motion, threads, check)
 
 

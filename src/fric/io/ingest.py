@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
 
@@ -14,6 +14,7 @@ import numpy as np
 from fric.errors import FricError
 from fric.io.audit import Clock, Signs
 from fric.io.channels import Plan, plan
+from fric.io.digest import FileDigest
 from fric.io.documents.mapping import MappingDocument, filled
 from fric.io.hdf5 import LogWriter, header_of, log_writer
 from fric.io.output import refuse_existing
@@ -130,12 +131,14 @@ def ingest(
     held = header_of(output) if append and output.exists() else None
     with ThreadPoolExecutor(1) as beside:  # digests are taken while the file is read
         session = _Session(mapping, kind, axis, motion, bad_cells, progress or (lambda _: None), beside)
-        first = next(iter(_tables(sources[0], mapping)))
+        rest = iter(_tables(sources[0], mapping))
+        first = next(rest)
         chosen_axis, chosen_motion = session.of_axis(first, held)
         with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
             session.known = writer.digests()
-            for source in sources:
-                session.read(source, writer, chosen_axis, chosen_motion)
+            session.read(sources[0], chain([first], rest), writer, chosen_axis, chosen_motion)
+            for source in sources[1:]:
+                session.read(source, _tables(source, mapping), writer, chosen_axis, chosen_motion)
             session.check_signs()
     return Ingested(
         str(output), chosen_axis, chosen_motion, tuple(session.records), tuple(session.skipped),
@@ -145,15 +148,6 @@ def ingest(
 
 def _tables(path: Path, mapping: MappingDocument | None) -> Iterable[Table]:
     return tables(path, mapping.format.layout() if mapping else None)
-
-
-def digest_of(path: Path) -> str:
-    """Return the sha256 of a file."""
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
 
 
 class _Session:
@@ -189,14 +183,16 @@ class _Session:
             motion = held[1] if held else plan(table, mapping, self._kind, None, self._fields(table)).motion
         return axis or (held[0] if held else "x"), cast(Motion, motion)
 
-    def read(self, path: Path, writer: LogWriter, axis: str, motion: Motion) -> None:
-        """Add the records of one file."""
-        digest = self._beside.submit(digest_of, path)
+    def read(self, path: Path, found: Iterable[Table], writer: LogWriter, axis: str, motion: Motion) -> None:
+        """Add the records of one file, which are its tables."""
+        digest = FileDigest(path, self._beside)
         if self.known and digest.result() in self.known:
             self.skipped.append((str(path), self.known[digest.result()]))
             self._progress(path.stat().st_size)
             return
-        for table in _tables(path, self._mapping):
+        for table in found:
+            if not self.known and table.tells_bytes:
+                table.listener = digest.take
             own = self.of_axis(table, (axis, motion))
             if own != (axis, motion):
                 raise FricError(
@@ -229,7 +225,7 @@ class _Session:
         own = {"stem": stem, "name": table.path.name, "parent": table.path.absolute().parent.name, **table.constants}
         return self._mapping.fields(own, str(table.path)) if self._mapping else own
 
-    def _add(self, table: Table, writer: LogWriter, motion: Motion, digest: Future[str]) -> IngestedRecord:
+    def _add(self, table: Table, writer: LogWriter, motion: Motion, digest: FileDigest) -> IngestedRecord:
         fields = self._fields(table)
         chosen = plan(table, self._mapping, self._kind, motion, fields)
         said = table.said
@@ -262,7 +258,7 @@ class _Session:
         return IngestedRecord(record.name, source, sha256, kind, samples, total, chosen.told(), left_out)
 
 
-def _digest(table: Table, file: Future[str]) -> str:
+def _digest(table: Table, file: FileDigest) -> str:
     """Return the digest of a record: its own, or that of its file, with its name where the file holds several."""
     said = table.said
     return said.get("sha256") or file.result() + (f":{said['name']}" if "name" in said else "")

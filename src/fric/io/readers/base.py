@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
@@ -63,6 +63,14 @@ class Table(ABC):
     said
         What the file itself says of the record: ``axis``, ``motion``, ``name``, ``kind``, ``sha256``, ``source``.
     """
+
+    listener: Callable[[bytes], object] | None = None
+    """Is given all bytes of the file in their order, as `blocks` reads them, by a reader that `tells_bytes`."""
+
+    @property
+    def tells_bytes(self) -> bool:
+        """Whether `blocks` reads the file from its first byte to its last."""
+        return False
 
     def __init__(
         self,

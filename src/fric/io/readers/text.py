@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import gzip
-import os
 import zlib
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from io import BytesIO
+from contextlib import suppress
 from itertools import chain, islice, repeat
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -23,11 +22,11 @@ from fric.io.readers.sniff import Shape, is_number, shape_of, split
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-THREADS = min(max((os.cpu_count() or 1) // 2, 1), 2)
-"""Pieces that are parsed at once; the other half of the cores compresses, takes digests and checks."""
-PIECE = (6 << 20) // THREADS
+THREADS = 2
+"""Pieces that are parsed at once."""
+PIECE = 2 << 20
 """Bytes that are parsed at a time."""
-AHEAD = THREADS + 2
+AHEAD = 4
 """Pieces that may wait, parsed or not."""
 LOOK = 32_768
 """Bytes at the beginning that are looked at to find how the file is written."""
@@ -59,6 +58,30 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     yield TextTable(path, shape, layout, zipped)
 
 
+class _Piece:
+    """Bytes as pandas' C parser takes them: a BytesIO it would have decoded, only to encode the text again.
+
+    Parameters
+    ----------
+    parts
+        The bytes; they are not joined.
+    """
+
+    def __init__(self, parts: Sequence[memoryview]) -> None:
+        self._parts = [part for part in parts if len(part)]
+
+    def read(self, size: int) -> bytes:
+        """Return the next bytes, ``size`` of them at most, and none at the end."""
+        if not self._parts:
+            return b""
+        taken, left = self._parts[0][:size], self._parts[0][size:]
+        self._parts[:1] = [left] if len(left) else []
+        return bytes(taken)
+
+    def __iter__(self) -> Iterator[memoryview]:  # without which it is no file to pandas
+        return iter(self._parts)
+
+
 class TextTable(Table):
     """The table of a text log.
 
@@ -77,6 +100,7 @@ class TextTable(Table):
     def __init__(self, path: Path, shape: Shape, layout: Layout, zipped: bool) -> None:
         super().__init__(path, shape.columns, shape.preamble)
         self._shape, self._comment, self._zipped = shape, layout.comment, zipped
+        self._ragged = False
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
         """Read the file piece by piece through pandas; the next pieces are parsed while one is worked on."""
@@ -85,37 +109,61 @@ class TextTable(Table):
         with ThreadPoolExecutor(THREADS, thread_name_prefix="parse") as threads:
             for piece in chain(self._pieces(), repeat(None, AHEAD)):
                 if piece:
-                    waiting.append((len(piece), threads.submit(self._parsed, piece)))
+                    waiting.append((sum(map(len, piece)), threads.submit(self._parsed, piece)))
                 if waiting and (piece is None or len(waiting) == AHEAD):
                     size, parsed = waiting.popleft()
                     frame = self._frame(parsed, row)
                     yield Block(row, [_numbers(frame[n], self._shape.decimal) for n in wanted], size)
                     row += len(frame)
 
-    def _pieces(self) -> Iterator[bytes]:
-        """Cut the data into pieces of whole lines, in an encoding in which a digit is a byte."""
-        wide = "\0".encode(self._shape.encoding) != b"\0"
+    @property
+    def tells_bytes(self) -> bool:
+        """A compressed file, and one whose digits are no bytes, are not read as they are."""
+        return not (self._zipped or self._wide)
+
+    @property
+    def _wide(self) -> bool:
+        return "\0".encode(self._shape.encoding) != b"\0"
+
+    def _pieces(self) -> Iterator[list[memoryview]]:
+        """Cut the data into pieces of whole lines, each of some parts, in an encoding in which a digit is a byte."""
+        wide, tell = self._wide, self.listener or (lambda _: None)
+        rest: list[memoryview] = []
         try:
             with _opened(self.path, self._zipped, self._shape.encoding if wide else None) as file:
                 for _ in range(self._shape.first):
-                    file.readline()
-                while piece := file.read(PIECE):
-                    piece += file.readline()
-                    yield piece.encode() if wide else piece
+                    tell(file.readline())
+                while read := file.read(PIECE):
+                    content = read.encode() if wide else read
+                    tell(content)
+                    end, whole = content.rfind(b"\n") + 1, memoryview(content)
+                    rest.append(whole[:end] if end else whole)
+                    if end:
+                        yield rest
+                        rest = [whole[end:]]
         except (OSError, EOFError, zlib.error, UnicodeError) as error:
             raise FricError(f"is damaged: {error}", where=str(self.path), mend="Copy the file again.") from None
+        if any(map(len, rest)):
+            yield rest
 
-    def _parsed(self, piece: bytes) -> pd.DataFrame:
-        # Cells are read by their place; one more column than there is catches rows that are too long. The encoding
-        # matters for names alone, which are known by now.
-        shape = self._shape
+    def _parsed(self, piece: Sequence[memoryview]) -> pd.DataFrame:
+        # Cells are read by their place. The encoding matters for names alone, which are known by now.
+        shape, names = self._shape, range(len(self.columns))
+        read_csv: Callable[..., pd.DataFrame] = pd.read_csv  # whose types ask for more of a file than it does
         options: dict[str, Any] = {
             "sep": r"\s+" if shape.delimiter == "whitespace" else shape.delimiter, "decimal": shape.decimal,
             "comment": self._comment, "skipinitialspace": shape.spaced, "encoding_errors": "replace",
+            "header": None, "low_memory": False,
         }  # fmt: skip
-        names = range(len(self.columns) + 1)
         try:
-            return pd.read_csv(BytesIO(piece), header=None, names=names, index_col=False, low_memory=False, **options)
+            if not self._ragged:
+                with suppress(pd.errors.ParserError):
+                    frame = read_csv(_Piece(piece), names=names, **options)
+                    if isinstance(frame.index, pd.RangeIndex):  # no row is so long that its first cells are an index
+                        return frame
+                self._ragged = True
+            # one more column than there is catches rows that are too long
+            return read_csv(_Piece(piece), names=range(len(names) + 1), index_col=False, **options)
         except pd.errors.EmptyDataError:
             return pd.DataFrame({name: np.empty(0) for name in names})
 
@@ -123,7 +171,7 @@ class TextTable(Table):
         """Return what was parsed, having checked that no row is longer than the header."""
         try:
             frame = parsed.result()
-            if frame[len(self.columns)].notna().any():
+            if len(frame.columns) > len(self.columns) and frame[len(self.columns)].notna().any():
                 raise self._too_long(row)
         except pd.errors.ParserError as error:
             if "fields in line" in str(error):
