@@ -53,6 +53,16 @@ def test_intervals_cover_the_truth_in_93_to_97_per_cent_of_500_seeds():
     assert {name: 0.93 <= covered[name] / 500 <= 0.97 for name in truth} == dict.fromkeys(truth, True), covered
 
 
+def test_clipped_forces_are_told():
+    logs = _logs(1)
+    low, high = min(log.force.min() for log in logs), max(log.force.max() for log in logs)
+    assert not any("clipped" in text for text in identify_static(logs).warnings)
+    cut = [replace(log, force=np.clip(log.force, 0.8 * low, 0.8 * high)) for log in logs]
+    told = [text for text in identify_static(cut).warnings if "the force is clipped in" in text]
+    assert told
+    assert all("larger range" in text for text in told)
+
+
 def test_one_long_record_gives_what_single_strokes_give():
     rng = np.random.default_rng(1)
     dt, parts, z = 1e-3, [], 0.0

@@ -9,22 +9,24 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
 
-import numpy as np
-
 from fric.errors import FricError
 from fric.io.audit import Clock, Signs
-from fric.io.channels import Plan, plan
+from fric.io.channels import plan
 from fric.io.digest import FileDigest
 from fric.io.documents.mapping import MappingDocument, filled
 from fric.io.hdf5 import LogWriter, header_of, log_writer
 from fric.io.output import refuse_existing
 from fric.io.readers import tables
-from fric.io.readers.base import Block, Table
+from fric.io.readers.base import Table
+from fric.io.rows import WholeRows
 from fric.log import KINDS, Kind
 from fric.units import Motion
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    pass
+
+FOREIGN = frozenset({".csv", ".tsv", ".txt", ".dat", ".log", ".gz", ".mat", ".parquet"})
+"""Endings of what is read; a log file of fric's own does not end so."""
 
 BadCells = Literal["error", "drop"]
 Progress = Callable[[int], None]
@@ -123,6 +125,11 @@ def ingest(
     """
     sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
     output = Path(output)
+    if output.suffix.lower() in FOREIGN:
+        raise FricError(
+            f"what is written is HDF5, and the name ends in {output.suffix}", where=str(output),
+            mend=f"Call it {output.with_suffix('.h5').name}.",
+        )  # fmt: skip
     refuse_existing(None if append else output, force=force)
     if not sources:
         raise FricError("there is no file to ingest")
@@ -234,7 +241,7 @@ class _Session:
         kind = "frequency-response" if chosen.response else kind
         source = said.get("source") or str(table.path)
         record = writer.create(name.replace("/", "-"), kind=kind, source=source)
-        rows_of, clock, samples, dropped = _Rows(table, chosen, self._drop), Clock(table.place), 0, 0
+        rows_of, clock, samples, dropped = WholeRows(table, chosen, self._drop), Clock(table.place), 0, 0
         for block in table.blocks(chosen.wanted):
             good, rows = rows_of.good(block)
             channels = chosen.convert(good, rows)
@@ -262,39 +269,6 @@ def _digest(table: Table, file: FileDigest) -> str:
     """Return the digest of a record: its own, or that of its file, with its name where the file holds several."""
     said = table.said
     return said.get("sha256") or file.result() + (f":{said['name']}" if "name" in said else "")
-
-
-class _Rows:
-    """Finds the rows of a table that are whole."""
-
-    def __init__(self, table: Table, chosen: Plan, drop: bool) -> None:
-        self._table, self._wanted, self._drop = table, chosen.wanted, drop
-
-    def good(self, block: Block) -> tuple[list[NDArray[np.float64]], NDArray[np.int64]]:
-        """Return the columns without the rows that are not whole, and the rows' numbers in the file."""
-        rows = np.arange(block.row, block.row + len(block.columns[0]))
-        # a sum is finite when all of its terms are: cheaper than looking at each
-        with np.errstate(invalid="ignore", over="ignore"):
-            if np.isfinite(sum(float(values.sum()) for values in block.columns)):
-                return block.columns, rows
-        whole = np.logical_and.reduce([np.isfinite(values) for values in block.columns])
-        if whole.all():
-            return block.columns, rows
-        if self._drop:
-            return [values[whole] for values in block.columns], rows[whole]
-        first = int(np.argmin(whole))
-        bad = (n for n, values in zip(self._wanted, block.columns, strict=True) if not np.isfinite(values[first]))
-        raise self._bad(block.row + first, next(bad))
-
-    def _bad(self, row: int, column: int) -> FricError:
-        text, run = self._table.text(row, column), self._table.run(row, column)
-        what = "the cell is empty" if not text else f"'{text}' is no number"
-        if run > 1:
-            what = f"{run} cells in a row are no numbers, the first {'empty' if not text else repr(text)}"
-        return FricError(
-            what, where=self._table.place(row, column),
-            mend="Mend the file, or leave such samples out with --bad-cells drop.",
-        )  # fmt: skip
 
 
 def sizes(paths: Sequence[Path]) -> int:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fric.identify.records.clipping import STUCK, clipped_samples, counts
 from fric.identify.records.recognition import Sine, fitted_sine, force_rise, recognised_kind
 from fric.identify.records.resolution import lattice_step
 from fric.identify.records.segments import Stretch, stretches_and_rests
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
 
 GAP = 1.5
 """Sampling intervals from which on samples are missing."""
-STUCK = 5
-"""Consecutive samples at its very extreme after which a force or input counts as clipped."""
 ALIKE = 0.03
 """Relative difference up to which two stretches have one speed."""
 
@@ -240,28 +239,10 @@ def _channel(log: Log, name: str, values: NDArray[np.float64]) -> Channel:
     numbers = values[np.isfinite(values)]
     if not len(numbers):
         return Channel(log.unit(name), None, None, not_a_number=len(values))
-    step = lattice_step(numbers) if name not in {"time", "reference"} else None
-    if step is not None and name != "position" and step < 1e-6 * float(np.ptp(numbers)):
-        step = None  # the last digit of the number format
-    clipped = _clipped(numbers, step) if name in {"force", "input"} else 0
+    step = lattice_step(numbers) if name == "position" else None if name in {"time", "reference"} else counts(numbers)
+    clipped = clipped_samples(numbers) if name in {"force", "input"} else 0
     low, high = float(numbers.min()), float(numbers.max())
     return Channel(log.unit(name), low, high, step, len(values) - len(numbers), clipped)
-
-
-def _clipped(values: NDArray[np.float64], step: float | None) -> int:
-    """Count the samples at which a channel is flat at its extreme, more than coarse counts alone bring about."""
-    span = float(np.ptp(values))
-    if span == 0.0:
-        return 0
-    clipped = 0
-    for side in (values, -values):
-        top = side >= side.max() - 1e-9 * span
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], top, [False]]).astype(int)))
-        longest = int((edges[1::2] - edges[::2]).max())
-        below = np.count_nonzero(side >= side.max() - 1.5 * step) - np.count_nonzero(top) if step else 0
-        if longest >= STUCK and np.count_nonzero(top) > 3 * below:
-            clipped += int(np.count_nonzero(top))
-    return clipped
 
 
 def _clock(time: NDArray[np.float64]) -> tuple[float | None, float, tuple[Gap, ...]]:
@@ -272,4 +253,4 @@ def _clock(time: NDArray[np.float64]) -> tuple[float | None, float, tuple[Gap, .
     usual = float(np.median(intervals))
     wide = intervals > GAP * usual
     gaps = tuple(Gap(float(time[k]), float(intervals[k] / usual)) for k in np.flatnonzero(wide))
-    return 1.0 / usual, float(intervals[~wide].std()), gaps
+    return 1.0 / float(intervals[~wide].mean()), float(intervals[~wide].std()), gaps

@@ -12,6 +12,7 @@ from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.identify.records.clipping import clipped_samples
 from fric.identify.records.segments import steady_stretches
 from fric.identify.strokes.averages import Average, average
 from fric.identify.strokes.map_doubts import damping_doubt, map_doubts
@@ -93,6 +94,7 @@ def identify_static(
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
     points = steady_points(logs, average=average, plant=plant)
+    cut = _cut_off(logs)
     axis, motion = logs[0].axis, logs[0].motion
     method = (
         f"eq. (2) by separable least squares; weights {weights}; average {average}; direction {direction}; "
@@ -102,9 +104,9 @@ def identify_static(
     speeds = {round(abs(p.velocity), 12) for p in points}
     if np.ptp(np.abs([p.velocity for p in points])) <= 0.02 * max(speeds):
         at_speed, warning = _one_speed(points, motion)
-        return StaticFit(axis, motion, tuple(points), None, None, at_speed, (warning,), method)
+        return StaticFit(axis, motion, tuple(points), None, None, at_speed, (*cut, warning), method)
 
-    warnings = _unsettled(points, motion)
+    warnings = cut + _unsettled(points, motion)
     positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
     if direction == "each":
         if not (positive and backward):
@@ -172,6 +174,16 @@ def _points_of(log: Log, method: Average, plant: Plant | None) -> list[SpeedPoin
             )
         )
     return points
+
+
+def _cut_off(logs: Sequence[Log]) -> list[str]:
+    found = {log.where: clipped_samples(log.force) for log in logs if log.force is not None}
+    return [
+        f"{where}: the force is clipped in {samples} samples: what lies beyond is missing in the map. "
+        "Log with a larger range of the trace."
+        for where, samples in found.items()
+        if samples
+    ]
 
 
 def _unsettled(points: Sequence[SpeedPoint], motion: Motion) -> list[str]:

@@ -1,0 +1,82 @@
+"""`fric ingest` as it is called: each of its options."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fric import read_logs
+from fric.cli.main import app
+from fric.errors import FricError
+
+RUN = CliRunner()
+HEADER = "time [s],position [um],force [N]\n"
+ROWS = [f"{n / 100:.2f},{10.0 * n},{5.0 + n % 2}" for n in range(40)]
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "stroke.csv"
+    path.write_text(HEADER + "\n".join(ROWS) + "\n")
+    return path
+
+
+def ingest(*words):
+    done = RUN.invoke(app, ["ingest", *map(str, words)])
+    if done.exception is not None:
+        raise done.exception
+    return done
+
+
+def test_kind_axis_and_motion_are_kept(log, tmp_path):
+    out = tmp_path / "log.h5"
+    told = json.loads(ingest(log, "-o", out, "--kind", "constant-velocity", "--axis", "y", "--json").stdout)
+    (read,) = read_logs(out)
+    assert (read.kind, read.axis, read.motion) == ("constant-velocity", "y", "linear")
+    assert (told["axis"], told["motion"], len(told["records"])) == ("y", "linear", 1)
+    with pytest.raises(FricError):
+        ingest(log, "-o", out, "--force", "--motion", "rotary")  # the header says micrometres
+    assert len(read_logs(out)) == 1
+
+
+def test_append_adds_and_skips_what_is_there(log, tmp_path):
+    out, other = tmp_path / "log.h5", tmp_path / "other.csv"
+    other.write_text(log.read_text().replace("5.0", "7.0"))
+    ingest(log, "-o", out)
+    with pytest.raises(FricError, match="the output exists"):
+        ingest(other, "-o", out)
+    done = ingest(log, other, "-o", out, "--append")
+    assert [read.name for read in read_logs(out)] == ["stroke", "other"]
+    assert "stroke" in done.stdout + done.stderr
+    ingest(other, "-o", out, "--force")
+    assert [read.name for read in read_logs(out)] == ["other"]
+
+
+def test_bad_cells_are_dropped_on_demand(log, tmp_path):
+    log.write_text(log.read_text().replace("0.07,70.0", "0.07,none"))
+    with pytest.raises(FricError, match=r"stroke.csv, line 9, column 'position': 'none' is no number"):
+        ingest(log, "-o", tmp_path / "log.h5")
+    assert not (tmp_path / "log.h5").exists()
+    done = ingest(log, "-o", tmp_path / "log.h5", "--bad-cells", "drop")
+    assert "1 of 40 samples dropped" in done.stderr
+    assert len(read_logs(tmp_path / "log.h5")[0]) == 39
+
+
+def test_a_mapping_names_the_columns(tmp_path):
+    (tmp_path / "raw.csv").write_text("a;b;c\n" + "\n".join(row.replace(",", ";") for row in ROWS) + "\n")
+    (tmp_path / "map.yaml").write_text(
+        "fric: mapping/1\naxis: z\nmotion: linear\nrecord: 'run {stem}'\ncolumns:\n  time: {column: a, unit: s}\n"
+        "  position: {column: b, unit: um}\n  force: {column: c, unit: N}\n"
+    )
+    ingest(tmp_path / "raw.csv", "-o", tmp_path / "log.h5", "--map", tmp_path / "map.yaml")
+    (read,) = read_logs(tmp_path / "log.h5")
+    assert (read.name, read.axis) == ("run raw", "z")
+    np.testing.assert_allclose(read.position, 1e-5 * np.arange(40))
+
+
+@pytest.mark.parametrize("name", ["own.csv", "own.CSV", "own.csv.gz", "own.mat"])
+def test_a_log_file_is_not_called_what_it_is_not(log, tmp_path, name):
+    with pytest.raises(FricError, match=r"what is written is HDF5(.|\n)*Call it own.*\.h5"):
+        ingest(log, "-o", tmp_path / name)
+    assert not (tmp_path / name).exists()
