@@ -43,6 +43,8 @@ def run_study(study: Any, machines: int, workers: int | None, scheduler: str | N
             advance()
             if interrupted():
                 break
+    if not done:
+        raise fric.FricError("interrupted before a machine was done", mend="Nothing was written.")
     if len(done) < machines:
         ERR.print(
             f"[bold yellow]interrupted:[/] {len(done)} of {machines} machines are done, and are kept: "
