@@ -33,15 +33,15 @@ _AS_IT_IS = 0b11
 
 
 def compressor() -> ThreadPoolExecutor:
-    """Return the thread that compresses; zlib lets go of the interpreter meanwhile."""
+    """Return the thread that packs and writes chunks; zlib and the file let go of the interpreter meanwhile."""
     return ThreadPoolExecutor(1, thread_name_prefix="compress")
 
 
 class GrowingColumn:
     """One dataset that values are appended to.
 
-    HDF5's own filter pipeline compresses in the thread that writes; here the same filters (shuffle, deflate) are
-    applied in threads, so that reading the next block goes on.
+    HDF5's own filters (shuffle, deflate) are applied in a thread beside the work, so that reading the next block goes
+    on, and only where they shorten a chunk.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class GrowingColumn:
     unit
         Its attribute ``unit``.
     thread
-        See `writing`.
+        See `compressor`.
     """
 
     def __init__(self, group: h5py.Group, name: str, unit: str, thread: ThreadPoolExecutor) -> None:

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, cast
+from typing import Literal, cast
 
 from fric.errors import FricError
 from fric.io.audit import Clock, Signs
@@ -21,9 +21,6 @@ from fric.io.readers.base import Table
 from fric.io.rows import WholeRows
 from fric.log import KINDS, Kind
 from fric.units import Motion
-
-if TYPE_CHECKING:
-    pass
 
 FOREIGN = frozenset({".csv", ".tsv", ".txt", ".dat", ".log", ".gz", ".mat", ".parquet"})
 """Endings of what is read; a log file of fric's own does not end so."""
