@@ -15,7 +15,7 @@ from time import perf_counter
 import numpy as np
 
 from fric.compensation.base import NONE, PAPER_SCHEMES
-from fric.io.machine import read_machine
+from fric.documents.machine_files import read_machine
 from fric.kernels.loop import closed_loop, parts_of_a_sample
 from fric.kernels.plant import LASTING, TOLERANCE, WEIGHTS, reaches
 from fric.reference import circle

@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from fric.compensation.base import PAPER_SCHEMES
-from fric.io.machine import read_machine
+from fric.documents.machine_files import read_machine
 from fric.simulate.monte_carlo import Study, monte_carlo
 from fric.simulate.processes import default_workers
 

@@ -7,11 +7,11 @@ from typer.testing import CliRunner
 
 from fric.cli.main import app
 from fric.compensation.q_filter import Q_FILTERS
+from fric.documents.controller import ControllerDocument
+from fric.documents.observer import ObserverDocument
+from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.io.documents.controller import ControllerDocument
-from fric.io.documents.observer import ObserverDocument
 from fric.io.hdf5 import write_logs
-from fric.io.yaml import read_document
 from fric.log import FrequencyResponse
 from tests.design.plants import X
 

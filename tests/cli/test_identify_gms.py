@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from fric import FricError, read_document
 from fric.cli.main import app
-from fric.io.documents.friction import FrictionDocument
+from fric.documents.friction import FrictionDocument
 
 DATA = Path(__file__).parents[2] / "data"
 LOGS = [str(DATA / "presliding-sine.h5"), str(DATA / "sliding-sine.h5")]

@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 
 import fric
 from fric.cli.main import app
+from fric.documents.plant import PlantDocument
 from fric.errors import FricError
-from fric.io.documents.plant import PlantDocument
 from fric.log import FrequencyResponse, Log
 from tests.identify.excited_axis import X, shaken
 from tests.identify.test_rigid_body import EMPS, F_C, F_V, OFFSET, M, motion

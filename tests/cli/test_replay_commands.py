@@ -10,10 +10,10 @@ from typer.testing import CliRunner
 
 from fric.cli.identify.by_replay import MODELS
 from fric.cli.main import app
+from fric.documents.friction import FrictionDocument
+from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.friction import models
-from fric.io.documents.friction import FrictionDocument
-from fric.io.yaml import read_document
 
 ROOT = Path(__file__).parents[2]
 LOOPS = ROOT / "data/presliding-sine.h5"

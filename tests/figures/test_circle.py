@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fric.compensation.base import PAPER_SCHEMES
+from fric.documents.machine_files import read_machine
 from fric.figures.circle import polar_figure
-from fric.io.machine import read_machine
 from fric.simulate.circle import Circle, run_circle
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))

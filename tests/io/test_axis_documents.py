@@ -3,11 +3,11 @@ from pathlib import Path
 import pytest
 
 from fric.compensation.disturbance_observer import QFilter
+from fric.documents.controller import ControllerDocument
+from fric.documents.observer import ObserverDocument
+from fric.documents.plant import PlantDocument
+from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.io.documents.controller import ControllerDocument
-from fric.io.documents.observer import ObserverDocument
-from fric.io.documents.plant import PlantDocument
-from fric.io.yaml import read_document
 
 PLANT = 'fric: plant/1\naxis: x\nA: 28.57 1/s\nB: {value: 4.526, unit: m/(s^2*V)}\nT_d: 0.65 ms\nK_f: "548 N/V"\n'
 CONTROLLER = """\

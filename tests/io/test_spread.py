@@ -2,10 +2,11 @@ from pathlib import Path
 
 import pytest
 
+from fric.documents.base import Quantity
+from fric.documents.identified import read_identified
+from fric.documents.machine_files import read_machine
+from fric.documents.spread import read_spreads
 from fric.errors import FricError
-from fric.io.documents.base import Quantity
-from fric.io.machine import read_machine
-from fric.io.spread import read_identified, read_spreads
 from fric.simulate.spread import DEFAULT_SPREADS
 
 MACHINE = Path("configs/xy-table.yaml").resolve()

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fric.compensation.base import PAPER_SCHEMES
+from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
-from fric.io.machine import read_machine
 from fric.simulate.circle import Circle, run_circle
 
 CALIBRATED = read_machine(Path("configs/xy-table.yaml"))

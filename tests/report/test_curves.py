@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import fric
+from fric.documents.friction import static_tree
+from fric.documents.yaml import write_document
 from fric.errors import FricError
 from fric.friction.gms import GMS
-from fric.io.friction import static_tree
 from fric.io.hdf5 import read_logs
-from fric.io.yaml import write_document
 from fric.report.collect import collect
 from fric.report.curves import friction_curves, map_band, presliding, virgin_band
 

@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from fric.cli.main import app
-from fric.io.documents.friction import FrictionDocument
-from fric.io.documents.machine import MachineDocument
-from fric.io.yaml import read_document
+from fric.documents.friction import FrictionDocument
+from fric.documents.machine import MachineDocument
+from fric.documents.yaml import read_document
 from fric.reproduce.paper import Reproduction, paper_machine, reproduce_paper
 from fric.reproduce.paper import reproduction_steps as steps
 

@@ -8,12 +8,12 @@ from fric.compensation.base import NONE, PAPER_SCHEMES
 from fric.compensation.feedforward import friction_feedforward
 from fric.design.loop import SampledLoop
 from fric.design.margins import margins
+from fric.documents.machine_files import read_machine
 from fric.drive.cascade import Cascade
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
-from fric.io.machine import read_machine
 from fric.kernels.loop import closed_loop
 from fric.kernels.plant import WORK
 from fric.kernels.signatures import compiled_step

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fric.documents.machine_files import read_machine
 from fric.friction.rolling import Rolling
 from fric.io.hdf5 import read_logs
-from fric.io.machine import read_machine
 from fric.simulate.experiment import experiment
 
 RIG = read_machine(Path("configs/virtual-rig.yaml"))

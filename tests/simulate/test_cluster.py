@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fric.compensation.base import PAPER_SCHEMES
+from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.io.machine import read_machine
 from fric.simulate import cluster
 from fric.simulate.circle import Circle
 from fric.simulate.cluster import cluster_outcomes

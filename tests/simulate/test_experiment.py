@@ -4,10 +4,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.io.hdf5 import read_records, write_logs
-from fric.io.machine import read_machine
 from fric.log import Log
 from fric.simulate.experiment import (
     EXPERIMENTS,

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from fric.compensation.base import NONE
+from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.friction.lugre import LuGre
-from fric.io.machine import read_machine
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.machine import Machine
 

@@ -10,8 +10,8 @@ import pytest
 from scipy.stats import spearmanr
 
 from fric.compensation.base import PAPER_SCHEMES
+from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.io.machine import read_machine
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.monte_carlo import MonteCarlo, Outcome, Study, monte_carlo, monte_carlo_document
 from fric.simulate.processes import outcomes

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fric.compensation.base import PAPER_SCHEMES
+from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.io.machine import read_machine
 from fric.io.path import read_path
 from fric.io.run import read_runs, write_runs
 from fric.simulate.circle import run_circle

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kstest, loguniform, norm, uniform
 
+from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.friction import models
 from fric.friction.rolling import Rolling
-from fric.io.machine import read_machine
 from fric.simulate.intervals import draw_within
 from fric.simulate.machine import Machine
 from fric.simulate.spread import DEFAULT_SPREADS, Spread, check_spreads, draw_machine, known_spreads

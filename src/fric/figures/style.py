@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fric.errors import FricError
-from fric.io.output import staged
+from fric.output import staged
 
 # Okabe and Ito's palette, distinguishable with every common colour vision and in grey.
 BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"

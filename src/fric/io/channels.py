@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fric.documents.mapping import Channel, MappingDocument, filled
 from fric.errors import FricError
-from fric.io.documents.mapping import Channel, MappingDocument, filled
 from fric.io.readers.base import Table, plain_name
 from fric.log import CHANNELS, RESPONSE_DIMENSIONS, Kind, channel_dimension
 from fric.units import Motion, factor, parse, si_unit

@@ -9,17 +9,17 @@ from itertools import chain
 from pathlib import Path
 from typing import Literal, cast
 
+from fric.documents.mapping import MappingDocument, filled
 from fric.errors import FricError
 from fric.io.audit import Clock, Signs
 from fric.io.channels import plan
 from fric.io.digest import FileDigest
-from fric.io.documents.mapping import MappingDocument, filled
 from fric.io.hdf5 import LogWriter, header_of, log_writer
-from fric.io.output import refuse_existing
 from fric.io.readers import tables
 from fric.io.readers.base import Table
 from fric.io.rows import WholeRows
 from fric.log import KINDS, Kind
+from fric.output import refuse_existing
 from fric.units import Motion
 
 FOREIGN = frozenset({".csv", ".tsv", ".txt", ".dat", ".log", ".gz", ".mat", ".parquet"})
@@ -151,7 +151,7 @@ def ingest(
 
 
 def _tables(path: Path, mapping: MappingDocument | None) -> Iterable[Table]:
-    return tables(path, mapping.format.layout() if mapping else None)
+    return tables(path, mapping.format if mapping else None)
 
 
 class _Session:

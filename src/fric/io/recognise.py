@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from fric.documents.yaml import read_tree
 from fric.errors import FricError
 from fric.io.hdf5 import open_file
 from fric.io.report import REPORT_MARK
-from fric.io.yaml import read_tree
 
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fric.errors import FricError
-from fric.io.output import staged
+from fric.output import staged
 
 FORMAT = "report/1"
 DATA_ID = "fric-report"

@@ -16,7 +16,7 @@ from fric.compensation.base import Compensation
 from fric.contour import Circularity, ContourError, Reversal
 from fric.errors import FricError
 from fric.io.hdf5 import open_file
-from fric.io.output import staged
+from fric.output import staged
 from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document

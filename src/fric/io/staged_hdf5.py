@@ -12,7 +12,7 @@ from typing import IO
 
 import h5py
 
-from fric.io.output import staged
+from fric.output import staged
 
 
 class Unfailing:

@@ -12,13 +12,13 @@ import numpy as np
 
 from fric.compensation.base import Compensation
 from fric.contour import QUADRANTS
+from fric.documents import document_types
+from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
-from fric.io.documents import document_types
 from fric.io.hdf5 import read_records
 from fric.io.recognise import recognise
 from fric.io.report import FORMAT, read_report
 from fric.io.run import read_glitch_intervals, read_run_provenance, read_runs
-from fric.io.yaml import plain, read_document, read_tree
 from fric.report.material import KINDS, Contour, ContourTest, Item, Material
 from fric.simulate.circle import CircleRun
 from fric.simulate.path import PathRun

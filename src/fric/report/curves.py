@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.documents.plant import PlantDocument
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
@@ -16,7 +17,6 @@ from fric.identify.loops.gms_records import taken_off
 from fric.identify.loops.loops import Loops, find_loops
 from fric.identify.loops.virgin_curve import VirginCurve, virgin_curve
 from fric.identify.strokes.static import identify_static, steady_points
-from fric.io.documents.plant import PlantDocument
 from fric.log import Log
 
 if TYPE_CHECKING:

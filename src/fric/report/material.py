@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fric.compensation.base import Compensation
+from fric.documents import Document
+from fric.documents.base import AxisDocument, quantities
+from fric.documents.friction import FrictionDocument
 from fric.friction import models
-from fric.io.documents import Document
-from fric.io.documents.base import AxisDocument, quantities
-from fric.io.documents.friction import FrictionDocument
 
 if TYPE_CHECKING:
     import numpy as np

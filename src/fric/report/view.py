@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fric.design.perturbation import Perturbation, measured_perturbation, model_perturbation
+from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.identify.dynamics.frequency_response import measure_response
-from fric.io.documents.plant import PlantDocument
 from fric.log import FrequencyResponse, Log
 from fric.report.advice import Advice, advise
 from fric.report.canvas import Drawn

@@ -11,6 +11,12 @@ from typing import Any
 from fric.design.cascade import design_cascade
 from fric.design.observer import design_observer
 from fric.design.perturbation import measured_perturbation
+from fric.documents.controller import ControllerDocument, controller_tree
+from fric.documents.friction import gms_tree, read_static, static_tree
+from fric.documents.machine_files import read_machine
+from fric.documents.observer import observer_tree
+from fric.documents.plant import PlantDocument, plant_tree, read_plant
+from fric.documents.yaml import read_document, write_document
 from fric.figures.gms import draw_gms
 from fric.figures.plant import draw_plant
 from fric.figures.qfilter import q_filter_figure
@@ -20,15 +26,7 @@ from fric.identify.dynamics.frequency_response import measure_response
 from fric.identify.dynamics.plant import identify_plant
 from fric.identify.loops.gms import identify_gms
 from fric.identify.strokes.static import identify_static
-from fric.io.design import controller_tree, observer_tree
-from fric.io.documents.controller import ControllerDocument
-from fric.io.documents.plant import PlantDocument
-from fric.io.friction import gms_tree, read_static, static_tree
 from fric.io.hdf5 import read_logs, write_logs
-from fric.io.identified_plant import plant_tree
-from fric.io.machine import read_machine
-from fric.io.plant import read_plant
-from fric.io.yaml import read_document, write_document
 from fric.reproduce.workshop import Workshop
 from fric.simulate.experiment import EXPERIMENTS, experiment
 

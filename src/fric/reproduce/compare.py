@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fric.documents.controller import ControllerDocument
+from fric.documents.friction import FrictionDocument
+from fric.documents.machine import AxisPart
+from fric.documents.observer import ObserverDocument
+from fric.documents.plant import PlantDocument
 from fric.estimate import Estimate, in_digits
 from fric.friction.gms import GMS
-from fric.io.documents.controller import ControllerDocument
-from fric.io.documents.friction import FrictionDocument
-from fric.io.documents.machine import AxisPart
-from fric.io.documents.observer import ObserverDocument
-from fric.io.documents.plant import PlantDocument
 from fric.simulate.circle import CircleRun
 from fric.units import Motion, prefixed
 

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fric.io.documents.controller import ControllerDocument
-from fric.io.documents.friction import FrictionDocument
-from fric.io.documents.machine import MachineDocument
-from fric.io.documents.observer import ObserverDocument
-from fric.io.documents.plant import PlantDocument
-from fric.io.output import staged
-from fric.io.provenance import provenance
-from fric.io.yaml import read_document
+from fric.documents.controller import ControllerDocument
+from fric.documents.friction import FrictionDocument
+from fric.documents.machine import MachineDocument
+from fric.documents.observer import ObserverDocument
+from fric.documents.plant import PlantDocument
+from fric.documents.provenance import provenance
+from fric.documents.yaml import read_document
+from fric.output import staged
 from fric.report.page import environment
 from fric.reproduce.axis import AxisFiles
 from fric.reproduce.compare import (

@@ -13,14 +13,14 @@ from typing import Any
 
 import fric
 from fric.compensation.base import choose_schemes
+from fric.documents.machine import MachineDocument
+from fric.documents.machine_files import read_machine
+from fric.documents.provenance import provenance
+from fric.documents.yaml import plain, read_document, read_tree, write_document
 from fric.errors import FricError
 from fric.figures.circle import polar_figure
 from fric.figures.style import save_figure
-from fric.io.documents.machine import MachineDocument
-from fric.io.machine import read_machine
-from fric.io.provenance import provenance
 from fric.io.run import read_runs, write_runs
-from fric.io.yaml import plain, read_document, read_tree, write_document
 from fric.reproduce.axis import STEPS, AxisFiles, learn_axis
 from fric.reproduce.page import write_page
 from fric.reproduce.workshop import Workshop

@@ -11,7 +11,7 @@ from typing import Any
 
 import fric
 from fric.errors import FricError
-from fric.io.output import staged
+from fric.output import staged
 
 LEDGER = ".steps.json"
 

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric import FricError
+from fric.documents.mapping import Layout
 from fric.io.readers import tables
-from fric.io.readers.base import BLOCK, Layout
+from fric.io.readers.base import BLOCK
 from fric.io.readers.sniff import encoding_of, shape_of
 
 NAMES = ("time", "position", "velocity", "force")

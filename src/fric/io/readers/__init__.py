@@ -13,8 +13,9 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
+from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Layout, Table
+from fric.io.readers.base import Table
 
 HEAD = 4096
 

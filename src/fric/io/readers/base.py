@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from fric.errors import FricError
 from fric.units import is_unit
@@ -18,20 +18,6 @@ if TYPE_CHECKING:
 
 BLOCK = 131_072
 """Samples a block: a few MiB, whatever the file's size."""
-
-
-@dataclass(frozen=True)
-class Layout:
-    """How a text log is written, as far as the user says so; see `fric.io.documents.mapping.Format`."""
-
-    delimiter: str | None = None
-    decimal: Literal[".", ","] | None = None
-    encoding: str | None = None
-    skip: int = 0
-    header: int | Literal[False] | None = None
-    units: int | Literal[False] | None = None
-    data_after: str | None = None
-    comment: str | None = None
 
 
 class Column(NamedTuple):

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import h5py
 
+from fric.documents.mapping import Layout
 from fric.io.hdf5 import check_format, open_file
-from fric.io.readers.base import Column, Layout, Memory, Table
+from fric.io.readers.base import Column, Memory, Table
 
 
 def recognises(path: Path, head: bytes) -> bool:

@@ -10,8 +10,9 @@ from typing import Any
 import h5py
 import numpy as np
 
+from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Column, Layout, Memory, Table
+from fric.io.readers.base import Column, Memory, Table
 
 _V73 = b"MATLAB 7.3 MAT-file"
 _V5 = b"MATLAB 5.0 MAT-file"

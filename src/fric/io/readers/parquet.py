@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import BLOCK, Block, Column, Layout, Table, named
+from fric.io.readers.base import BLOCK, Block, Column, Table, named
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

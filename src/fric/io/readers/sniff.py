@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
+from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Column, Layout, named
+from fric.io.readers.base import Column, named
 from fric.units import is_unit
 
 LOOK = 300

@@ -15,8 +15,9 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Block, Layout, Table
+from fric.io.readers.base import Block, Table
 from fric.io.readers.sniff import Shape, is_number, shape_of, split
 
 if TYPE_CHECKING:

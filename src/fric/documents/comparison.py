@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fric.documents.provenance import provenance
 from fric.estimate import Estimate
-from fric.identify.replay.compare import Comparison
-from fric.io.provenance import provenance
 from fric.units import si_unit
+
+if TYPE_CHECKING:
+    from fric.identify.replay.compare import Comparison
 
 
 def comparison_tree(comparison: Comparison) -> dict[str, Any]:

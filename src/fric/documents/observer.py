@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from math import log10
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
 from fric.compensation.disturbance_observer import DisturbanceObserver
 from fric.compensation.q_filter import QFilter
-from fric.io.documents.base import AxisDocument, Physical, Quantity
-from fric.units import Motion
+from fric.documents.base import AxisDocument, Physical, Quantity
+from fric.documents.provenance import provenance
+from fric.log import FrequencyResponse, Log
+from fric.units import Motion, si_unit
+
+if TYPE_CHECKING:
+    from fric.design.observer import ObserverDesign
 
 
 class ObserverPart(Physical):
@@ -44,3 +51,41 @@ class ObserverDocument(AxisDocument, ObserverPart):
     reason: str = Field("", description="why the cutoff is as it is")
     limits: dict[str, Any] = Field(default_factory=dict, description="limits of Q by eq. (8) and by peak sensitivity")
     margins: dict[str, Any] = Field(default_factory=dict, description="margins of the whole loop, at the plant's input")
+
+
+def observer_tree(
+    design: ObserverDesign, axis: str, motion: Motion, logs: Sequence[Log | FrequencyResponse] = ()
+) -> dict[str, Any]:
+    """Return an observer with its limits and margins as an observer document."""
+    observer = design.observer
+    limits: dict[str, Any] = {"robust": {}, "sensitive": {"peak_sensitivity": _decibel(design.peak_sensitivity)}}
+    for name, q in (("robust", design.robust.q), ("sensitive", design.sensitive)):
+        if q is not None:
+            limits[name] |= {"cutoff": _hertz(q.cutoff), "bandwidth": _hertz(q.bandwidth)}
+    if design.robust.q is not None:
+        limits["robust"] |= {
+            "frequency": _hertz(design.robust.frequency), "Delta": {"value": design.robust.size, "unit": "1"}
+        }  # fmt: skip
+    return {
+        "fric": ObserverDocument.type_name(),
+        "axis": axis,
+        "motion": motion,
+        "filter": observer.q.name,
+        "cutoff": _hertz(observer.q.cutoff),
+        "bandwidth": _hertz(observer.q.bandwidth),
+        "A": {"value": observer.A, "unit": si_unit("rate", motion)},
+        "B": {"value": observer.B, "unit": si_unit("acceleration per input", motion)},
+        "reason": design.reason,
+        "limits": limits,
+        "margins": {name: loop.margins.as_dict() for name, loop in design.loops().items()},
+        "warnings": list(design.warnings),
+        "provenance": provenance(logs),
+    }
+
+
+def _hertz(value: float) -> dict[str, Any]:
+    return {"value": value, "unit": "Hz"}
+
+
+def _decibel(ratio: float) -> dict[str, Any]:
+    return {"value": 20 * log10(ratio), "unit": "dB"}

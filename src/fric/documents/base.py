@@ -115,11 +115,15 @@ class Physical(Part):
         return {name: float(estimate) for name, estimate in self.estimates(motion).items()}
 
 
-class AxisDocument(Document, Physical):
-    """A document of quantities that is of one axis."""
+class OfAxis(Document):
+    """A document that is of one axis."""
 
     axis: str
     motion: Motion = "linear"
+
+
+class AxisDocument(OfAxis, Physical):
+    """A document of quantities that is of one axis."""
 
     @model_validator(mode="after")
     def _units_fit(self) -> Self:

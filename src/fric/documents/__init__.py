@@ -7,8 +7,8 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any
 
+from fric.documents.base import Document, Part, Quantity
 from fric.errors import FricError
-from fric.io.documents.base import Document, Part, Quantity
 
 __all__ = ["Document", "Part", "Quantity", "document_types"]
 

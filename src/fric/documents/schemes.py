@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import ClassVar
 
 from pydantic import Field
 
 from fric.compensation.base import Compensation
-from fric.io.documents.base import Document, Part
+from fric.documents.base import Document, Part
+from fric.documents.yaml import read_document
 
 
 class SchemePart(Part):
@@ -32,3 +34,8 @@ class SchemesDocument(Document):
             name: Compensation(name, part.title, part.friction, part.observer, part.gain)
             for name, part in self.schemes.items()
         }
+
+
+def read_schemes(path: Path) -> dict[str, Compensation]:
+    """Read compensation schemes by name from a schemes file."""
+    return read_document(path, SchemesDocument).compensations()

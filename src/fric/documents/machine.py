@@ -6,15 +6,15 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
+from fric.documents.base import AxisDocument, Document, Part, Physical, Quantity
+from fric.documents.controller import ControllerDocument, ControllerPart
+from fric.documents.friction import FrictionDocument
+from fric.documents.observer import ObserverDocument, ObserverPart
+from fric.documents.plant import PlantDocument, PlantPart
+from fric.documents.yaml import read_document
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.friction import FrictionModel, models
-from fric.io.documents.base import AxisDocument, Document, Part, Physical, Quantity
-from fric.io.documents.controller import ControllerDocument, ControllerPart
-from fric.io.documents.friction import FrictionDocument
-from fric.io.documents.observer import ObserverDocument, ObserverPart
-from fric.io.documents.plant import PlantDocument, PlantPart
-from fric.io.yaml import read_document
 from fric.simulate.machine import Axis, Believed, Machine, Published
 from fric.units import Motion
 

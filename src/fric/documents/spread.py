@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from fric.documents.base import Document, Part, Quantity
+from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.io.documents.base import Document, Part, Quantity
 from fric.simulate.spread import Distribution, Spread, check_spreads
 
 
@@ -48,3 +50,8 @@ class SpreadDocument(Document):
     def read(self) -> dict[str, Spread]:
         """Return the spreads by name."""
         return {name: part.spread() for name, part in self.spreads.items()}
+
+
+def read_spreads(path: Path) -> dict[str, Spread]:
+    """Read spreads by name from a spread file."""
+    return read_document(path, SpreadDocument).read()

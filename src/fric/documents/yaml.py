@@ -13,9 +13,9 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import YAMLError
 
+from fric.documents.base import Document
 from fric.errors import FricError
-from fric.io.documents import Document
-from fric.io.output import staged
+from fric.output import staged
 
 D = TypeVar("D", bound=Document)
 

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
+from fric.documents.base import AxisDocument, Physical, Quantity
+from fric.documents.of_axis import read_of_axis
+from fric.documents.provenance import provenance
 from fric.drive.cascade import Cascade
-from fric.io.documents.base import AxisDocument, Physical, Quantity
-from fric.units import Motion
+from fric.errors import FricError
+from fric.units import Motion, si_unit
+
+if TYPE_CHECKING:
+    from fric.design.cascade import CascadeDesign
 
 
 class ControllerPart(Physical):
@@ -43,3 +51,36 @@ class ControllerDocument(AxisDocument, ControllerPart):
     margins: dict[str, Any] = Field(
         default_factory=dict, description="margins of velocity loop, position loop, plant input"
     )
+
+
+def read_cascade(path: Path, *, axis: str, motion: Motion) -> Cascade:
+    """Read the controller of one axis.
+
+    Raises
+    ------
+    FricError
+        When the file is no controller, or of another axis or motion.
+    """
+    document = read_of_axis(path, ControllerDocument, axis=axis, motion=motion)
+    try:
+        return document.cascade(motion)
+    except FricError as error:
+        raise error.at(str(path)) from None
+
+
+def controller_tree(design: CascadeDesign, axis: str, motion: Motion) -> dict[str, Any]:
+    """Return a cascade with its margins as a controller document."""
+    values = {name: getattr(design.cascade, name) for name in ControllerPart.dimensions}
+    return {
+        "fric": ControllerDocument.type_name(),
+        "axis": axis,
+        "motion": motion,
+        **{
+            name: {"value": value, "unit": si_unit(ControllerPart.dimensions[name], motion)}
+            for name, value in values.items()
+            if isfinite(value)
+        },
+        "margins": {name: loop.margins.as_dict() for name, loop in design.loops().items()},
+        "warnings": [],
+        "provenance": provenance(),
+    }

@@ -9,9 +9,8 @@ from typing import ClassVar, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from fric.documents.base import Document, Part
 from fric.errors import FricError
-from fric.io.documents.base import Document, Part
-from fric.io.readers.base import Layout
 from fric.log import CHANNELS, RESPONSE_DIMENSIONS, Kind, channel_dimension
 from fric.units import Motion, factor, parse
 
@@ -35,7 +34,7 @@ def filled(template: str, fields: Mapping[str, str], where: str) -> str:
     return FIELD.sub(value, template)
 
 
-class Format(Part):
+class Layout(Part):
     """How a text log is written; what is left out is found from the file."""
 
     delimiter: str | None = Field(default=None, description='between cells: ",", ";", "\\t", "|" or "whitespace"')
@@ -50,10 +49,6 @@ class Format(Part):
     )
     data_after: str | None = Field(default=None, description="the data follow the line that starts with this text")
     comment: str | None = Field(default=None, min_length=1, max_length=1, description="begins what is no data")
-
-    def layout(self) -> Layout:
-        """Return the same for the reader."""
-        return Layout(**self.model_dump())
 
 
 class Channel(Part):
@@ -90,7 +85,7 @@ class MappingDocument(Document):
     kind: Kind | None = None
     record: str = Field(default="{stem}", description="name of the record")
     file: str | None = Field(default=None, description='what the file name says, as "{axis}_{speed}mmps"')
-    format: Format = Format()
+    format: Layout = Layout()
     columns: dict[str, Channel]
 
     @model_validator(mode="after")

@@ -6,20 +6,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from fric.documents.friction import FrictionDocument
+from fric.documents.machine import true_friction
+from fric.documents.machine_files import read_machine, read_machine_document
 from fric.errors import FricError
-from fric.io.documents.friction import FrictionDocument
-from fric.io.documents.machine import true_friction
-from fric.io.documents.spread import SpreadDocument
-from fric.io.machine import read_machine, read_machine_document
-from fric.io.yaml import read_document
 from fric.simulate.intervals import Intervals, closed_intervals, friction_intervals
 from fric.simulate.machine import Machine
-from fric.simulate.spread import Spread
-
-
-def read_spreads(path: Path) -> dict[str, Spread]:
-    """Read spreads by name from a spread file."""
-    return read_document(path, SpreadDocument).read()
 
 
 @dataclass(frozen=True)
@@ -51,7 +43,7 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), gain: float | N
     Parameters
     ----------
     path, believed, gain
-        As in `fric.io.machine.read_machine`.
+        As in `fric.documents.machine_files.read_machine`.
 
     Raises
     ------

@@ -6,16 +6,14 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from fric.compensation.base import Compensation
+from fric.documents.base import AxisDocument
+from fric.documents.controller import ControllerDocument
+from fric.documents.friction import FrictionDocument
+from fric.documents.machine import MachineDocument
+from fric.documents.observer import ObserverDocument
+from fric.documents.plant import PlantDocument
+from fric.documents.yaml import read_document, read_tree
 from fric.errors import FricError
-from fric.io.documents.base import AxisDocument
-from fric.io.documents.controller import ControllerDocument
-from fric.io.documents.friction import FrictionDocument
-from fric.io.documents.machine import MachineDocument
-from fric.io.documents.observer import ObserverDocument
-from fric.io.documents.plant import PlantDocument
-from fric.io.documents.schemes import SchemesDocument
-from fric.io.yaml import read_document, read_tree
 from fric.simulate.machine import Machine
 
 BELIEVED: dict[str, type[AxisDocument | FrictionDocument]] = {
@@ -102,8 +100,3 @@ def _believed(file: Path) -> tuple[str, AxisDocument | FrictionDocument]:
             mend=f"Give one of {', '.join(BELIEVED)}.",
         )
     return kind, read_document(file, BELIEVED[kind])
-
-
-def read_schemes(path: Path) -> dict[str, Compensation]:
-    """Read compensation schemes by name from a schemes file."""
-    return read_document(path, SchemesDocument).compensations()
