@@ -108,8 +108,10 @@ def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Log | FrequencyRespo
     records
         The records that it was found from.
     """
+    from fric.identify.dynamics.rigid_body import MotionFit  # with SciPy's signal processing: not for who reads a plant
+
     estimates, quality = (
-        (fit.estimates, _of_responses(fit)) if isinstance(fit, PlantFit) else (fit.plant, _of_motion(fit))
+        (fit.plant, _of_motion(fit)) if isinstance(fit, MotionFit) else (fit.estimates, _of_responses(fit))
     )
     head: dict[str, Any] = {"fric": PlantDocument.type_name(), "axis": fit.axis, "motion": fit.motion}
     values = {name: estimates[name].as_dict() for name in ("A", "B", "T_d", "K_f") if name in estimates}
