@@ -6,6 +6,9 @@ position: a step of second order is taken in one part, in two, in three … and 
 changing the result, the motion has a corner (a block breaks away, the motion turns, friction stops it), and the step is
 halved down to it.
 
+Where no more than an accuracy is asked for (`velocity_tolerance`), a step in one part is taken as it is where the
+change of its force moves the velocity by less than that: almost everywhere.
+
 Extrapolation: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, section II.9.
 """
 
@@ -27,7 +30,7 @@ DEPTH = 16
 WORK = 400
 """Friction steps after which steps are made longer again before the input changes: friction that is nowhere smooth."""
 TOLERANCE = 4e-14
-"""By how much the velocity [m/s, rad/s] may change with the number of parts."""
+"""By how much the velocity [m/s, rad/s] may change with the number of parts, unless less is asked for."""
 ROUNDING = 1e-14
 """And by how much of itself: what many roundings come to."""
 LASTING = 20
@@ -47,6 +50,7 @@ class PlantConstants(NamedTuple):
     set_valued: float  # 1 where the friction has no memory: it holds a body at rest by itself
     ahead: float = 0.0  # m, where the axis begins, from where the reference does
     v_0: float = 0.0  # m/s, velocity that it begins with
+    tolerance: float = TOLERANCE  # m/s, by how much the velocity may change with the number of parts
 
 
 class Instant(NamedTuple):
@@ -75,6 +79,24 @@ def _weights() -> NDArray[np.float64]:
 
 
 WEIGHTS = _weights()
+
+
+def velocity_tolerance(accuracy: float, stiffness: float, T_s: float) -> float:
+    """Return the error of the velocity in a step that moves a closed loop by no more than an accuracy [m/s].
+
+    An error ``e`` in each of the two parts of a sample is an acceleration ``2·e/T_s``, against which the loop holds
+    with its stiffness: ``accuracy = (2·e/T_s)/stiffness``.
+
+    Parameters
+    ----------
+    accuracy
+        Of the position in the loop [m]; 0 for the last digits.
+    stiffness
+        Acceleration by which the loop answers a position error, ``K_v·K_p·B`` [1/s²].
+    T_s
+        Sampling period of the controller [s].
+    """
+    return max(TOLERANCE, 0.5 * accuracy * stiffness * T_s)
 
 
 def reaches(plant: PlantConstants, length: float) -> NDArray[np.float64]:
@@ -170,8 +192,8 @@ def advance(
     ends, states
         Room for the results in each number of parts, shapes (ORDERS, 3) and (ORDERS, n).
     """
-    tolerance, lasting = TOLERANCE / 8.0**halvings, LASTING * length / plant.M
-    at, whole, work = 0, 1 << DEPTH, 0
+    tolerance, lasting = plant.tolerance / 8.0**halvings, LASTING * length / plant.M
+    coarse, at, whole, work = plant.tolerance > TOLERANCE, 0, 1 << DEPTH, 0
     while at < whole:
         h = length / (1 << depth)
         allowed = tolerance + ROUNDING * (abs(now.v) + lasting * abs(now.F))
@@ -184,7 +206,11 @@ def advance(
                 last = _step(friction, trial, parameters, plant, last, driven, h / (k + 1), reach[depth, k])
             ends[k, 0], ends[k, 1], ends[k, 2] = last.z, last.v, last.F
             end = Instant(_extrapolated(ends, k, 0), _extrapolated(ends, k, 1), _extrapolated(ends, k, 2))
-            before, apart = apart, max(abs(end.v - best.v), lasting * abs(end.F - best.F)) if k > 0 else np.inf
+            before = apart
+            if k > 0:
+                apart = max(abs(end.v - best.v), lasting * abs(end.F - best.F))
+            elif coarse:  # from where a step of first order ends, which takes the force as it was
+                apart = 0.5 * reach[depth, 0] / plant.M * abs(end.F - now.F)
             best, work = end, work + k + 1
             if apart <= allowed or (k > 1 and apart > 0.25 * before):
                 break
@@ -194,6 +220,9 @@ def advance(
             continue
         now = best if smooth else last
         for i in range(state.size):
+            if k == 0:  # one part alone
+                state[i] = states[0, i]
+                continue
             # what differs by half between two numbers of parts is no magnitude: a flag, or a load that changes sign
             change = abs(states[k, i] - states[k - 1, i])
             steady = smooth and 0.0 < change < 0.5 * abs(states[k, i])

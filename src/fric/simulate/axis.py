@@ -13,8 +13,9 @@ from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
 from fric.friction import models
 from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, closed_loop
-from fric.kernels.plant import PlantConstants
+from fric.kernels.plant import PlantConstants, velocity_tolerance
 from fric.simulate.stability import require_stable
+from fric.simulate.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -60,6 +61,7 @@ class Trace:
     saturated: int
 
 
+@one_blas_thread()
 def run_axis(
     axis: Axis,
     reference: Reference,
@@ -67,6 +69,7 @@ def run_axis(
     *,
     excitation: NDArray[np.float64] | None = None,
     halvings: int = 0,
+    accuracy: float = 0.0,
 ) -> Trace:
     """Return the traces of one axis that starts at rest and follows a reference in closed loop.
 
@@ -82,6 +85,8 @@ def run_axis(
         Voltage added to the control voltage [V], shape (n,).
     halvings
         How often every step of the plant is halved, to see that this changes nothing.
+    accuracy
+        By how much the integration of the plant may move the position [m]; 0 for the last digits.
 
     Raises
     ------
@@ -89,7 +94,8 @@ def run_axis(
         When the scheme asks for a model or an observer that the axis does not have, or the loop is not stable.
     """
     feedforward = _feedforward(axis, reference, compensation)
-    traces, saturated = closed_loop(*_loop_arguments(axis, reference, compensation, feedforward, excitation), halvings)
+    arguments = _loop_arguments(axis, reference, compensation, feedforward, excitation, accuracy)
+    traces, saturated = closed_loop(*arguments, halvings)
     return Trace(
         time=reference.time,
         reference=reference.position,
@@ -110,6 +116,7 @@ def _loop_arguments(
     compensation: Compensation,
     feedforward: NDArray[np.float64],
     excitation: NDArray[np.float64] | None = None,
+    accuracy: float = 0.0,
 ) -> tuple[Step, NDArray[np.float64], NDArray[np.float64], PlantConstants, ControlConstants, ObserverFilters, Commands]:
     """Check what is asked of an axis, and return it as the compiled loop reads it."""
     plant, cascade, friction = axis.plant, axis.cascade, axis.friction
@@ -124,11 +131,12 @@ def _loop_arguments(
     delay, set_valued = plant.transport_delay(cascade.sampling), float(state.size == 0)
     pole, resolution = low_pass_pole(cascade.velocity_filter, cascade.sampling), axis.encoder.resolution
     model = inverse_model(axis.nominal or plant, reference)
+    tolerance = velocity_tolerance(accuracy, cascade.K_v * cascade.K_p * plant.B, cascade.T_s)
     return (
         type(friction).step,
         state,
         friction.packed(),
-        PlantConstants(plant.A, plant.B, plant.M, axis.load, delay, set_valued),
+        PlantConstants(plant.A, plant.B, plant.M, axis.load, delay, set_valued, tolerance=tolerance),
         ControlConstants(cascade.K_v, cascade.K_p, cascade.K_i, pole, cascade.T_s, cascade.limit, resolution),
         observer,
         Commands(

@@ -101,6 +101,7 @@ def run_circle(
     *,
     only: str | None = None,
     halvings: int = 0,
+    accuracy: float = 0.0,
 ) -> CircleRun:
     """Run a circle on two axes of a machine under one scheme.
 
@@ -116,6 +117,8 @@ def run_circle(
         Name of the one axis that is simulated, while the other follows its reference exactly.
     halvings
         How often every step of the plant is halved, to see that this changes nothing.
+    accuracy
+        By how much the integration of the plant may move a position [m]; 0 for the last digits.
 
     Raises
     ------
@@ -130,7 +133,10 @@ def run_circle(
     moved = [machine.axis(only).name] if only else [first, second]
     for name in moved:
         require_voltage(machine.axes[name], references[name])
-    traces = {name: run_axis(machine.axes[name], references[name], scheme, halvings=halvings) for name in moved}
+    traces = {
+        name: run_axis(machine.axes[name], references[name], scheme, halvings=halvings, accuracy=accuracy)
+        for name in moved
+    }
     x, y = (traces[name].position if name in traces else references[name].position for name in (first, second))
     return CircleRun(scheme, test, traces, circularity(x, y, test.radius), saturation_warnings(traces))
 

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
 """Quantiles of the glitch that are told, by their keys in JSON and run files."""
 
+ACCURACY = 5e-9
+"""By how much the integration of the plant may move a glitch [m], where machines differ by micrometres."""
+
 
 @dataclass(frozen=True)
 class Study:
@@ -46,11 +49,13 @@ class Study:
         What is drawn, as in `draw_machine`.
     only
         Name of the one axis that is simulated.
+    accuracy
+        By how much the integration of the plant may move a glitch [m]; 0 for the last digits.
 
     Raises
     ------
     FricError
-        When nothing is drawn, or a spread is of nothing that the machine has.
+        When a spread is of nothing that there is, or the accuracy is negative.
     """
 
     machine: Machine
@@ -60,9 +65,12 @@ class Study:
     spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)
     intervals: Mapping[str, Intervals] = field(default_factory=dict)
     only: str | None = None
+    accuracy: float = ACCURACY
 
     def __post_init__(self) -> None:
         check_spreads(self.spreads)
+        if not self.accuracy >= 0:
+            raise FricError(f"an accuracy of {self.accuracy:g} m is none", mend="Give 0 or more; 0 is exact.")
 
     def drawn(self, index: int) -> tuple[Machine, dict[str, float]]:
         """Return machine number ``index``, and what was drawn for it."""
@@ -79,7 +87,7 @@ class Study:
             return Outcome(index, {}, quadrants, saturated, {scheme.name: error.what for scheme in self.schemes})
         for n, scheme in enumerate(self.schemes):
             try:
-                run = run_circle(machine, scheme, self.circle, only=self.only)
+                run = run_circle(machine, scheme, self.circle, only=self.only, accuracy=self.accuracy)
             except FricError as error:
                 failures[scheme.name] = error.what
                 continue
@@ -237,6 +245,7 @@ def monte_carlo_document(found: MonteCarlo) -> dict[str, Any]:
         "machines": len(found),
         "asked": found.asked,
         "seed": found.study.seed,
+        "accuracy": found.study.accuracy,
         "from_intervals": {axis: sorted(given) for axis, given in found.study.intervals.items()},
         "spreads": {
             name: {"distribution": spread.distribution, "factor": [spread.low, spread.high]}

@@ -137,7 +137,9 @@ class PathRun:
     warnings: tuple[str, ...] = ()
 
 
-def run_path(machine: Machine, scheme: Compensation, path: PointPath, *, halvings: int = 0) -> PathRun:
+def run_path(
+    machine: Machine, scheme: Compensation, path: PointPath, *, halvings: int = 0, accuracy: float = 0.0
+) -> PathRun:
     """Follow a path with two axes of a machine under one scheme.
 
     Parameters
@@ -150,6 +152,8 @@ def run_path(machine: Machine, scheme: Compensation, path: PointPath, *, halving
         The path.
     halvings
         How often every step of the plant is halved, to see that this changes nothing.
+    accuracy
+        By how much the integration of the plant may move a position [m]; 0 for the last digits.
 
     Raises
     ------
@@ -162,7 +166,7 @@ def run_path(machine: Machine, scheme: Compensation, path: PointPath, *, halving
     for name, reference in zip(names, references, strict=True):
         require_voltage(machine.axes[name], reference)
     traces = {
-        name: run_axis(machine.axes[name], reference, scheme, halvings=halvings)
+        name: run_axis(machine.axes[name], reference, scheme, halvings=halvings, accuracy=accuracy)
         for name, reference in zip(names, references, strict=True)
     }
     asked, velocity = (

@@ -36,6 +36,7 @@ def circle(
     spread: many.SpreadFile = None,
     from_intervals: many.FromIntervals = False,
     seed: many.Seed = 0,
+    accuracy: many.Accuracy = "0.005 um",
     workers: many.Workers = None,
     scheduler: many.Scheduler = None,
     output: RunFile = None,
@@ -81,6 +82,7 @@ def circle(
             **({} if spreads is None else {"spreads": spreads}),
             intervals=identified.intervals if identified else {},
             only=axis,
+            accuracy=parse(accuracy, "position"),
         )
         found = many.run_study(study, monte_carlo, workers, scheduler)
     if output is not None:

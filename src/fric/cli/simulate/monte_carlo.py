@@ -23,6 +23,10 @@ FromIntervals = Annotated[
     typer.Option("--from-intervals", help="Draw what was identified from its 95 % intervals instead."),
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of the machines that are drawn.")]
+Accuracy = Annotated[
+    str,
+    typer.Option("--accuracy", help="By how much the integration may move a glitch of the machines drawn; 0 is exact."),
+]
 Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Machines at a time; one a core if not given.")]
 Scheduler = Annotated[
     str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Run the machines on this Dask cluster.")

@@ -1,0 +1,29 @@
+"""One thread for the linear algebra beside a compiled loop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
+
+
+@cache
+def _controller() -> ThreadpoolController:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Keep BLAS to one thread, in a ``with`` block or as a decorator.
+
+    For the matrices of a loop, of ten rows, BLAS starts a thread a core. Each then spins for milliseconds beside the
+    compiled loop, or takes the core from another process that runs machines.
+    """
+    with _controller().limit(limits=1, user_api="blas"):
+        yield
