@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.stats import ks_2samp
 
 from fric.compensation.base import NONE, PAPER_SCHEMES
+from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
-from fric.io.machine import read_machine
 from fric.kernels.loop import closed_loop
 from fric.kernels.plant import TOLERANCE, velocity_tolerance
 from fric.kernels.signatures import compiled_step
