@@ -16,6 +16,7 @@ from fric.cli.main import app
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.log import FrequencyResponse, Log
+from tests.identify import flawed_axis as flawed
 from tests.identify.excited_axis import X, shaken
 from tests.identify.test_rigid_body import EMPS, F_C, F_V, OFFSET, M, motion
 
@@ -154,3 +155,21 @@ def test_records_of_another_kind_are_not_taken_by_mistake(tmp_path: Path) -> Non
     assert isinstance(done.exception, FricError)
     assert "presliding-sine" in str(done.exception)
     assert RUN.invoke(app, [*words, "--method", "motion"]).exit_code == 0
+
+
+def test_a_text_log_of_a_shaken_axis_is_ingested_as_a_frequency_response(tmp_path: Path) -> None:
+    """A CSV of time, voltage, position and a force that is two samples late: the lag stands in the plant file."""
+    late = flawed.shaken(flawed.Machine(), seed=1, force_lag=2.0)
+    table = np.column_stack([late.time, late.input, 1e6 * late.position, late.force])  # type: ignore[operator]
+    csv, log, out = tmp_path / "shaken.csv", tmp_path / "shaken.h5", tmp_path / "plant.yaml"
+    np.savetxt(csv, table, delimiter=",", header="time [s],input [V],position [um],force [N]", comments="", fmt="%.9g")
+    done = RUN.invoke(app, ["ingest", str(csv), "-o", str(log), "--kind", "frequency-response"])
+    assert done.exit_code == 0, done.output
+    words = ["identify", "plant", str(log), "-o", str(out), "--lowest", "2 Hz", "--mass", "84 kg", "--json"]
+    told = json.loads(RUN.invoke(app, words).stdout)
+    assert told["K_f"]["value"] == pytest.approx(210.0, rel=0.01)
+    assert told["force_lag"]["value"] * flawed.RATE == pytest.approx(2.0, abs=0.1)
+    assert any("the force is logged 500 µs (2 samples) later" in text for text in told["warnings"])
+    plant = fric.read_plant(out, axis="x", motion="linear")
+    assert plant.force_lag == pytest.approx(2 / flawed.RATE, rel=0.05)
+    assert plant.force_delay == pytest.approx(plant.T_d - plant.force_lag)

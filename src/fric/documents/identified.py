@@ -60,7 +60,8 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), gain: float | N
         model, axis = true_friction(friction), machine.axes[name]
         sections = {key: friction.estimates(key) for key in friction.sections()}
         found, refused = friction_intervals(model, sections)
-        plant = {**(part.nominal or part.plant).estimates(part.motion)}
+        known = (part.nominal or part.plant).estimates(part.motion)
+        plant = {symbol: known[symbol] for symbol in ("A", "B", "T_d", "K_f") if symbol in known}
         if "offset" in sections.get("static", {}):
             plant["offset"] = sections["static"]["offset"]
         for symbol, estimate in plant.items():

@@ -90,7 +90,8 @@ class MappingDocument(Document):
 
     @model_validator(mode="after")
     def _columns_fit(self) -> Self:
-        known = tuple(RESPONSE_DIMENSIONS) if self.kind == "frequency-response" else CHANNELS
+        in_time = self.kind != "frequency-response" or "time" in self.columns
+        known = CHANNELS if in_time else tuple(RESPONSE_DIMENSIONS)
         errors: list[InitErrorDetails] = []
         for name, channel in self.columns.items():
             try:

@@ -34,6 +34,8 @@ class PlantPart(Physical):
         "B": "acceleration per input",
         "T_d": "time",
         "K_f": "force per input",
+        "force_lag": "time",
+        "force_filter": "frequency",
     }
 
     A: Quantity = Field(description="linear damping of the drive [1/s]")
@@ -42,12 +44,17 @@ class PlantPart(Physical):
     )
     T_d: Quantity = Field(description="delay of the measured response, half a sample of hold included [s]")
     K_f: Quantity | None = Field(None, description="force constant [N/V]; left out where no force was logged")
+    force_lag: Quantity | None = Field(
+        None, description="by how much the force is logged later than the voltage, at low frequency [s]"
+    )
+    force_filter: Quantity | None = Field(
+        None, description="corner of the first-order filter that is part of the lag [Hz]; left out where none is seen"
+    )
 
     def linear(self, motion: Motion) -> LinearPlant:
         """Return eq. (1) in SI, without a force scale; a value that is missing or not physical raises a `FricError`."""
         values = self._with_B(motion)
-        values.pop("K_f", None)
-        return LinearPlant(**values)
+        return LinearPlant(values["A"], values["B"], values["T_d"])
 
     def _with_B(self, motion: Motion) -> dict[str, float]:
         values = self.values(motion)
@@ -72,6 +79,7 @@ class PlantPart(Physical):
                 "the force constant K_f is not given",
                 mend="Add 'K_f: {value: 548, unit: N/V}' from the drive's data sheet, or identify it with a force log.",
             )
+        values.pop("force_filter", None)
         return Plant(**values)
 
 
@@ -114,7 +122,7 @@ def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Log | FrequencyRespo
         (fit.plant, _of_motion(fit)) if isinstance(fit, MotionFit) else (fit.estimates, _of_responses(fit))
     )
     head: dict[str, Any] = {"fric": PlantDocument.type_name(), "axis": fit.axis, "motion": fit.motion}
-    values = {name: estimates[name].as_dict() for name in ("A", "B", "T_d", "K_f") if name in estimates}
+    values = {name: estimates[name].as_dict() for name in PlantPart.dimensions if name in estimates}
     return head | values | {"fit": quality, "warnings": list(fit.warnings), "provenance": provenance(records)}
 
 

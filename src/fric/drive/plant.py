@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from math import exp, expm1
+from math import exp, expm1, isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,7 +40,7 @@ class LinearPlant:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not (value > 0 or (field.name in {"A", "T_d"} and value == 0)):
+            if not (value > 0 or (field.name in {"A", "T_d"} and value == 0) or _signed(field.name, value)):
                 raise FricError(f"{field.name} of the plant is {value:g}", mend=f"{field.name} is a positive number.")
 
     def transport_delay(self, sampling: float) -> float:
@@ -81,6 +81,10 @@ class LinearPlant:
         return np.array([[1.0, once], [0.0, exp(-x)]]), self.B * np.array([twice, once])
 
 
+def _signed(name: str, value: float) -> bool:
+    return name == "force_lag" and isfinite(value)
+
+
 @dataclass(frozen=True)
 class Plant(LinearPlant):
     """The plant with its force scale: ``z̈ = B·u(t - T_d) - A·ż - (F + load)/M`` with friction and a constant load.
@@ -91,14 +95,22 @@ class Plant(LinearPlant):
         As in `LinearPlant`.
     K_f
         Force constant [N/V].
+    force_lag
+        By how much a force is logged later than the voltage that makes it [s].
     """
 
     K_f: float
+    force_lag: float = 0.0
 
     @property
     def M(self) -> float:
         """Moving mass ``K_f/B`` [kg]."""
         return self.K_f / self.B
+
+    @property
+    def force_delay(self) -> float:
+        """By how much later than it is logged a force acts on the motion, ``T_d - force_lag`` [s]."""
+        return self.T_d - self.force_lag
 
     @property
     def damping(self) -> float:

@@ -135,7 +135,8 @@ def _by_header(table: Table, kind: Kind | None) -> dict[str, Channel]:
     """Return the channels that the header names itself."""
     names = [plain_name(column.name) for column in table.columns]
     spoken = [SPOKEN.get(name, name) for name in names]
-    known = tuple(RESPONSE_DIMENSIONS) if kind == "frequency-response" or "magnitude" in spoken else CHANNELS
+    table_of_response = "magnitude" in spoken or (kind == "frequency-response" and "time" not in spoken)
+    known = tuple(RESPONSE_DIMENSIONS) if table_of_response else CHANNELS
     found: dict[str, Channel] = {}
     for channel in known:
         columns = [n for n, name in enumerate(names) if name == channel]

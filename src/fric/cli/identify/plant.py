@@ -25,6 +25,10 @@ def plant(
     force_constant: Annotated[
         str | None, typer.Option(metavar="K_F", help='Force constant, as "548 N/V", where no force was logged.')
     ] = None,
+    mass: Annotated[
+        str | None,
+        typer.Option(metavar="MASS", help='Moving mass where you know it, as "85 kg": K_f/B is held against it.'),
+    ] = None,
     coherence: Annotated[
         float, typer.Option(min=0, max=1, help="Least coherence of a frequency.", rich_help_panel=RESPONSE)
     ] = 0.5,
@@ -90,6 +94,7 @@ def plant(
             period=_given(period, "time", motion),
             segment=_given(segment, "time", motion),
             given_force_constant=K_f,
+            mass=_given(mass, "mass", motion),
         )
     else:
         fit = fric.identify_motion(
@@ -100,6 +105,7 @@ def plant(
             cutoff=_given(cutoff, "frequency", motion),
             decimation=decimation,
             border=border,
+            mass=_given(mass, "mass", motion),
         )
     document = fric.plant_tree(fit, records)
     if plot:
@@ -148,4 +154,4 @@ def _print(document: dict[str, Any], output: Path, plot: Path | None) -> None:
     OUT.print(f"wrote {output}" + (f" and {plot}" if plot else ""))
 
 
-_VALUES = ("A", "B", "T_d", "K_f")
+_VALUES = ("A", "B", "T_d", "K_f", "force_lag", "force_filter")

@@ -1,45 +1,203 @@
-"""The force constant: what force one volt makes."""
+"""The force constant, and by how much the logged force is late: what force one volt makes, line by line.
+
+A force that is logged late is not proportional to the voltage of the same sample, and a regression of one on the other
+gives too small a K_f with a narrow interval. In frequency the two come apart:
+
+    F/U = K_f·e^(-jωτ)/(1 + jω·T_f)
+
+the magnitude towards 0 Hz is K_f, the phase is the delay τ and a first-order filter T_f of the measurement.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import stdtrit
 
+from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.dynamics.covariance import hac_covariance
-from fric.units import Motion, si_unit
+from fric.identify.dynamics.force_lag_fit import force_lines, lag_in_band, pooled_lags
+from fric.identify.dynamics.frequency_response import SEGMENTS, MeasuredResponse, measure_response
+from fric.notice import Notice
+from fric.units import Motion, readable, si_unit
 
 if TYPE_CHECKING:
     from fric.log import Log
 
+LEAST_FILTER = 0.2
+"""Samples of T_f from which on it is taken for a filter."""
 
-def force_constant(logs: Sequence[Log], given: float | None, motion: Motion) -> Estimate | None:
-    """Return K_f [N/V]: as given, or the slope of force over input where a record has both; None where none has.
+TOLD = 0.1
+"""Samples from which on a lag is told."""
+
+DIFFERS = 0.05
+"""Share by which a force constant or a mass that the user states may differ from the one that is found."""
+
+
+@dataclass(frozen=True)
+class ForceScale:
+    """K_f, and how late the logged force is.
+
+    Parameters
+    ----------
+    K_f
+        Force constant [N/V]; None where nothing tells it.
+    lag
+        By how much the logged force is later than the logged input at low frequency, filter included [s]; None
+        where no record has both.
+    filter
+        Corner of the first-order filter that is part of the lag [Hz]; None where none is seen.
+    warnings
+        What the user should know of them.
+    """
+
+    K_f: Estimate | None
+    lag: Estimate | None = None
+    filter: Estimate | None = None
+    sampling: float = 0.0
+    """Sampling rate of the records [Hz]."""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def shift(self) -> float:
+        """Return the lag where it is more than its own error and `TOLD` samples, else 0 [s]."""
+        return float(self.lag) if self.lag is not None and _matters(self.lag, self.sampling) else 0.0
+
+    def estimates(self) -> dict[str, Estimate]:
+        """Return what is known, under the names of the plant file."""
+        found = {"K_f": self.K_f, "force_lag": self.lag, "force_filter": self.filter}
+        return {name: estimate for name, estimate in found.items() if estimate is not None}
+
+
+def force_constant(
+    logs: Sequence[Log],
+    given: float | None,
+    motion: Motion,
+    *,
+    period: float | None = None,
+    segment: float | None = None,
+) -> ForceScale:
+    """Return K_f [N/V] and the lag of the force, from the response of force to input where records have both.
 
     Parameters
     ----------
     logs
         Records of one axis.
     given
-        K_f [N/V], where the user knows it.
+        K_f [N/V], where the user knows it; the records then tell the lag, and whether it can be so.
+    motion
+        Motion of the axis.
+    period, segment
+        As in `measure_response` [s].
+    """
+    unit = si_unit("force per input", motion)
+    stated = None if given is None else Estimate(given, unit, fixed=True)
+    both = [log for log in logs if log.input is not None and log.force is not None and np.ptp(log.input) > 0]
+    told: list[str] = []
+    responses = []
+    for log in both:
+        try:
+            measured = _measured(log, period, segment)
+            responses.append((measured, force_lines(measured)))
+        except FricError as error:
+            told.append(
+                Notice(f"{log.name}: no response of force to input ({error.what}): it has no part in K_f",
+                       "force-response-missing", "doubt")
+            )  # fmt: skip
+    if not responses:
+        return ForceScale(stated, warnings=tuple(told))
+    sampling = max(measured.sampling or 0.0 for measured, _ in responses)
+    values, covariance, freedom = pooled_lags([lag_in_band(lines) for _, lines in responses])
+    filtered = values[2] > 3 * np.sqrt(covariance[2, 2]) and values[2] > LEAST_FILTER / sampling
+    if not filtered:
+        values, covariance, freedom = pooled_lags([lag_in_band(lines, filtered=False) for _, lines in responses])
+    reach = float(stdtrit(freedom, 0.975))
+    half = reach * np.sqrt(np.diag(covariance))
+    K_f = float(np.exp(values[0]))
+    lag = float(values[1] + values[2])
+    reach_lag = reach * float(np.sqrt(max(np.array([0.0, 1.0, 1.0]) @ covariance @ np.array([0.0, 1.0, 1.0]), 0.0)))
+    late = Estimate(lag, si_unit("time", motion), (lag - reach_lag, lag + reach_lag))
+    corner = None
+    if filtered:
+        T_low, T_high = (float(values[2] + side * half[2]) for side in (-1, 1))
+        corner = Estimate(1 / (2 * np.pi * float(values[2])), "Hz", (1 / (2 * np.pi * T_high), 1 / (2 * np.pi * T_low)))
+    found = Estimate(K_f, unit, (K_f * float(np.exp(-half[0])), K_f * float(np.exp(half[0]))))
+    told += _lag_told(late, corner, sampling)
+    if stated is not None and abs(K_f / float(stated) - 1) > max(DIFFERS, float(half[0])):
+        told.append(
+            Notice(f"K_f was given as {float(stated):.4g} {unit}, and the logged force is {K_f:.4g} {unit} times the "
+                   "input: the scale of one of them is wrong", "K_f-differs", "wrong")
+        )  # fmt: skip
+    return ForceScale(stated or found, late, corner, sampling, tuple(told))
+
+
+def _measured(log: Log, period: float | None, segment: float | None) -> MeasuredResponse:
+    """Return F/U, over segments where no period serves: that of a sweep is none."""
+    try:
+        return measure_response(log, period=period, segment=segment, output="force")
+    except FricError:
+        if period is not None or segment is not None:
+            raise
+        lasting = float(log.time[-1] - log.time[0])
+        return measure_response(log, segment=lasting / SEGMENTS, output="force")
+
+
+def _matters(lag: Estimate, sampling: float) -> bool:
+    low, high = lag.ci95 or (0.0, 0.0)
+    return abs(float(lag)) > max(TOLD / sampling, 0.5 * (float(high) - float(low)))  # type: ignore[arg-type]
+
+
+def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Motion) -> list[str]:
+    """Hold K_f/B against the moving mass that the user states, or take K_f from it where nothing else tells it.
+
+    Parameters
+    ----------
+    estimates
+        B, and K_f where it is known; K_f is added where it is not.
+    mass
+        Stated moving mass [kg or kg·m²]; None where the user does not know it.
     motion
         Motion of the axis.
     """
-    unit = si_unit("force per input", motion)
-    if given is not None:
-        return Estimate(given, unit, fixed=True)
-    pairs = [(log.input, log.force) for log in logs if log.input is not None and log.force is not None]
-    if not pairs:
-        return None
-    u, F = (np.concatenate(columns) for columns in zip(*pairs, strict=True))
-    X = np.column_stack([u, np.ones_like(u)])
-    if np.ptp(u) == 0:
-        return None
-    slope, offset = np.linalg.lstsq(X, F, rcond=None)[0]
-    residual = F - slope * u - offset
-    half = 0.0
-    if np.any(residual):
-        half = 1.96 * float(np.sqrt(hac_covariance(X, residual, [len(p[0]) for p in pairs])[0, 0]))
-    return Estimate(float(slope), unit, (float(slope) - half, float(slope) + half))
+    if mass is None or "B" not in estimates:
+        return []
+    B, unit = estimates["B"], si_unit("mass", motion)
+    if "K_f" not in estimates:
+        low, high = B.ci95 or (float(B), float(B))
+        interval = (mass * float(low), mass * float(high))  # type: ignore[arg-type]
+        estimates["K_f"] = Estimate(
+            mass * float(B), si_unit("force per input", motion), interval, source="the stated mass times B"
+        )
+        return []
+    found = float(estimates["K_f"]) / float(B)
+    if abs(found / mass - 1) <= max(DIFFERS, float(np.hypot(_relative(estimates["K_f"]), _relative(B)))):
+        return []
+    return [
+        Notice(
+            f"K_f/B is {found:.4g} {unit}, and the moving mass was stated as {mass:.4g} {unit}: the scale of force, "
+            "input or position is wrong, or the mass", "mass-differs", "wrong",
+        )
+    ]  # fmt: skip
+
+
+def _relative(estimate: Estimate) -> float:
+    low, high = estimate.ci95 or (float(estimate), float(estimate))
+    return 0.5 * (float(high) - float(low)) / float(estimate)  # type: ignore[arg-type]
+
+
+def _lag_told(lag: Estimate, corner: Estimate | None, sampling: float) -> list[str]:
+    if not _matters(lag, sampling):
+        return []
+    samples = float(lag) * sampling
+    how = f", {readable(float(corner), 'Hz')} of it a filter's corner" if corner is not None else ""
+    sense = "later" if samples > 0 else "earlier"
+    return [
+        Notice(
+            f"the force is logged {readable(abs(float(lag)), 's')} ({abs(samples):.2g} samples) {sense} than the "
+            f"input{how}: K_f allows for it, and what takes this plant moves the force back by it",
+            "force-lags", "note",
+        )
+    ]  # fmt: skip

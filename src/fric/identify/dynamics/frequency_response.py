@@ -86,9 +86,13 @@ class MeasuredResponse:
 
 
 def measure_response(
-    record: Log | FrequencyResponse, *, period: float | None = None, segment: float | None = None
+    record: Log | FrequencyResponse,
+    *,
+    period: float | None = None,
+    segment: float | None = None,
+    output: Literal["position", "force"] = "position",
 ) -> MeasuredResponse:
-    """Return the frequency response from control voltage to position of one record.
+    """Return the frequency response from control voltage to position (or to force) of one record.
 
     A periodic excitation (multisine, repeated sweep) is averaged over its periods, anything else over Welch's
     segments, with the reference as driver where it was logged and moves the axis. A table is taken as it is, with
@@ -102,16 +106,18 @@ def measure_response(
         Period of the excitation [s]; found in the record where not given.
     segment
         Length of a Welch segment [s]; given, the record is not looked at for periods.
+    output
+        The channel that answers the input; of a force the magnitude is F/U [N/V].
 
     Raises
     ------
     FricError
-        When input or position were not logged, the record is unevenly sampled or too short, or nothing is excited.
+        When input or output were not logged, the record is unevenly sampled or too short, or nothing is excited.
     """
     if isinstance(record, FrequencyResponse):
         return _table(record)
     u = record.require("input", "a frequency response")
-    z = record.require("position", "a frequency response")
+    z = record.require(output, "a frequency response")
     sampling = even_sampling(record)
     if np.ptp(u) == 0:
         raise FricError("the input does not move", where=record.where, mend="Log an excitation.")

@@ -12,7 +12,7 @@ from scipy import stats
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.dynamics.force_constant import force_constant
+from fric.identify.dynamics.force_constant import against_mass, force_constant
 from fric.identify.dynamics.frequency_response import MeasuredResponse, measure_response
 from fric.identify.dynamics.response_fit import Lines, Solution, modelled, select, solve
 from fric.log import FrequencyResponse, Log
@@ -139,6 +139,7 @@ def identify_plant(
     period: float | None = None,
     segment: float | None = None,
     given_force_constant: float | None = None,
+    mass: float | None = None,
 ) -> PlantFit:
     """Fit A, B and T_d of eq. (1) to one or more frequency responses of one axis.
 
@@ -161,6 +162,8 @@ def identify_plant(
         As in `measure_response` [s].
     given_force_constant
         K_f [N/V], where no force was logged.
+    mass
+        Moving mass [kg], where the user knows it: K_f/B is held against it, or K_f taken from it.
 
     Raises
     ------
@@ -184,9 +187,9 @@ def identify_plant(
     rate = min(rates) if rates else None
     logs = [record for record in records if isinstance(record, Log)]
     estimates = _estimates(solution, motion)
-    K_f = force_constant(logs, given_force_constant, motion)
-    if K_f is not None:
-        estimates["K_f"] = K_f
+    scale = force_constant(logs, given_force_constant, motion, period=period, segment=segment)
+    estimates |= scale.estimates()
+    told = [*scale.warnings, *against_mass(estimates, mass, motion)]
     transport = estimates["T_d"]
     if rate is not None:
         low, high = transport.ci95 or (0.0, 0.0)
@@ -194,7 +197,7 @@ def identify_plant(
         transport = replace(transport, value=float(transport) - half, ci95=(low - half, high - half))  # type: ignore[operator]
     return PlantFit(
         fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
-        tuple(_warnings(fits, solution, influence, estimates, rate)),
+        (*_warnings(fits, solution, influence, estimates, rate), *told),
     )  # fmt: skip
 
 

@@ -12,8 +12,10 @@ from scipy import signal, stats
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.dynamics.covariance import hac_covariance
+from fric.identify.dynamics.force_constant import against_mass
 from fric.identify.dynamics.force_constant import force_constant as slope_of_force
 from fric.identify.records.conditioning import Conditioning, kept, thinned, zero_phase
+from fric.identify.records.force_lag import acting_force
 from fric.identify.records.sampling import even_sampling
 from fric.units import Motion, si_unit
 
@@ -90,6 +92,7 @@ def identify_motion(
     cutoff: float | None = None,
     decimation: int | None = None,
     border: int | None = None,
+    mass: float | None = None,
 ) -> MotionFit:
     """Fit a rigid axis to motions by least squares on zero-phase filtered, decimated signals.
 
@@ -110,19 +113,24 @@ def identify_motion(
         serves as force acts by so much later.
     cutoff, decimation, border
         See `Conditioning`; chosen from the sampling rate where not given.
+    mass
+        Moving mass [kg], where the user knows it; the one that is found is held against it.
 
     Raises
     ------
     FricError
         When neither force nor input was logged, the sampling is uneven, or the motion does not separate the terms.
     """
+    motion = logs[0].motion
     channel: Literal["force", "input"] = (
         "force" if all(log.force is not None for log in logs) or force_constant is not None else "input"
     )
     rates = [even_sampling(log) for log in logs]
     settings = [Conditioning.of(rate, cutoff, decimation, border) for rate in rates]
+    scale = slope_of_force(logs, force_constant, motion)
     raw = [
-        _columns(log, rate, s, force_constant, delay or 0.0) for log, rate, s in zip(logs, rates, settings, strict=True)
+        _columns(log, rate, s, force_constant, delay or 0.0, scale.shift)
+        for log, rate, s in zip(logs, rates, settings, strict=True)
     ]
     names = ("M", "F_v", "F_c", "offset") if direction == "both" else ("M", *_EACH)
     X = np.vstack([_observations(c, s, direction) for c, s in zip(raw, settings, strict=True)])
@@ -137,7 +145,6 @@ def identify_motion(
     covariance = hac_covariance(X, residual, lengths)
     reach = float(stats.t.ppf(0.975, len(y) - len(values)))
 
-    motion = logs[0].motion
     half = reach * np.sqrt(np.diag(covariance))
     units = [_unit(name, channel, motion) for name in names]
     estimates = {
@@ -145,30 +152,34 @@ def identify_motion(
         for name, v, h, unit in zip(names, values, half, units, strict=True)
     }
 
-    K_f = slope_of_force(logs, force_constant, motion)
-    plant = _plant(values, covariance, reach, direction, channel, K_f, delay, max(rates), motion)
+    K_f = scale.K_f
+    plant = scale.estimates() | _plant(values, covariance, reach, direction, channel, K_f, delay, max(rates), motion)
     time = np.concatenate([c.time[kept(len(c.time), s.decimation)] for c, s in zip(raw, settings, strict=True)])
     lag = float(residual[1:] @ residual[:-1] / (residual @ residual))
     return MotionFit(
         logs[0].axis, motion, channel, estimates, dict(zip(names, map(float, deviation), strict=True)), plant,
         float(np.linalg.norm(residual) / np.linalg.norm(y)), float(np.linalg.cond(X)), lag, rates[0], settings[0],
-        time, y, X @ values, tuple(_warnings(raw, estimates, lag, deviation, half / reach, K_f, delay)),
+        time, y, X @ values,
+        (*_warnings(raw, estimates, lag, deviation, half / reach, K_f, delay), *scale.warnings,
+         *against_mass(plant, mass, motion)),
     )  # fmt: skip
 
 
 _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 
 
-def _columns(log: Log, sampling: float, settings: Conditioning, force_constant: float | None, delay: float) -> _Columns:
+def _columns(
+    log: Log, sampling: float, settings: Conditioning, force_constant: float | None, delay: float, lag: float
+) -> _Columns:
     if len(log) < settings.border + 30 * settings.decimation:
         raise FricError(
             f"{len(log)} samples are too few for a border of {settings.border} and a decimation of "
             f"{settings.decimation}", where=log.where, mend="Log a longer motion, or give a smaller --decimation.",
         )  # fmt: skip
     if log.force is not None and force_constant is None:
-        force = log.force
+        force = acting_force(log.time, log.force, delay - lag if lag else 0.0)
     elif log.input is not None:
-        force = np.interp(log.time - delay, log.time, log.input) * (force_constant or 1.0)
+        force = acting_force(log.time, log.input, delay) * (force_constant or 1.0)
     else:
         force = log.require("force", "the mass")
     sos = signal.butter(4, settings.cutoff, fs=sampling, output="sos")

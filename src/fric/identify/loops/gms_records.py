@@ -11,6 +11,7 @@ from fric.errors import FricError
 from fric.identify.loops.gms_fit import Shares
 from fric.identify.loops.loops import Loops
 from fric.identify.loops.refine_gms import Measured
+from fric.identify.records.force_lag import acting_force
 from fric.identify.records.motion import Motion, smooth_motion
 from fric.identify.records.turns import reversals
 
@@ -40,7 +41,7 @@ def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
 def taken_off(log: Log, plant: Plant | None) -> tuple[Motion, NDArray[np.float64], Shares]:
     """Return the motion of a record, its friction force, and what was taken off: ``F = K_f·u - M·z̈ - M·A·ż``.
 
-    The force that is logged acts later by the delay T_d.
+    The force is taken as it acts, see `fric.identify.records.force_lag`.
     """
     position = log.require("position", "the virgin curve")
     force = log.require("force", "the virgin curve")
@@ -50,7 +51,7 @@ def taken_off(log: Log, plant: Plant | None) -> tuple[Motion, NDArray[np.float64
         raise error.at(log.where) from None
     if plant is None:
         return motion, force, Shares(log.name)
-    acting = np.interp(log.time, log.time + plant.T_d, force)
+    acting = acting_force(log.time, force, plant.force_delay)
     inertia, damping = plant.M * motion.acceleration, plant.damping * motion.velocity
     size = 0.5 * float(np.quantile(acting, 0.99) - np.quantile(acting, 0.01))
     parts = [float(np.quantile(np.abs(part), 0.99)) / size for part in (inertia, damping)]

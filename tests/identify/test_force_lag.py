@@ -1,0 +1,97 @@
+"""K_f and the lag of a logged force: told from the response, whatever the force is late by."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fric.drive.plant import Plant
+from fric.identify.dynamics.force_constant import force_constant
+from fric.identify.dynamics.plant import identify_plant
+from fric.identify.loops.gms_records import taken_off
+from fric.identify.records.force_lag import acting_force
+from fric.log import Log
+from fric.notice import Notice
+from tests.identify.flawed_axis import RATE, Machine, run, shaken
+from tests.identify.test_rigid_body import motion
+
+RUBBING = Machine(F_c=40.0, F_s=60.0)
+
+
+def codes(warnings: tuple[str, ...]) -> dict[str, str]:
+    return {w.code: w.severity for w in warnings if isinstance(w, Notice)}
+
+
+@pytest.mark.parametrize("corner", [0.0, 300.0, 800.0])
+@pytest.mark.parametrize("lag", [0, 2, 4])
+@pytest.mark.parametrize("how", [{}, {"mean": 0.0, "swing": 2e-3, "count": 15}], ids=["in motion", "at rest"])
+def test_the_force_constant_and_the_lag_of_a_late_force(lag: int, corner: float, how: dict[str, Any]) -> None:
+    """K_f within 1 %, the lag within 0.1 sample; the low-frequency lag of a filter behind a hold is T_f + T_s/2."""
+    log = shaken(RUBBING, seed=lag, force_lag=lag, force_filter=corner, force_step=0.5, **how)
+    found = force_constant([log], None, "linear")
+    assert found.K_f is not None
+    assert found.lag is not None
+    assert float(found.K_f) == pytest.approx(RUBBING.K_f, rel=2e-3)
+    late = lag + (RATE / (2 * np.pi * corner) + 0.5 if corner else 0.0)
+    assert float(found.lag) * RATE == pytest.approx(late, abs=0.05)
+    assert (found.filter is not None) == (corner > 0)
+    if found.filter is not None:
+        assert float(found.filter) == pytest.approx(corner, rel=0.02)
+    assert ("force-lags" in codes(found.warnings)) == (late > 0)
+
+
+def test_without_periods_and_along_a_motion_it_is_the_same() -> None:
+    swept = run(RUBBING, 2e-3 * np.sin(0.002 * np.arange(60_000) ** 1.3), force_lag=3.0, kind="motion")
+    found = force_constant([replace(swept, reference=None)], None, "linear")
+    assert float(found.K_f) == pytest.approx(RUBBING.K_f, rel=0.01)  # type: ignore[arg-type]
+    assert float(found.lag) * RATE == pytest.approx(3.0, abs=0.1)  # type: ignore[arg-type]
+    log = motion(seed=1)
+    F = np.asarray(log.force)
+    late = replace(log, input=F / 35.0, force=np.concatenate([np.full(3, F[0]), F[:-3]]))
+    found = force_constant([late], None, "linear")
+    sampling = (len(log) - 1) / float(log.time[-1] - log.time[0])
+    assert float(found.K_f) == pytest.approx(35.0, rel=0.01)  # type: ignore[arg-type]
+    assert float(found.lag) * sampling == pytest.approx(3.0, abs=0.1)  # type: ignore[arg-type]
+
+
+def test_intervals_cover_where_the_force_is_noisy() -> None:
+    covered = np.zeros(2)
+    for seed in range(40):
+        log = shaken(RUBBING, seed=seed, force_lag=2.0, force_noise=20.0, periods=6, period=2000, count=25)
+        found = force_constant([log], None, "linear")
+        for n, (estimate, truth) in enumerate(((found.K_f, RUBBING.K_f), (found.lag, 2 / RATE))):
+            low, high = estimate.ci95  # type: ignore[union-attr, misc]
+            covered[n] += low <= truth <= high
+    assert np.all(covered >= 34), covered
+
+
+def test_records_that_differ_widen_the_interval() -> None:
+    logs = [shaken(replace(RUBBING, K_f=K, B=2.5 * K / 210), seed=n) for n, K in enumerate((205.0, 210.0, 216.0))]
+    low, high = force_constant(logs, None, "linear").K_f.ci95  # type: ignore[union-attr, misc]
+    assert low < 206
+    assert high > 215
+
+
+def test_a_stated_mass_is_held_against_what_is_found() -> None:
+    log = shaken(RUBBING, seed=1, force_lag=2.0)
+    assert "mass-differs" not in codes(identify_plant([log], mass=RUBBING.M).warnings)
+    assert codes(identify_plant([log], mass=1.3 * RUBBING.M).warnings)["mass-differs"] == "wrong"
+    blind = replace(log, force=None)
+    found = identify_plant([blind], mass=RUBBING.M).estimates["K_f"]
+    assert float(found) == pytest.approx(RUBBING.K_f, rel=0.02)
+    assert found.ci95 is not None
+    assert codes(identify_plant([log], given_force_constant=300.0).warnings)["K_f-differs"] == "wrong"
+
+
+def test_the_plant_takes_the_lag_off_where_friction_is_identified() -> None:
+    """A sine of force that is logged late, taken off with the plant, is the sine that acts."""
+    t = np.arange(8000) / 1000
+    force, late = 10 * np.sin(7 * t), 3e-3
+    logged = 10 * np.sin(7 * (t + 0.65e-3 - late))  # the voltage runs ahead by T_d, and is logged late
+    plant = Plant(A=0.0, B=548e6, T_d=0.65e-3, K_f=548.0, force_lag=late)
+    _, acting, _ = taken_off(Log(t, 1e-4 * np.sin(3 * t), force=logged), plant)
+    np.testing.assert_allclose(acting[10:-10], force[10:-10], atol=0.01)
+    np.testing.assert_array_equal(acting_force(t, force, 0.0), force)
