@@ -166,7 +166,9 @@ def test_a_text_log_of_a_shaken_axis_is_ingested_as_a_frequency_response(tmp_pat
     done = RUN.invoke(app, ["ingest", str(csv), "-o", str(log), "--kind", "frequency-response"])
     assert done.exit_code == 0, done.output
     words = ["identify", "plant", str(log), "-o", str(out), "--lowest", "2 Hz", "--mass", "84 kg", "--json"]
-    told = json.loads(RUN.invoke(app, words).stdout)
+    done = RUN.invoke(app, words)
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
     assert told["K_f"]["value"] == pytest.approx(210.0, rel=0.01)
     assert told["force_lag"]["value"] * flawed.RATE == pytest.approx(2.0, abs=0.1)
     assert any("the force is logged 500 µs (2 samples) later" in text for text in told["warnings"])

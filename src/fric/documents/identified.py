@@ -10,6 +10,7 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.machine import true_friction
 from fric.documents.machine_files import read_machine, read_machine_document
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.simulate.intervals import Intervals, closed_intervals, friction_intervals
 from fric.simulate.machine import Machine
 
@@ -61,7 +62,7 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), gain: float | N
         sections = {key: friction.estimates(key) for key in friction.sections()}
         found, refused = friction_intervals(model, sections)
         known = (part.nominal or part.plant).estimates(part.motion)
-        plant = {symbol: known[symbol] for symbol in ("A", "B", "T_d", "K_f") if symbol in known}
+        plant: dict[str, Estimate] = {symbol: known[symbol] for symbol in ("A", "B", "T_d", "K_f") if symbol in known}
         if "offset" in sections.get("static", {}):
             plant["offset"] = sections["static"]["offset"]
         for symbol, estimate in plant.items():

@@ -104,7 +104,7 @@ def _styled(tree: Any, depth: int = 0) -> Any:
             styled.fa.set_flow_style()
         return styled
     if isinstance(tree, str):
-        return tree
+        return str(tree)  # also of a notice, which is a text with more to it
     if isinstance(tree, Sequence):
         sequence = CommentedSeq([_styled(value, depth + 1) for value in tree])
         if all(
