@@ -11,11 +11,13 @@ from fric.documents.controller import ControllerDocument, ControllerPart
 from fric.documents.friction import FrictionDocument
 from fric.documents.observer import ObserverDocument, ObserverPart
 from fric.documents.plant import PlantDocument, PlantPart
+from fric.documents.reality import RealityPart, SecondMassPart
 from fric.documents.yaml import read_document
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.friction import FrictionModel, models
 from fric.simulate.machine import Axis, Believed, Machine, Published
+from fric.simulate.reality.flaws import NONE
 from fric.units import Motion
 
 
@@ -75,6 +77,8 @@ class AxisPart(Part):
         description="the friction that the axis has: a friction file, or its sections"
     )
     feedforward: FeedforwardPart = FeedforwardPart()
+    second_mass: SecondMassPart | None = Field(None, description="one rigid mass where left out")
+    reality: RealityPart | None = Field(None, description="flaws of logs and guideway; none where left out")
 
 
 class PublishedPart(Physical):
@@ -100,6 +104,7 @@ class MachineDocument(Document):
     type: ClassVar[str] = "machine"
 
     name: str = ""
+    like: str = Field("", description="a machine file whose axes this one has, but for the keys that are given here")
     axes: dict[str, AxisPart]
     published: list[PublishedPart] = Field(default_factory=list, description="glitches to compare with")
 
@@ -124,12 +129,35 @@ class MachineDocument(Document):
                 axes[name] = axis
         return {**given, "axes": axes}
 
+    @model_validator(mode="before")  # pydantic takes the last of these first
+    @classmethod
+    def _starts_from_another(cls, given: Any, info: ValidationInfo) -> Any:
+        """Fill in what the machine that this one is like has, and this one does not say."""
+        if not isinstance(given, dict) or not isinstance(given.get("like"), str):
+            return given
+        start = read_document((info.context or {})["folder"] / given["like"], cls)
+        changed = given.get("axes", {})
+        if not isinstance(changed, dict) or not all(isinstance(part, dict) for part in changed.values()):
+            return given
+        axes = {name: dict(part) for name, part in start.axes.items()}
+        return {**given, "axes": axes | {name: axes.get(name, {}) | part for name, part in changed.items()}}
+
     @model_validator(mode="after")
     def _parts_are_of_their_axis(self) -> Self:
         for name, axis in self.axes.items():
             parts = {
                 key: getattr(axis, key)
-                for key in ("plant", "nominal", "controller", "observer", "encoder", "noise", "friction")
+                for key in (
+                    "plant",
+                    "nominal",
+                    "controller",
+                    "observer",
+                    "encoder",
+                    "noise",
+                    "friction",
+                    "second_mass",
+                    "reality",
+                )
             }
             parts |= {"feedforward": axis.feedforward, "feedforward.friction": axis.feedforward.friction}
             for key, part in parts.items():
@@ -181,6 +209,8 @@ def _axis(name: str, part: AxisPart) -> Axis:
             observer=part.observer.observer(motion, G_n.A, G_n.B) if part.observer else None,
             encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),
             force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
+            reality=part.reality.reality(motion) if part.reality else NONE,
+            second_mass=part.second_mass.second_mass(motion) if part.second_mass else None,
         )
     except FricError as error:
         raise error.at(f"axis {name}") from None

@@ -17,6 +17,8 @@ from numba import types
 from numpy.typing import NDArray
 
 from fric.kernels.plant import ARRAY, ORDERS, PLANT, TABLE, Instant, PlantConstants, advance, numba_type, reaches
+from fric.kernels.second_mass import STRETCH
+from fric.kernels.sensing import FAULTLESS, SENSING, Sensing, reading
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
 
@@ -56,7 +58,8 @@ class ObserverFilters(NamedTuple):
 class Traces(NamedTuple):
     """What the loop writes down, one value a controller sample."""
 
-    position: NDArray[np.float64]  # m, true
+    position: NDArray[np.float64]  # m, true: of the table, where there is one on a spring
+    sensed: NDArray[np.float64]  # m, true, of what the encoder is on
     measured: NDArray[np.float64]  # m, by the encoder
     velocity: NDArray[np.float64]  # m/s, true
     input: NDArray[np.float64]  # V, as it leaves the controller
@@ -88,6 +91,7 @@ def _filtered(b: NDArray[np.float64], a: NDArray[np.float64], memory: NDArray[np
         types.UniTuple(types.float64, 2),  # type: ignore[no-untyped-call]
         types.UniTuple(TABLE, 2),  # type: ignore[no-untyped-call]
         types.int64,
+        SENSING,
         numba_type(Traces, ARRAY),
     )
 )
@@ -103,12 +107,12 @@ def _closed_loop(
     lengths: tuple[float, float],
     reach: tuple[NDArray[np.float64], NDArray[np.float64]],
     halvings: int,
+    sensing: Sensing,
     trace: Traces,
 ) -> int:
     z = command.position[0] + plant.ahead
-    origin, seen = z, z - plant.v_0 * control.T_s  # the observer is at rest where the run begins
-    if control.resolution > 0.0:
-        seen = np.rint(seen / control.resolution) * control.resolution
+    origin = z  # the observer is at rest where the run begins
+    seen = reading(z - plant.v_0 * control.T_s, control.resolution, sensing)
     v, F = plant.v_0, step(0.0, plant.v_0, 0.0, state, parameters)
     filtered_v, integral = plant.v_0, 0.0
     with_observer = observer.position_b.size > 0
@@ -121,9 +125,9 @@ def _closed_loop(
 
     for n in range(command.position.size):
         # --- controller
-        measured = z
-        if control.resolution > 0.0:
-            measured = np.rint(z / control.resolution) * control.resolution
+        table = z - state[STRETCH] if sensing.spring > 0.0 else z
+        sensed = table if sensing.spring > 1.0 else z
+        measured = reading(sensed, control.resolution, sensing)
         filtered_v = control.pole * filtered_v + (1.0 - control.pole) * (measured - seen) / control.T_s
         seen = measured
         error = control.K_v * (command.position[n] - measured) + command.velocity[n] - filtered_v
@@ -144,14 +148,18 @@ def _closed_loop(
                 integral += step_of_integral
         if with_observer:
             _filtered(observer.voltage_b, observer.voltage_a, voltage_memory, u - command.friction[n])
-        trace.position[n], trace.measured[n], trace.velocity[n] = z, measured, v
+        trace.position[n], trace.sensed[n], trace.measured[n], trace.velocity[n] = table, sensed, measured, v
         trace.input[n], trace.friction[n], trace.disturbance[n] = u, F, estimate
+
+        B = plant.B
+        if plant.drift != 0.0:
+            B *= 1.0 - plant.drift * np.expm1(-(plant.began + n * control.T_s) / plant.warming)
 
         # --- plant: within a sample its input changes once, where the last share of the delay ends
         for part in range(2):
             if lengths[part] > 0.0:
                 sample = n - late - 1 + part
-                driven = (plant.B * trace.input[sample] if sample >= 0 else 0.0) - plant.load / plant.M
+                driven = (B * trace.input[sample] if sample >= 0 else 0.0) - plant.load / plant.M
                 now, depth = advance(
                     step, state, parameters, plant, Instant(0.0, v, F), driven, lengths[part], reach[part], halvings,
                     depth, ends, states,
@@ -176,6 +184,7 @@ def closed_loop(
     observer: ObserverFilters,
     command: Commands,
     halvings: int = 0,
+    sensing: Sensing = FAULTLESS,
 ) -> tuple[Traces, int]:
     """Return the traces of a run, and the number of samples in saturation.
 
@@ -187,12 +196,14 @@ def closed_loop(
         The axis, its controller, and what is asked of it.
     halvings
         How often every step of the plant is halved, to see that this changes nothing.
+    sensing
+        What is amiss with its encoder.
     """
     plant, control = PlantConstants(*map(float, plant)), ControlConstants(*map(float, control))
     late, lengths = parts_of_a_sample(plant, control)
     trace = Traces(*(np.empty_like(command.position) for _ in Traces._fields))
     saturated: int = _closed_loop(
         step, state, parameters, plant, control, observer, command, late, lengths,
-        (reaches(plant, lengths[0]), reaches(plant, lengths[1])), halvings, trace,
+        (reaches(plant, lengths[0]), reaches(plant, lengths[1])), halvings, Sensing(*map(float, sensing)), trace,
     )  # fmt: skip
     return trace, saturated

@@ -51,6 +51,9 @@ class PlantConstants(NamedTuple):
     ahead: float = 0.0  # m, where the axis begins, from where the reference does
     v_0: float = 0.0  # m/s, velocity that it begins with
     tolerance: float = TOLERANCE  # m/s, by how much the velocity may change with the number of parts
+    drift: float = 0.0  # where the acceleration per volt goes, over what it was, less 1
+    warming: float = 1.0  # s, time constant of that
+    began: float = 0.0  # s, since it began to
 
 
 class Instant(NamedTuple):

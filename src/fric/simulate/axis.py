@@ -13,13 +13,15 @@ from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
 from fric.friction import models
 from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, closed_loop
-from fric.kernels.plant import PlantConstants, velocity_tolerance
+from fric.kernels.plant import velocity_tolerance
+from fric.simulate.reality.motion import sensing_of, true_axis
 from fric.simulate.stability import require_stable
 from fric.simulate.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fric.kernels.plant import PlantConstants
     from fric.kernels.signatures import Step
     from fric.reference import Reference
     from fric.simulate.machine import Axis
@@ -47,6 +49,8 @@ class Trace:
         The observer's estimate d̂ [V], shape (n,).
     saturated
         Samples at which the voltage was limited.
+    sensed
+        True position of what the encoder is on [m], shape (n,); None where that is `position`.
     """
 
     time: NDArray[np.float64]
@@ -59,6 +63,7 @@ class Trace:
     feedforward: NDArray[np.float64]
     disturbance: NDArray[np.float64]
     saturated: int
+    sensed: NDArray[np.float64] | None = None
 
 
 @one_blas_thread()
@@ -70,6 +75,7 @@ def run_axis(
     excitation: NDArray[np.float64] | None = None,
     halvings: int = 0,
     accuracy: float = 0.0,
+    began: float = 0.0,
 ) -> Trace:
     """Return the traces of one axis that starts at rest and follows a reference in closed loop.
 
@@ -87,6 +93,8 @@ def run_axis(
         How often every step of the plant is halved, to see that this changes nothing.
     accuracy
         By how much the integration of the plant may move the position [m]; 0 for the last digits.
+    began
+        Time since the machine was switched on, for what drifts [s].
 
     Raises
     ------
@@ -94,8 +102,8 @@ def run_axis(
         When the scheme asks for a model or an observer that the axis does not have, or the loop is not stable.
     """
     feedforward = _feedforward(axis, reference, compensation)
-    arguments = _loop_arguments(axis, reference, compensation, feedforward, excitation, accuracy)
-    traces, saturated = closed_loop(*arguments, halvings)
+    arguments = _loop_arguments(axis, reference, compensation, feedforward, excitation, accuracy, began)
+    traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))
     return Trace(
         time=reference.time,
         reference=reference.position,
@@ -107,6 +115,7 @@ def run_axis(
         feedforward=feedforward,
         disturbance=traces.disturbance,
         saturated=saturated,
+        sensed=traces.sensed,
     )
 
 
@@ -117,9 +126,10 @@ def _loop_arguments(
     feedforward: NDArray[np.float64],
     excitation: NDArray[np.float64] | None = None,
     accuracy: float = 0.0,
+    began: float = 0.0,
 ) -> tuple[Step, NDArray[np.float64], NDArray[np.float64], PlantConstants, ControlConstants, ObserverFilters, Commands]:
     """Check what is asked of an axis, and return it as the compiled loop reads it."""
-    plant, cascade, friction = axis.plant, axis.cascade, axis.friction
+    plant, cascade = axis.plant, axis.cascade
     if reference.sampling != cascade.sampling:
         raise FricError(
             f"the reference is sampled at {reference.sampling:g} Hz, "
@@ -127,16 +137,15 @@ def _loop_arguments(
         )
     observer = _observer(axis, compensation)
     require_stable(axis, compensation)
-    state = friction.initial_state()
-    delay, set_valued = plant.transport_delay(cascade.sampling), float(state.size == 0)
+    step, state, parameters, constants = true_axis(axis, float(reference.position[0]), began)
     pole, resolution = low_pass_pole(cascade.velocity_filter, cascade.sampling), axis.encoder.resolution
     model = inverse_model(axis.nominal or plant, reference)
     tolerance = velocity_tolerance(accuracy, cascade.K_v * cascade.K_p * plant.B, cascade.T_s)
     return (
-        type(friction).step,
+        step,
         state,
-        friction.packed(),
-        PlantConstants(plant.A, plant.B, plant.M, axis.load, delay, set_valued, tolerance=tolerance),
+        parameters,
+        constants._replace(tolerance=max(constants.tolerance, tolerance)),
         ControlConstants(cascade.K_v, cascade.K_p, cascade.K_i, pole, cascade.T_s, cascade.limit, resolution),
         observer,
         Commands(

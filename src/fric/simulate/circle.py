@@ -178,7 +178,7 @@ def require_voltage(axis: Axis, reference: Reference) -> None:
     FricError
         When it does.
     """
-    against = (axis.friction.steady_state(reference.velocity) + axis.load) / axis.plant.K_f
+    against = (axis.friction.steady_state(reference.velocity) + axis.constant_load) / axis.plant.K_f
     needed = float(np.abs(inverse_model(axis.plant, reference) + against).max())
     if needed > axis.cascade.limit:
         raise FricError(

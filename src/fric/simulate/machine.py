@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
+from fric.simulate.reality.flaws import NONE, Reality, SecondMass
 
 if TYPE_CHECKING:
     from fric.compensation.disturbance_observer import DisturbanceObserver
@@ -61,6 +62,10 @@ class Axis:
         Its encoder.
     force_noise
         Noise of a logged force sample, root mean square [N].
+    reality
+        What it has beyond the model, in its logs and in its motion; no controller knows of it.
+    second_mass
+        Its table on a spring, where it is no rigid body.
     """
 
     name: str
@@ -74,6 +79,13 @@ class Axis:
     encoder: Encoder = field(default_factory=Encoder)
     force_noise: float = 0.0
     motion: Motion = "linear"
+    reality: Reality = NONE
+    second_mass: SecondMass | None = None
+
+    @property
+    def constant_load(self) -> float:
+        """The load, and gravity where it is a flaw that no controller knows of [N]."""
+        return self.load + self.reality.gravity
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,83 @@
+"""A table on a spring behind the motor, as the friction of the motor's mass: a step around the table's own friction.
+
+::
+
+    motor ──[ spring, damper, play ]── table ──> friction, load
+      z ─────────── stretch ─────────── z - stretch
+
+The integration of the plant sees the force of the spring as friction of one mass, and holds its error as that of any
+friction; the table goes along in the state.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from fric.kernels.inner import step_at
+from fric.kernels.signatures import compiled, compiled_step
+
+AHEAD = 4
+"""State before that of the inner model: stretch [m], velocity of the table [m/s], force of spring and friction [N]."""
+STRETCH, VELOCITY, SPRING, FRICTION = range(AHEAD)
+
+
+class Coupling(NamedTuple):
+    """The head of the parameters, before those of the inner model."""
+
+    inner: float  # address of the inner model's step
+    mass: float  # kg, of the table
+    stiffness: float  # N/m
+    damping: float  # N·s/m
+    play: float  # m, from the middle to a flank
+    load: float  # N, on the table
+    on_table: float  # 1 where the friction acts on the table, 0 where on the motor
+
+
+HEAD = len(Coupling._fields)
+_INNER, _MASS, _STIFFNESS, _DAMPING, _PLAY, _LOAD, _ON_TABLE = range(HEAD)
+_COUPLING = types.float64(types.float64, types.float64, types.float64[::1])
+
+
+@compiled(_COUPLING, makes_arrays=False)
+def spring_force(stretch: float, rate: float, parameters: NDArray[np.float64]) -> float:
+    """Return the force [N] of the spring at a stretch [m] and its rate [m/s]; inside the play it has none."""
+    play, beyond = parameters[_PLAY], 0.0
+    if stretch > play:
+        beyond = stretch - play
+    elif stretch < -play:
+        beyond = stretch + play
+    elif play > 0.0:
+        return 0.0
+    force = parameters[_STIFFNESS] * beyond + parameters[_DAMPING] * rate
+    if play > 0.0 and force * beyond < 0.0:  # a flank pushes, and does not pull
+        return 0.0
+    return force
+
+
+@compiled_step
+def second_mass_step(
+    dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]
+) -> float:
+    """Advance the table along a motion of the motor (Heun's method) and return what acts on the motor against it."""
+    inner, behind, own = step_at(parameters[_INNER]), state[AHEAD:], parameters[HEAD:]
+    table = parameters[_ON_TABLE] > 0.0
+    force = 0.0 if table else inner(dz, v, dt, behind, own)
+    if dt == 0.0:
+        state[VELOCITY] = v
+        state[FRICTION] = inner(0.0, v, 0.0, behind, own) if table else 0.0
+        state[SPRING] = spring_force(state[STRETCH], 0.0, parameters)
+        return force + state[SPRING]
+    mass, load, before = parameters[_MASS], parameters[_LOAD], state[VELOCITY]
+    pulled = (state[SPRING] - state[FRICTION] - load) / mass
+    ahead = before + dt * pulled
+    way = 0.5 * dt * (before + ahead)
+    if table:
+        state[FRICTION] = inner(way, ahead, dt, behind, own)
+    state[STRETCH] += dz - way
+    state[SPRING] = spring_force(state[STRETCH], v - ahead, parameters)
+    state[VELOCITY] = before + 0.5 * dt * (pulled + (state[SPRING] - state[FRICTION] - load) / mass)
+    return force + state[SPRING]

@@ -1,0 +1,35 @@
+"""What an encoder tells: the position of what it is on, with a sub-divisional error, in whole steps."""
+
+from __future__ import annotations
+
+from math import sin
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+
+from fric.kernels.plant import numba_type
+from fric.kernels.signatures import compiled
+
+
+class Sensing(NamedTuple):
+    """What is amiss with the encoder of an axis; nothing by default."""
+
+    error: float = 0.0  # m, amplitude of the sub-divisional error
+    wave: float = 0.0  # rad/m, 2π over the pitch of the scale
+    phase: float = 0.0  # rad, at position 0
+    spring: float = 0.0  # 0 for one rigid mass; with a second one 1 where the encoder is on the motor, 2 on the table
+
+
+FAULTLESS = Sensing()
+SENSING = numba_type(Sensing, types.float64)
+
+
+@compiled(types.float64(types.float64, types.float64, SENSING), makes_arrays=False)
+def reading(z: float, resolution: float, sensing: Sensing) -> float:
+    """Return what an encoder of some resolution [m] (0 for none) tells of a position [m]."""
+    if sensing.error != 0.0:
+        z += sensing.error * sin(sensing.wave * z + sensing.phase)
+    if resolution > 0.0:
+        return np.rint(z / resolution) * resolution
+    return z

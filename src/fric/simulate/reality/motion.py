@@ -1,0 +1,124 @@
+"""The friction and the masses that an axis truly has, as the compiled loop runs them."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.friction.rolling import Rolling
+from fric.friction.stribeck import OnStaticMap
+from fric.kernels import guideway, second_mass
+from fric.kernels.guideway import Guideway, guideway_step
+from fric.kernels.inner import address_of
+from fric.kernels.plant import TOLERANCE, PlantConstants
+from fric.kernels.second_mass import Coupling, second_mass_step
+from fric.kernels.sensing import Sensing
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.kernels.signatures import Step
+    from fric.simulate.machine import Axis
+
+
+SPRING_TOLERANCE = 1e-10
+"""To what the velocity of a motor on a spring is integrated [m/s]: the last digits of the spring take many steps."""
+
+
+def true_axis(
+    axis: Axis, place: float, began: float
+) -> tuple[Step, NDArray[np.float64], NDArray[np.float64], PlantConstants]:
+    """Return the friction that an axis truly has (step, state, parameters), and its masses.
+
+    Where there is a second mass, the stretch of its spring stands first in the state.
+
+    Parameters
+    ----------
+    axis
+        The axis, with its flaws.
+    place
+        Where it begins [m], for what depends on the position.
+    began
+        Time since the machine was switched on [s], for what drifts.
+
+    Raises
+    ------
+    FricError
+        When the friction model cannot have the flaws that are asked for.
+    """
+    plant, flaws, second = axis.plant, axis.reality, axis.second_mass
+    step, state, parameters = type(axis.friction).step, axis.friction.initial_state(), axis.friction.packed()
+    delay, set_valued = plant.transport_delay(axis.cascade.sampling), float(state.size == 0)
+    if set_valued and (second is not None or flaws.moves_friction):
+        raise FricError(
+            f"the friction of axis {axis.name} has no memory, and its guideway has flaws",
+            mend="Give it a model with memory, as 'gms'.",
+        )
+    if flaws.moves_friction:
+        parameters = _on_guideway(axis, parameters)
+        inner, own = state, parameters.size - _head(axis)
+        state = np.array([place, began, 0.0, *np.zeros(own), *inner])
+        step = guideway_step
+    A, B, M, load = plant.A, plant.B, plant.M, axis.constant_load
+    if second is not None:
+        motor = M - second.mass
+        if not motor > 0.0:
+            raise FricError(
+                f"the second mass is {second.mass:g} kg, and all that moves {M:g} kg", mend="It is a part of that."
+            )
+        on_table = second.friction == "table"
+        coupling = Coupling(
+            address_of(step), second.mass, second.stiffness, second.damping, 0.5 * second.backlash,
+            load if on_table else 0.0, float(on_table),
+        )  # fmt: skip
+        step, parameters = second_mass_step, np.array([*coupling, *parameters])
+        state = np.array([*np.zeros(second_mass.AHEAD), *state])
+        A, B, M, load = A * M / motor, plant.K_f / motor, motor, 0.0 if on_table else load
+    fade = flaws.force_constant
+    drift = (fade.amount, fade.time, began) if fade is not None else (0.0, 1.0, 0.0)
+    tolerance = SPRING_TOLERANCE if second is not None else TOLERANCE
+    return step, state, parameters, PlantConstants(A, B, M, load, delay, set_valued, 0.0, 0.0, tolerance, *drift)
+
+
+def sensing_of(axis: Axis) -> Sensing:
+    """Return what is amiss with the encoder of an axis."""
+    error, second = axis.reality.encoder, axis.second_mass
+    spring = 0.0 if second is None else 1.0 if second.encoder == "motor" else 2.0
+    if error is None:
+        return Sensing(spring=spring)
+    return Sensing(error.error, 2 * pi / error.pitch, error.phase, spring)
+
+
+def _head(axis: Axis) -> int:
+    """Return how many parameters of a guideway stand before those of the inner model."""
+    return guideway.HEAD + 3 * (len(axis.reality.cogging) + len(axis.reality.waves))
+
+
+def _on_guideway(axis: Axis, inner: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the parameters of the friction on its guideway."""
+    friction, flaws = axis.friction, axis.reality
+    if isinstance(friction, Rolling):
+        maps = [1, 6 + 3 * len(friction.amplitude)]
+    elif isinstance(friction, OnStaticMap):
+        maps = [0]
+    elif flaws.waves or flaws.dwell or flaws.friction or not flaws.direction.is_none:
+        raise FricError(
+            f"the friction of axis {axis.name} is '{friction.name}', which stands on no static map",
+            mend="Its level cannot vary; give it a model that does, as 'gms'.",
+        )
+    else:
+        maps = []
+    dwell, drift = flaws.dwell, flaws.friction
+    head = Guideway(
+        address_of(type(friction).step), len(maps), maps[0] if maps else 0, maps[-1] if maps else 0,
+        flaws.direction.level, flaws.direction.viscous,
+        *((dwell.growth, dwell.time, dwell.distance) if dwell else (0.0, 1.0, 1.0)),
+        *((drift.amount, drift.time) if drift else (0.0, 1.0)),
+        len(flaws.cogging), len(flaws.waves),
+    )  # fmt: skip
+    waves = [(one.force, one.pitch, one.phase) for one in flaws.cogging]
+    waves += [(one.amplitude, one.pitch, one.phase) for one in flaws.waves]
+    return np.array([*head, *(number for wave in waves for number in wave), *inner])

@@ -1,0 +1,138 @@
+"""What a drive's trace keeps of a run: averaged, late, jittered, quantised, with noise, as its flaws make it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from hashlib import sha256
+from math import ceil
+from typing import TYPE_CHECKING
+from zlib import crc32
+
+import numpy as np
+from scipy.signal import lfilter
+
+from fric.drive.sensing import low_pass_pole
+from fric.kernels.sensing import reading
+from fric.log import Kind, Log
+from fric.simulate.reality.flaws import ColouredNoise
+from fric.simulate.reality.motion import sensing_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.simulate.axis import Trace
+    from fric.simulate.machine import Axis
+
+    Real = NDArray[np.float64]
+
+
+def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: str, kind: Kind, seed: int) -> Log:
+    """Log a run as the axis' drive does.
+
+    The trace keeps every n-th sample, so many that it holds the window; voltage and force are averaged over that
+    interval, as the drive's trace filter does, so that what the controller makes of encoder steps does not alias into
+    them, and are kept in single precision.
+
+    Parameters
+    ----------
+    axis
+        The axis, with the flaws of its force channel, its clock and its encoder.
+    run
+        What happened.
+    window
+        The first sample that is logged, and the one behind the last.
+    samples
+        Samples that the trace holds.
+    name, kind
+        Of the record.
+    seed
+        Seed of the noise, of the jitter and of what is lost; with the name of the record.
+    """
+    first, last = window
+    sampling, flaws = axis.cascade.sampling, axis.reality
+    divider = ceil((last - first) / samples)
+    even = np.arange(first, last, divider, dtype=float)
+    count, key = len(even), [seed, crc32(name.encode())]
+    noise = np.random.default_rng(key).normal(0.0, 1.0, count) * axis.force_noise
+    rng = np.random.default_rng([*key, 1])
+    taken = even + _jitter(rng, count, flaws.clock.jitter * sampling, divider)
+    sensed = run.position if run.sensed is None else run.sensed
+    voltage = _averaged(run.input, taken - flaws.clock.input * sampling, divider)
+    force = _averaged(_behind(run.input, flaws.force.filter, sampling), taken - flaws.force.lag * sampling, divider)
+    force = axis.plant.K_f * force + noise
+    if flaws.noise is not None:
+        force += _coloured(rng, count, flaws.noise, sampling / divider)
+    stamp = (taken if flaws.clock.stamped else even) - first
+    kept = _kept(rng, count, flaws.clock.lost)
+    log = Log(
+        time=(stamp[kept] if flaws.clock.stamped else stamp[: kept.sum()]) / sampling,
+        position=encoder_tells(axis, _between(sensed, taken - flaws.clock.position * sampling))[kept],
+        force=_single(_quantised(force, flaws.force.step))[kept],
+        input=_single(voltage)[kept],
+        reference=_between(run.reference, taken)[kept],
+        name=name,
+        kind=kind,
+        axis=axis.name,
+        motion=axis.motion,
+    )
+    return replace(log, sha256=sha256(b"".join(values.tobytes() for values in log.channels().values())).hexdigest())
+
+
+def encoder_tells(axis: Axis, position: Real) -> Real:
+    """Return what the axis' encoder tells of a position [m], its sub-divisional error included, as in the loop."""
+    sensing = sensing_of(axis)
+    return np.array([reading(float(z), axis.encoder.resolution, sensing) for z in position])
+
+
+def _jitter(rng: np.random.Generator, count: int, deviation: float, divider: int) -> Real:
+    """Return by how many samples each instant is off its even place; never so far that two change places."""
+    return np.clip(rng.normal(0.0, 1.0, count) * deviation, -0.45 * divider, 0.45 * divider)
+
+
+def _kept(rng: np.random.Generator, count: int, lost: float) -> NDArray[np.bool_]:
+    """Return which samples are not lost; the first and the last never are."""
+    kept = np.ones(count, dtype=bool)
+    if lost:
+        kept[1:-1] = rng.uniform(size=count - 2) >= lost
+    return kept
+
+
+def _averaged(values: Real, at: Real, width: int) -> Real:
+    """Return the mean of ``width`` values, each held for a sample, around each of the places."""
+    sums, n = np.concatenate([[0.0], np.cumsum(values)]), len(values)
+    start, stop = np.clip(at - width // 2, 0, n), np.clip(at - width // 2 + width, 0, n)
+    up_to = np.interp(np.concatenate([start, stop]), np.arange(n + 1), sums)
+    return np.asarray((up_to[len(at) :] - up_to[: len(at)]) / (stop - start))
+
+
+def _behind(values: Real, corner: float, sampling: float) -> Real:
+    """Return values behind the drive's low-pass ``y[n] = p·y[n-1] + (1 - p)·x[n]``."""
+    if not np.isfinite(corner):
+        return values
+    p = low_pass_pole(corner, sampling)
+    return np.asarray(lfilter([1.0 - p], [1.0, -p], values, zi=[p * values[0]])[0])
+
+
+def _between(values: Real, at: Real) -> Real:
+    """Return values at places between the samples: on the parabola through the three nearest of them."""
+    middle = np.clip(np.rint(at).astype(np.int64), 1, len(values) - 2)
+    x = np.clip(at, 0, len(values) - 1) - middle
+    before, here, after = values[middle - 1], values[middle], values[middle + 1]
+    return np.asarray(here + 0.5 * x * (after - before) + 0.5 * x * x * (after - 2.0 * here + before))
+
+
+def _coloured(rng: np.random.Generator, count: int, noise: ColouredNoise, sampling: float) -> Real:
+    """Return noise that remembers, in its steady state from the first sample on."""
+    p = low_pass_pole(noise.corner, sampling)
+    white = rng.normal(size=count)
+    white[1:] *= np.sqrt(1.0 - p * p)
+    return noise.force * np.asarray(lfilter([1.0], [1.0, -p], white))
+
+
+def _quantised(values: Real, step: float) -> Real:
+    return np.asarray(np.rint(values / step) * step) if step else values
+
+
+def _single(values: Real) -> Real:
+    """Return values rounded to single precision."""
+    return values.astype(np.float32).astype(np.float64)

@@ -1,0 +1,75 @@
+"""One run of an axis in an experiment, and a session of them one after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fric.simulate.axis import run_axis
+from fric.simulate.reality.trace import logged
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from fric.log import Kind, Log
+    from fric.reference import Reference
+    from fric.simulate.axis import Trace
+    from fric.simulate.machine import Axis
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What is asked of an axis, and which part of it the drive's trace logs.
+
+    Parameters
+    ----------
+    reference
+        The motion.
+    name, kind
+        Name and kind of the record.
+    samples
+        Samples that the trace holds: what is longer is logged at a whole fraction of the controller's rate.
+    begin, end
+        The part that is logged [s]; the whole where not given.
+    excitation
+        Voltage added to the control voltage [V], shape (n,).
+    """
+
+    reference: Reference
+    name: str
+    kind: Kind
+    samples: int
+    begin: float = 0.0
+    end: float | None = None
+    excitation: NDArray[np.float64] | None = None
+
+    @property
+    def window(self) -> tuple[int, int]:
+        """The first sample that is logged, and the one behind the last."""
+        sampling, end = self.reference.sampling, self.end
+        return round(self.begin * sampling), len(self.reference) if end is None else round(end * sampling)
+
+    def run(self, axis: Axis, began: float = 0.0) -> Trace:
+        """Run it on an axis, ``began`` seconds after the session did."""
+        return run_axis(axis, self.reference, excitation=self.excitation, began=began)
+
+    def log(self, axis: Axis, run: Trace, seed: int = 0) -> Log:
+        """Return what the drive logs of its run, with the seed of all that is random in that."""
+        return logged(axis, run, self.window, self.samples, self.name, self.kind, seed)
+
+
+def runs_of(axis: Axis, trials: Iterable[Trial]) -> Iterator[tuple[Trial, Trace]]:
+    """Run trials one after the other, as in one session, and yield each with its run."""
+    began = 0.0
+    for trial in trials:
+        yield trial, trial.run(axis, began)
+        began += len(trial.reference) / trial.reference.sampling
+
+
+def logs_of(axis: Axis, trials: Iterable[Trial], seed: int = 0) -> Iterator[Log]:
+    """Run trials one after the other, and yield the log of each."""
+    for trial, run in runs_of(axis, trials):
+        yield trial.log(axis, run, seed)
