@@ -35,6 +35,14 @@ def test_help_needs_neither_numpy_nor_a_compiler():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
+@pytest.mark.parametrize("words", [["identify", "static", "--help"], ["simulate", "-h"]])
+def test_help_of_a_group_or_its_command_does_not_wait_for_pydantic(words):
+    code = f"import sys, fric.cli.main as m\ntry:\n m.app({words})\nfinally:\n print('pydantic' in sys.modules)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert told.startswith("Usage")
+    assert told.endswith("False\n")
+
+
 def test_a_model_is_written_and_read_again(tmp_path):
     out, figure = tmp_path / "friction.yaml", tmp_path / "loops.png"
     words = ["identify", "lugre", LOOPS, "-o", out, "--fix", "sigma=180 N*s/m", "--plot", figure]

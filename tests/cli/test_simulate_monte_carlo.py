@@ -158,12 +158,12 @@ def _until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
 @pytest.mark.parametrize("to_all", [True, False], ids=["Ctrl-C", "kill"])
 def test_processes_keep_what_is_done_and_none_is_left(tmp_path, to_all):
     """Ctrl-C reaches a terminal's whole process group, a polite kill one process."""
-    words = [*SMALL, "--scheme", "a", "--json", "--workers", "2", "--monte-carlo", "100000", "-o", tmp_path / "run.h5"]
+    words = [*SMALL, "--scheme", "a", "--json", "--workers", "2", "--monte-carlo", "20000", "-o", tmp_path / "run.h5"]
     running = subprocess.Popen(
         [sys.executable, "-m", "fric", *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         start_new_session=True,
     )  # fmt: skip
-    _until(lambda: sum(spent > 3.0 for spent in _group(running.pid).values()) >= 2)  # two workers, well on their way
+    _until(lambda: sum(spent > 0.3 for spent in _group(running.pid).values()) >= 4)  # itself, a server, two workers
     if to_all:
         os.killpg(running.pid, signal.SIGINT)
     else:
@@ -172,7 +172,7 @@ def test_processes_keep_what_is_done_and_none_is_left(tmp_path, to_all):
     assert running.returncode == 1
     assert "Traceback" not in told
     machines = json.loads(printed)["monte_carlo"]["machines"]
-    assert f"{machines} of 100000 machines are done" in told
+    assert f"{machines} of 20000 machines are done" in told
     with h5py.File(tmp_path / "run.h5") as file:
         assert len(file["monte_carlo/quadrants"]) == machines
     _until(lambda: not _group(running.pid), 10.0)

@@ -71,11 +71,13 @@ def print_warnings(warnings: Iterable[str]) -> None:
 @contextmanager
 def progress(description: str, total: int | None = None) -> Iterator[Any]:
     """Show a progress bar on standard error, silent when that is no terminal; gives a function to advance it."""
+    if not sys.stderr.isatty():
+        yield lambda steps=1: None
+        return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    console = ERR.console
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Progress(*columns, console=ERR.console, transient=True) as bar:
         task = bar.add_task(description, total=total)
 
         def advance(steps: int = 1) -> None:

@@ -10,10 +10,12 @@ import typer
 
 import fric
 from fric.cli import compare, design, identify, ingest, inspect, report, reproduce, schema, simulate, validate
+from fric.cli.group import Group
 from fric.errors import FricError
 
 app = typer.Typer(
     name="fric",
+    cls=Group,
     help="Identify a drive's friction from its logs; see which compensation leaves how large a glitch.",
     no_args_is_help=True,
     rich_markup_mode=None,  # Rich's help costs 80 ms

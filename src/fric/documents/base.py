@@ -15,7 +15,7 @@ from fric.units import Motion, factor, si_unit
 class Part(BaseModel):
     """A part of a document: an unknown key is an error, never passed over."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 class Quantity(Part):

@@ -16,7 +16,7 @@ from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, close
 from fric.kernels.plant import velocity_tolerance
 from fric.simulate.reality.motion import sensing_of, true_axis
 from fric.simulate.stability import require_stable
-from fric.simulate.threads import one_blas_thread
+from fric.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

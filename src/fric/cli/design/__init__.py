@@ -5,7 +5,10 @@ from __future__ import annotations
 import typer
 
 from fric.cli.design import controller, observer
+from fric.cli.group import Group
 
-app = typer.Typer(name="design", help="Design controller and disturbance observer of an axis.", no_args_is_help=True)
+app = typer.Typer(
+    name="design", cls=Group, help="Design controller and disturbance observer of an axis.", no_args_is_help=True
+)
 app.command()(controller.controller)
 app.command()(observer.observer)

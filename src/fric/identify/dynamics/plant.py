@@ -16,6 +16,7 @@ from fric.identify.dynamics.force_constant import against_mass, force_constant
 from fric.identify.dynamics.frequency_response import MeasuredResponse, measure_response
 from fric.identify.dynamics.response_fit import Lines, Solution, modelled, select, solve
 from fric.log import FrequencyResponse, Log
+from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -129,6 +130,7 @@ class PlantFit:
         return self.solution.plant()
 
 
+@one_blas_thread()
 def identify_plant(
     records: Sequence[Log | FrequencyResponse],
     *,

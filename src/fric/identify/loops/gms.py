@@ -28,6 +28,7 @@ from fric.identify.loops.knots import (
 from fric.identify.loops.loops import Loops, find_loops
 from fric.identify.loops.refine_gms import Measured, Refined, refine
 from fric.identify.loops.virgin_curve import VirginCurve, virgin_curve
+from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ UNTOLD = float(np.log(10.0))
 """Half width of the interval of log C from which on the sliding record does not tell it: a factor of ten."""
 
 
+@one_blas_thread()
 def identify_gms(
     logs: Sequence[Log],
     *,

@@ -23,6 +23,7 @@ import numpy as np
 from fric.errors import FricError
 from fric.identify.records.resolution import lattice_step, noise_level
 from fric.identify.records.settling import settled_from
+from fric.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -141,6 +142,7 @@ def steady_stretches(log: Log) -> list[Stretch]:
     return stretches_and_rests(log)[0]
 
 
+@one_blas_thread()
 def stretches_and_rests(log: Log) -> tuple[list[Stretch], list[tuple[int, int]]]:
     """Return the stretches as `steady_stretches` does, and where the axis stands still: first sample, one past last."""
     if len(log) < SHORTEST or log.kind in {"presliding-sine", "sliding-sine", "frequency-response"}:

@@ -15,6 +15,7 @@ from fric.identify.replay.near_reversals import near_reversals, presliding_lengt
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.identify.replay.replayed import Replayed
 from fric.identify.replay.splits import Masks, Split
+from fric.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -99,6 +100,7 @@ class Comparison:
     warnings: tuple[str, ...]
 
 
+@one_blas_thread()
 def compare_models(
     names: Sequence[str],
     records: Sequence[Replayed],

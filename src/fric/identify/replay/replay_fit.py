@@ -16,6 +16,7 @@ from fric.identify.replay.coordinates import Coordinates
 from fric.identify.replay.replay_intervals import correlated, covariance_of, edges, limits, order
 from fric.identify.replay.replay_search import Point, Search
 from fric.identify.replay.replayed import Replayed, search_ranges
+from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ class ReplayFit:
     warnings: tuple[str, ...] = ()
 
 
+@one_blas_thread()
 def identify_by_replay(
     name: str,
     records: Sequence[Replayed],

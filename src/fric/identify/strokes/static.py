@@ -17,6 +17,7 @@ from fric.identify.records.segments import steady_stretches
 from fric.identify.strokes.averages import Average, average
 from fric.identify.strokes.map_doubts import damping_doubt, map_doubts
 from fric.identify.strokes.map_fit import MapFit, SpeedPoint, Weights, fit_map
+from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ class StaticFit:
     method: str
 
 
+@one_blas_thread()
 def identify_static(
     logs: Sequence[Log],
     *,

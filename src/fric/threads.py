@@ -1,4 +1,4 @@
-"""One thread for the linear algebra beside a compiled loop."""
+"""One thread for the linear algebra of small matrices and long vectors."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def _controller() -> ThreadpoolController:
 def one_blas_thread() -> Iterator[None]:
     """Keep BLAS to one thread, in a ``with`` block or as a decorator.
 
-    For the matrices of a loop, of ten rows, BLAS starts a thread a core. Each then spins for milliseconds beside the
-    compiled loop, or takes the core from another process that runs machines.
+    For the matrices of a loop, of ten rows, and for the product of two vectors BLAS wakes a thread a core. Each then
+    spins for milliseconds beside what comes next, or takes the core from another process that runs machines.
     """
     with _controller().limit(limits=1, user_api="blas"):
         yield
