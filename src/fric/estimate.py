@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import floor, isinf, log10
-from typing import Any
+from typing import Any, Literal
 
 from fric.units import prefixed, significant
 
@@ -55,6 +55,36 @@ class Estimate:
         if self.source:
             entry["source"] = self.source
         return entry
+
+
+Scale = Literal["linear", "log", "logit"]
+"""Of what a covariance is: of the value, of its logarithm, of ``log(p/(1 - p))`` of a share."""
+
+
+@dataclass(frozen=True)
+class Covariance:
+    """How parameters that were identified together err together.
+
+    Parameters
+    ----------
+    names
+        The parameters, ``k_2`` being that of the second block.
+    scales
+        Of what the covariance is, by parameter.
+    matrix
+        The covariance, rows in the order of the names, in SI.
+    """
+
+    names: tuple[str, ...]
+    scales: tuple[Scale, ...]
+    matrix: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def of(cls, names: Iterable[str], matrix: Iterable[Iterable[float]], scale: Scale | Sequence[Scale]) -> Covariance:
+        """Return a covariance, of one scale or of one a parameter."""
+        names = tuple(names)
+        scales = (scale,) * len(names) if isinstance(scale, str) else tuple(scale)
+        return cls(names, scales, tuple(tuple(float(entry) for entry in row) for row in matrix))
 
 
 def _open_ended(limits: Any) -> Any:

@@ -19,6 +19,8 @@ from fric.report.curves import friction_curves, map_band, presliding, virgin_ban
 
 from .conftest import LOGS
 
+BEFORE = Path(__file__).parents[1] / "documents" / "before"
+
 
 def test_a_band_ends_where_the_only_unsure_parameter_does(files: SimpleNamespace) -> None:
     static = collect([files.march]).items[0].sections()["static"]
@@ -59,22 +61,33 @@ def test_logs_give_points_and_loops(files: SimpleNamespace) -> None:
     assert all(np.abs(loop.measured).max() > 50 for loop in curves.loops)
 
 
-def test_logs_are_not_drawn_against_a_map_that_the_drive_s_damping_was_taken_off(
-    files: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory
+def test_logs_are_drawn_less_the_part_of_the_plant_that_stands_in_the_file(
+    files: SimpleNamespace, tmp_path: Path
 ) -> None:
-    log = LOGS / "constant-velocity.h5"
+    log, path = LOGS / "constant-velocity.h5", tmp_path / "friction.yaml"
     plant = fric.read_plant(files.plant, axis="x", motion="linear")
     logs = read_logs(log)
-    path = tmp_path_factory.mktemp("taken-off") / "friction.yaml"
-    write_document(path, static_tree(fric.identify_static(logs, plant=plant), logs))
-    alone = collect([path, log])
+    fit = fric.identify_static(logs, plant=plant)
+    write_document(path, static_tree(fit, logs))
+    material = collect([path, log])
+    curves = friction_curves(material, material.items[0])
+    assert not curves.notes
+    assert curves.fitted
+    assert [p.force for p in curves.points] == pytest.approx(
+        [p.force - float(fit.static.estimates["offset"]) for p in fit.points], abs=1e-3
+    )
+
+
+def test_of_a_file_that_tells_the_plant_in_words_logs_are_drawn_with_the_plant_file_alone(
+    files: SimpleNamespace,
+) -> None:
+    log, before = LOGS / "constant-velocity.h5", BEFORE / "static.yaml"
+    alone = collect([before, log])
     curves = friction_curves(alone, alone.items[0])
     assert not curves.points
     assert "Give the plant file too" in curves.notes[0]
-    whole = collect([path, log, files.plant])
-    curves = friction_curves(whole, whole.of("friction", "x"))
-    assert len(curves.points) == 34
-    assert curves.fitted
+    whole = collect([before, log, BEFORE / "plant.yaml"])
+    assert len(friction_curves(whole, whole.of("friction", "x")).points) == 34
 
 
 def test_the_band_of_a_fit_made_again_is_narrower_than_that_of_intervals_alone(

@@ -39,4 +39,4 @@ def document_schema(type_name: str) -> dict[str, Any]:
     types = document_types()
     if type_name not in types:
         raise FricError(f"there is no document type '{type_name}'", mend=f"The types are {', '.join(types)}.")
-    return types[type_name].model_json_schema()
+    return types[type_name].json_schema()

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from math import inf
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from fric.documents.provenance import provenance
 from fric.errors import FricError
-from fric.estimate import Estimate
+from fric.estimate import Covariance, Estimate, Scale
+from fric.log import FrequencyResponse, Log
+from fric.notice import Notice, Severity
 from fric.units import Motion, factor, si_unit
 
 
@@ -33,6 +39,8 @@ class Quantity(Part):
     @model_validator(mode="before")
     @classmethod
     def _by_hand(cls, given: Any) -> Any:
+        if isinstance(given, Estimate):
+            return given.as_dict()
         if isinstance(given, str):
             number, _, unit = given.strip().partition(" ")
             try:
@@ -77,6 +85,69 @@ class Provenance(Part):
     logs: list[dict[str, str]] = Field(default_factory=list)
 
 
+class CodedWarning(Part):
+    """A warning for programs: its text stands in ``warnings`` too."""
+
+    code: str = Field("", description="the same for every size of the same matter, such as force-lags")
+    severity: Severity = Field("doubt", description="wrong: a number is wrong until this is mended")
+    text: str
+
+
+class CovarianceBlock(Part):
+    """Covariance of what was identified together; square, in the order of the names, in SI units."""
+
+    names: list[str] = Field(description="parameters; k_2 is of the second block, negative.F_c of that direction")
+    scales: list[Scale] = Field(description="whether the covariance is of the value, its logarithm or its logit")
+    matrix: list[list[float]]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_fit(cls, given: Any) -> Any:
+        return asdict(given) if isinstance(given, Covariance) else given
+
+    @model_validator(mode="after")
+    def _is_square(self) -> Self:
+        n = len(self.names)
+        if len(self.scales) != n or len(self.matrix) != n or any(len(row) != n for row in self.matrix):
+            raise ValueError(f"the covariance does not fit its {n} names\nGive a scale and a row of {n} for each.")
+        return self
+
+    def covariance(self) -> Covariance:
+        """Return the covariance."""
+        return Covariance(tuple(self.names), tuple(self.scales), tuple(tuple(row) for row in self.matrix))
+
+
+def known(**values: Any) -> dict[str, Any]:
+    """Return what is not None."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def nested(kind: Any, given: Any, name: str) -> Any:
+    """Return what stands under a key that the schema's class does not declare, checked; errors tell that key."""
+    try:
+        return TypeAdapter(kind).validate_python(given)
+    except ValidationError as error:
+        told = [
+            InitErrorDetails(
+                type=PydanticCustomError("nested", "{told}", {"told": one["msg"]}) if "ctx" in one else one["type"],
+                loc=(name, *one["loc"]),
+                input=one["input"],
+            )
+            for one in error.errors()
+        ]
+        raise ValidationError.from_exception_data(name, told) from None
+
+
+def warned(notices: Iterable[str]) -> dict[str, Any]:
+    """Return the ``warnings`` and ``warnings_coded`` of a document; each text stands once."""
+    told = list(dict.fromkeys(Notice.of(text) for text in notices))
+    return {"warnings": [str(one) for one in told], "warnings_coded": [one.as_dict() for one in told]}
+
+
+HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provenance")
+"""Keys that stand above, and below, all content."""
+
+
 class Document(Part):
     """A document: its first key ``fric`` says type and version."""
 
@@ -84,13 +155,56 @@ class Document(Part):
     version: ClassVar[int] = 1
 
     fric: str
-    warnings: list[str] = Field(default_factory=list)
+    warnings: list[str] = Field(default_factory=list, description="what the data could not tell")
+    warnings_coded: list[CodedWarning] = Field(default_factory=list, description="the same with code and severity")
     provenance: Provenance | None = None
 
     @classmethod
     def type_name(cls) -> str:
         """Return what stands behind ``fric:`` in the file, as in ``friction/1``."""
         return f"{cls.type}/{cls.version}"
+
+    @classmethod
+    def json_schema(cls) -> dict[str, Any]:
+        """Return the JSON Schema of this type."""
+        return cls.model_json_schema()
+
+    @classmethod
+    def made(
+        cls,
+        content: Mapping[str, Any],
+        *,
+        notices: Iterable[str] = (),
+        logs: Iterable[Log | FrequencyResponse] = (),
+        also: Mapping[str, Any] | None = None,
+    ) -> Self:
+        """Return a document that this process makes of some content, checked against the schema as one that is read.
+
+        Parameters
+        ----------
+        content
+            What it holds, by key.
+        notices
+            Its warnings.
+        logs
+            Records that it was made from.
+        also
+            Further keys of its provenance.
+        """
+        head = {"fric": cls.type_name()}
+        return cls.model_validate(
+            head | dict(content) | warned(notices) | {"provenance": provenance(logs) | dict(also or {})}
+        )
+
+    def notices(self) -> tuple[Notice, ...]:
+        """Return the warnings as data; one that an older file tells without a code is a doubt."""
+        coded = {one.text: Notice(one.text, one.code, one.severity) for one in self.warnings_coded}
+        return tuple((coded | {text: coded.get(text, Notice(text)) for text in self.warnings}).values())
+
+    def tree(self) -> dict[str, Any]:
+        """Return what was given, as plain values in the order of a file, ready to be written or printed."""
+        given = self.model_dump(exclude_unset=True)
+        return {key: given[key] for key in sorted(given, key=lambda key: (key in FOOT) - (key in HEAD))}
 
 
 class Physical(Part):
@@ -101,8 +215,7 @@ class Physical(Part):
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
         """Return the quantities that are given, in SI; raise ValueError with the mend on a misfit."""
         given = {name: getattr(self, name) for name in self.dimensions}
-        raw = {name: value.model_dump() for name, value in given.items() if value is not None}
-        found = quantities(raw, self.dimensions, motion, where)
+        found = quantities(known(**given), self.dimensions, motion, where)
         for name, estimate in found.items():
             if isinstance(estimate.value, tuple):
                 raise ValueError(
@@ -131,14 +244,15 @@ class AxisDocument(OfAxis, Physical):
         return self
 
 
-def quantities(given: dict[str, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
+def quantities(given: Mapping[str, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:
     """Parse named quantities of known dimensions to SI; raise ValueError with the mend on a misfit."""
     found: dict[str, Estimate] = {}
     for name, value in given.items():
         if name not in dimensions:
             raise ValueError(f"{where or 'here'}: '{name}' is not a parameter\nKnown are {', '.join(dimensions)}.")
         try:
-            found[name] = Quantity.model_validate(value).si(dimensions[name], motion)
+            quantity = value if isinstance(value, Quantity) else Quantity.model_validate(value)
+            found[name] = quantity.si(dimensions[name], motion)
         except FricError as error:
             place = f"{where}.{name}" if where else name
             raise ValueError(f"{place}: {error.what}\n{error.mend}") from None

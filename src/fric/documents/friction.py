@@ -2,33 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from fric.documents.base import OfAxis, Quantity, quantities
+from fric.documents.base import FOOT, HEAD, OfAxis, Quantity, known, nested, quantities
+from fric.documents.fit import Fit
 from fric.documents.of_axis import read_of_axis
-from fric.documents.provenance import provenance
-from fric.documents.yaml import plain, read_tree
+from fric.documents.plant import plant_part
 from fric.errors import FricError
-from fric.estimate import Estimate
+from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel, models
 from fric.friction.stribeck import StaticMap
 from fric.log import Log
 from fric.units import Motion, parse, si_unit
 
 if TYPE_CHECKING:
+    from fric.drive.plant import Plant
     from fric.identify.loops.gms_fit import GMSFit
     from fric.identify.replay.replay_fit import ReplayFit
     from fric.identify.strokes.map_fit import MapFit
     from fric.identify.strokes.static import StaticFit
 
+AT_SPEED = {"velocity": "velocity", "force": "force"}
+
 
 class FrictionDocument(OfAxis):
-    """A friction file: the static map, and any other model under its own name."""
+    """A friction file: the static map, and any other model under its own name, each with its fit."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
     type: ClassVar[str] = "friction"
@@ -38,86 +41,105 @@ class FrictionDocument(OfAxis):
     at_speed: dict[str, Quantity] | None = Field(
         None, description="velocity and force where one speed alone was logged"
     )
-    fit: dict[str, Any] = Field(default_factory=dict, description="how well the static map fits")
+    fit: Fit | None = Field(None, description="how well the static map fits")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _models_are_known(cls, given: Any) -> Any:
+        """Check the sections of models, and what is told of their fits, against the models that there are."""
+        if not isinstance(given, Mapping):
+            return given
+        typed = dict(given)
+        for name in given.keys() - cls.model_fields.keys():
+            if name in models():
+                typed[name] = nested(dict[str, Quantity], given[name], name)
+            elif name.removesuffix("_fit") in models():
+                typed[name] = nested(Fit, given[name], name)
+            else:
+                raise ValueError(f"'{name}' is not a friction model\nKnown are {', '.join(models())}.")
+        return typed
 
     @model_validator(mode="after")
-    def _models_are_known(self) -> Self:
-        for name in self.model_extra or {}:
-            if name not in models() and name.removesuffix("_fit") not in models():
-                raise ValueError(f"'{name}' is not a friction model\nKnown are {', '.join(models())}.")
-        self.estimates("static") if self.static else None
+    def _parameters_fit(self) -> Self:
+        for name in self.sections():
+            self.estimates(name)
         return self
+
+    @classmethod
+    def json_schema(cls) -> dict[str, Any]:
+        """Return the JSON Schema, with a section for each friction model that there is."""
+        schema = super().json_schema()
+        for name, model in models().items():
+            if name == "static":
+                continue
+            units = {p.name: f"{p.doc} [{si_unit(p.dimension, 'linear')}]" for p in model.parameters}
+            schema["properties"] |= {
+                name: {
+                    "type": "object",
+                    "description": str(model.__doc__).partition("\n")[0],
+                    "properties": {p: {"$ref": "#/$defs/Quantity", "description": told} for p, told in units.items()},
+                    "additionalProperties": False,
+                },
+                f"{name}_fit": {"$ref": "#/$defs/Fit", "description": f"how well {name} fits"},
+            }
+        return schema | {"additionalProperties": False}
+
+    def section(self, name: str) -> dict[str, Quantity]:
+        """Return the parameters of one section (``static``, ``gms``, …) as the file gives them; empty without it."""
+        return getattr(self, name, None) or {}
 
     def estimates(self, section: str) -> dict[str, Estimate]:
         """Return the parameters of one section (``static``, ``gms``, …) in SI."""
-        name = section.removesuffix("_negative")
-        given = getattr(self, section, None) or (self.model_extra or {}).get(section)
-        if not given:
+        if not (given := self.section(section)):
             raise FricError(f"there is no '{section}' in the friction of axis {self.axis}")
+        if section == "at_speed":
+            return quantities(given, AT_SPEED, self.motion, section)
+        name = section.removesuffix("_negative")
         dimensions = {p.name: p.dimension for p in models()[name].parameters}
         if name == "static":
             dimensions["offset"] = "force"
-        raw = {key: value.model_dump() if isinstance(value, Quantity) else value for key, value in given.items()}
-        return quantities(raw, dimensions, self.motion, section)
+        return quantities(given, dimensions, self.motion, section)
 
-    def fit_of(self, model: str) -> dict[str, Any]:
-        """Return how well a model fitted, as its identification told it; empty where it was not identified."""
-        return self.fit if model == "static" else dict((self.model_extra or {}).get(f"{model}_fit", {}))
+    def fit_of(self, section: str) -> Fit:
+        """Return what is told of the fit of a section; nothing where it was not identified."""
+        if section == "static_negative" and self.fit is not None and self.fit.negative is not None:
+            return self.fit.negative
+        of_map = section in {"static", "static_negative", "at_speed"}
+        return getattr(self, "fit" if of_map else f"{section}_fit", None) or Fit.model_validate({})
+
+    def model_names(self) -> list[str]:
+        """Return the models beside the static map, in the order of the file."""
+        return [name for name in self.model_extra or {} if name in models()]
 
     def sections(self) -> list[str]:
-        """Return the names of the sections that hold parameters: the static map's, and those of other models."""
-        given = {key for key in ("static", "static_negative") if getattr(self, key)}
-        return sorted(given | set(self.model_extra or {}) & set(models()))
+        """Return the names of the sections that hold parameters: those of the static map, then of other models."""
+        own = [name for name in ("static", "static_negative", "at_speed") if getattr(self, name)]
+        return own + self.model_names()
 
     def friction(self, name: str) -> FrictionModel:
         """Return one friction model of this file (``static``, ``gms``, …) with the parameters given here."""
-        sections = {key: self.estimates(key) for key in self.sections()}
-        return models()[name].from_sections(sections)
+        return models()[name].from_sections({key: self.estimates(key) for key in self.sections()})
 
-
-def static_tree(fit: StaticFit, logs: Sequence[Log]) -> dict[str, Any]:
-    """Return the friction document of an identified static map, ready to be written or printed."""
-    force = si_unit("force", fit.motion)
-    tree: dict[str, Any] = {"fric": FrictionDocument.type_name(), "axis": fit.axis, "motion": fit.motion}
-    quality: dict[str, Any] = {"points": len(fit.points), "method": fit.method}
-    if fit.static is not None:
-        tree["static"] = _section(fit.static)
-        quality |= _quality(fit.static, force)
-    if fit.negative is not None:
-        tree["static_negative"] = _section(fit.negative)
-        quality["negative"] = _quality(fit.negative, force)
-    if fit.at_speed:
-        tree["at_speed"] = {name: estimate.as_dict() for name, estimate in fit.at_speed.items()}
-    return tree | {"fit": quality, "warnings": list(fit.warnings), "provenance": provenance(logs)}
-
-
-def _section(fit: MapFit) -> dict[str, Any]:
-    return {name: estimate.as_dict() for name, estimate in fit.estimates.items()}
-
-
-def _quality(fit: MapFit, unit: str) -> dict[str, Any]:
-    return {
-        "rmse": Estimate(fit.rmse, unit).as_dict(),
-        "r2": fit.r2,
-        "between_strokes": Estimate(fit.between, unit).as_dict(),
-        "left_out": len(fit.left_out),
-    }
+    def content(self, *names: str) -> dict[str, Any]:
+        """Return the sections and fits that are named, or all, as they go into a file that builds upon this one."""
+        given = {key: part for key, part in self.tree().items() if key not in (*HEAD, *FOOT)}
+        return {key: part for key, part in given.items() if key in names or not names}
 
 
 @dataclass(frozen=True)
 class GivenStatic:
-    """A static map from a friction file, and what of the file is carried over.
+    """A static map from a friction file, and the file.
 
     Parameters
     ----------
     static
         The map; the mean of the two directions where each has its own.
-    carried
-        The sections of the file as they stand in it.
+    document
+        The file.
     """
 
     static: StaticMap
-    carried: dict[str, Any]
+    document: FrictionDocument
 
 
 def read_friction(path: Path, *, axis: str, motion: Motion) -> FrictionDocument:
@@ -140,73 +162,46 @@ def read_static(path: Path, *, axis: str, motion: Motion) -> GivenStatic:
         When the file is no friction file, is of another axis, or holds no static map.
     """
     document = read_friction(path, axis=axis, motion=motion)
-    names = [name for name in ("static", "static_negative") if getattr(document, name)]
-    if not names:
+    sections = [document.estimates(name) for name in ("static", "static_negative") if document.section(name)]
+    if not sections:
         raise FricError(
             "holds no static map", where=str(path), mend="Make one with `fric identify static`, or leave --static out."
         )
-    sections = [document.estimates(name) for name in names]
     values = {
         p.name: sum(float(section[p.name]) for section in sections) / len(sections)
         for p in StaticMap.parameters
         if p.name in sections[0]
     }
     try:
-        static = StaticMap(**values)
+        return GivenStatic(StaticMap(**values), document)
     except (FricError, TypeError) as error:
         raise FricError(f"static: {error}", where=str(path)) from None
-    tree = plain(read_tree(Path(path)))
-    kept = ("static", "static_negative", "fit", "provenance") + (() if "gms" in tree else ("warnings",))
-    return GivenStatic(static, {name: tree[name] for name in kept if name in tree})
 
 
-def gms_tree(fit: GMSFit, logs: Sequence[Log], given: GivenStatic | None = None) -> dict[str, Any]:
-    """Return the friction document of an identified GMS model, the static map carried over."""
-    force = si_unit("force", fit.motion)
-    carried = dict(given.carried) if given else {"static": _plateau(fit)}
-    before = carried.pop("provenance", None)
-    warnings = [*carried.pop("warnings", []), *fit.warnings]
-    records = []
-    for record in fit.records:
-        entry: dict[str, Any] = {
-            "record": record.name,
-            "kind": record.kind,
-            "rmse": Estimate(record.rmse, force).as_dict(),
-        }
-        if record.rmse_held_out is not None:
-            entry["rmse_held_out"] = Estimate(record.rmse_held_out, force).as_dict()
-        share = next((one for one in fit.shares if one.name == record.name), None)
-        if share is not None and share.inertia is not None:
-            entry |= {"inertia_share": share.inertia, "damping_share": share.damping}
-        records.append(entry)
-    quality: dict[str, Any] = {
-        "rmse": Estimate(fit.rmse, force).as_dict(),
-        "alpha_sum": fit.alpha_sum.as_dict(),
-        "virgin_curve_rmse": Estimate(fit.curve_rmse, force).as_dict(),
-        "blocks": fit.reason,
-        "method": fit.method,
-        "records": records,
-    }
-    tree: dict[str, Any] = {"fric": FrictionDocument.type_name(), "axis": fit.axis, "motion": fit.motion} | carried
-    tree["gms"] = {"alpha": fit.alpha.as_dict(), "k": fit.k.as_dict(), "C": fit.C.as_dict()}
-    made = provenance(logs) | ({"static": before} if before else {})
-    return tree | {"gms_fit": quality, "warnings": warnings, "provenance": made}
+def friction_and_load(
+    path: Path, model: str | None, record: str, *, axis: str, motion: Motion
+) -> tuple[FrictionModel, float]:
+    """Return a model of a friction file, and the offset [N] that it was identified with.
 
+    That of the record itself, where the model was fitted to it by replay; else that of the static map.
 
-def _plateau(fit: GMSFit) -> dict[str, Any]:
-    """Return the static map that stands in where none was given: F_c = F_s, and nothing viscous."""
-    units = {p.name: si_unit(p.dimension, fit.motion) for p in StaticMap.parameters}
-    limits = fit.alpha_sum.ci95
-    level = fit.static.F_s
-    interval = None if limits is None else (float(limits[0]) * level, float(limits[1]) * level)  # type: ignore[arg-type]
-    section = {
-        "F_c": Estimate(level, units["F_c"], interval, assumed=True),
-        "F_s": Estimate(level, units["F_s"], interval),
-        "v_s": Estimate(fit.static.v_s, units["v_s"], assumed=True),
-        "delta": Estimate(fit.static.delta, units["delta"], assumed=True),
-        "sigma": Estimate(fit.static.sigma, units["sigma"], assumed=True),
-    }
-    return {name: estimate.as_dict() for name, estimate in section.items()}
+    Raises
+    ------
+    FricError
+        When the file holds several models and none is named, or does not hold the one named.
+    """
+    document = read_friction(path, axis=axis, motion=motion)
+    found = document.model_names()
+    if model is None:
+        model = found[0] if len(found) == 1 else "static" if not found else None
+    if model is None:
+        raise FricError(f"holds {', '.join(found)}", where=str(path), mend="Name one with --model.")
+    friction = document.friction(model)
+    own = next((one.offset for one in document.fit_of(model).records or () if one.record == record), None)
+    if own is not None:
+        return friction, float(own.si("force", motion))
+    static = document.estimates("static") if document.static else {}
+    return friction, float(static["offset"]) if "offset" in static else 0.0
 
 
 def parse_parameters(model: str, given: Iterable[str], motion: Motion) -> dict[str, float]:
@@ -227,6 +222,90 @@ def parse_parameters(model: str, given: Iterable[str], motion: Motion) -> dict[s
     return found
 
 
+def static_tree(fit: StaticFit, logs: Sequence[Log]) -> dict[str, Any]:
+    """Return the friction document of an identified static map, ready to be written or printed."""
+    force = si_unit("force", fit.motion)
+    content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion}
+    told: dict[str, Any] = {"points": len(fit.points), "method": fit.method} | _used(fit.plant, fit.motion, "damping")
+    if fit.static is not None:
+        content["static"] = fit.static.estimates
+        told |= _quality(fit.static, force)
+    if fit.negative is not None:
+        content["static_negative"] = fit.negative.estimates
+        told["negative"] = _quality(fit.negative, force)
+    if fit.at_speed:
+        content["at_speed"] = fit.at_speed
+    return FrictionDocument.made(content | {"fit": told}, notices=fit.warnings, logs=logs).tree()
+
+
+def _used(plant: Plant | None, motion: Motion, *taken: str) -> dict[str, Any]:
+    """Return what a fit tells of the plant that it used."""
+    return {"taken_off": []} if plant is None else {"plant": plant_part(plant, motion), "taken_off": taken}
+
+
+def _quality(fit: MapFit, unit: str) -> dict[str, Any]:
+    return {
+        "rmse": Estimate(fit.rmse, unit),
+        "r2": fit.r2,
+        "between_strokes": Estimate(fit.between, unit),
+        "left_out": len(fit.left_out),
+        "covariance": Covariance.of(fit.problem.free, fit.covariance, "linear"),
+    }
+
+
+def gms_tree(fit: GMSFit, logs: Sequence[Log], given: GivenStatic | None = None) -> dict[str, Any]:
+    """Return the friction document of an identified GMS model, the static map carried over."""
+    force = si_unit("force", fit.motion)
+    shares = {one.name: one for one in fit.shares}
+    records = [
+        known(
+            record=record.name,
+            kind=record.kind,
+            rmse=Estimate(record.rmse, force),
+            rmse_held_out=None if record.rmse_held_out is None else Estimate(record.rmse_held_out, force),
+            inertia_share=shares[record.name].inertia if record.name in shares else None,
+            damping_share=shares[record.name].damping if record.name in shares else None,
+        )
+        for record in fit.records
+    ]
+    told = {
+        "rmse": Estimate(fit.rmse, force),
+        "alpha_sum": fit.alpha_sum,
+        "virgin_curve_rmse": Estimate(fit.curve_rmse, force),
+        "blocks": fit.reason,
+        "method": fit.method,
+        "records": records,
+    }
+    content = {"axis": fit.axis, "motion": fit.motion} | (
+        given.document.content("static", "static_negative", "fit") if given else {"static": _plateau(fit)}
+    )
+    content |= {"gms": {"alpha": fit.alpha, "k": fit.k, "C": fit.C}, "gms_fit": told}
+    return _built_upon(given.document if given else None, content, fit.warnings, logs)
+
+
+def _built_upon(
+    static: FrictionDocument | None, content: Mapping[str, Any], notices: Sequence[str], logs: Sequence[Log]
+) -> dict[str, Any]:
+    """Return the document of a model that stands on the static map of another: what that one told is told again."""
+    before = () if static is None or static.model_names() else static.notices()  # else they are not of the map alone
+    also = {"static": static.provenance.model_dump()} if static is not None and static.provenance else {}
+    return FrictionDocument.made(content, notices=[*before, *notices], logs=logs, also=also).tree()
+
+
+def _plateau(fit: GMSFit) -> dict[str, Estimate]:
+    """Return the static map that stands in where none was given: F_c = F_s, and nothing viscous."""
+    units = {p.name: si_unit(p.dimension, fit.motion) for p in StaticMap.parameters}
+    limits = fit.alpha_sum.ci95
+    level = fit.static.F_s
+    interval = None if limits is None else (float(limits[0]) * level, float(limits[1]) * level)  # type: ignore[arg-type]
+    held = {name: getattr(fit.static, name) for name in ("v_s", "delta", "sigma")}
+    return {
+        "F_c": Estimate(level, units["F_c"], interval, assumed=True),
+        "F_s": Estimate(level, units["F_s"], interval),
+        **{name: Estimate(value, units[name], assumed=True) for name, value in held.items()},
+    }
+
+
 def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[str, Any]:
     """Return the friction document of a model fitted by replay, ready to be written or printed.
 
@@ -237,55 +316,19 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
     kept
         The file that its static map is from: its sections stay.
     """
-    tree: dict[str, Any] = {"fric": FrictionDocument.type_name(), "axis": fit.axis, "motion": fit.motion}
-    if kept is not None:
-        given = kept.model_dump(exclude={"fric", "axis", "motion", "warnings", "provenance"}, exclude_defaults=True)
-        tree |= given
-    name = fit.model.name
-    for section, estimates in fit.estimates.items():
-        if section == name or kept is None:
-            tree[section] = {key: estimate.as_dict() for key, estimate in estimates.items()}
-    force, mass = si_unit("force", fit.motion), si_unit("mass", fit.motion)
-    records = []
-    for record, own in zip(fit.records, fit.own, strict=True):
-        told: dict[str, Any] = {"record": record.log.name, "offset": Estimate(own[0], force).as_dict()}
-        if len(own) > 1:
-            told["mass"] = Estimate(own[1], mass).as_dict()
-        records.append(told)
-    tree[f"{name}_fit"] = {
-        "rmse": Estimate(fit.rmse, force).as_dict(),
+    name, force, mass = fit.model.name, si_unit("force", fit.motion), si_unit("mass", fit.motion)
+    content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion}
+    content |= {} if kept is None else kept.content()
+    content |= {key: section for key, section in fit.estimates.items() if key == name or kept is None}
+    content[f"{name}_fit"] = {
+        "rmse": Estimate(fit.rmse, force),
         "r2": fit.r2,
         "samples": sum(int(record.used.sum()) for record in fit.records),
         "method": "replay along the measured motion; CRS2, then least squares; intervals by Newey and West",
-        "records": records,
+        "records": [
+            {"record": record.log.name, "offset": Estimate(own[0], force)}
+            | ({"mass": Estimate(own[1], mass)} if len(own) > 1 else {})
+            for record, own in zip(fit.records, fit.own, strict=True)
+        ],
     }
-    logs = [record.log for record in fit.records]
-    return tree | {"warnings": list(fit.warnings), "provenance": provenance(logs)}
-
-
-def friction_and_load(
-    path: Path, model: str | None, record: str, *, axis: str, motion: Motion
-) -> tuple[FrictionModel, float]:
-    """Return a model of a friction file, and the offset [N] that it was identified with.
-
-    That of the record itself, where the model was fitted to it by replay; else that of the static map.
-
-    Raises
-    ------
-    FricError
-        When the file holds several models and none is named, or does not hold the one named.
-    """
-    document = read_of_axis(path, FrictionDocument, axis=axis, motion=motion)
-    extra = document.model_extra or {}
-    found = [name for name in extra if not name.endswith("_fit") and name != "provenance"]
-    if model is None:
-        model = found[0] if len(found) == 1 else "static" if not found else None
-    if model is None:
-        raise FricError(f"holds {', '.join(found)}", where=str(path), mend="Name one with --model.")
-    friction = document.friction(model)
-    fits = extra.get(f"{model}_fit", {}).get("records", [])
-    own = next((entry["offset"] for entry in fits if entry.get("record") == record), None)
-    if own is not None:
-        return friction, float(Quantity.model_validate(own).si("force", motion))
-    static = document.estimates("static") if document.static else {}
-    return friction, float(static["offset"]) if "offset" in static else 0.0
+    return _built_upon(kept, content, fit.warnings, [record.log for record in fit.records])

@@ -89,5 +89,8 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), gain: float | N
 
 def _merged(of_machine: FrictionDocument, identified: FrictionDocument) -> FrictionDocument:
     """Return the friction that was identified, and what it does not tell as the machine has it."""
-    given, own = of_machine.model_dump(exclude_none=True), identified.model_dump(exclude_none=True)
-    return FrictionDocument.model_validate(given | {key: own[key] for key in identified.sections()})
+    return FrictionDocument.made(
+        {"axis": of_machine.axis, "motion": of_machine.motion}
+        | of_machine.content()
+        | identified.content(*identified.sections())
+    )

@@ -15,7 +15,7 @@ from fric.documents.reality import RealityPart, SecondMassPart
 from fric.documents.yaml import read_document
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
-from fric.friction import FrictionModel, models
+from fric.friction import FrictionModel
 from fric.simulate.machine import Axis, Believed, Machine, Published
 from fric.simulate.reality.flaws import NONE
 from fric.units import Motion
@@ -218,7 +218,7 @@ def _axis(name: str, part: AxisPart) -> Axis:
 
 def true_friction(document: FrictionDocument) -> FrictionModel:
     """Return the richest model of a friction file: the last that builds upon the others."""
-    given = [name for name in (*(document.model_extra or {}),) if name in models()]
+    given = document.model_names()
     for name in ("rolling", "gms", *given, "static"):
         if name in given or (name == "static" and document.static):
             return document.friction(name)
@@ -227,6 +227,5 @@ def true_friction(document: FrictionDocument) -> FrictionModel:
 
 def believed_models(document: FrictionDocument) -> dict[str, FrictionModel]:
     """Return every model of a friction file that a controller can feed forward, by name."""
-    given = ["static"] if document.static else []
-    given += [name for name in (document.model_extra or {}) if name in models() and name != "rolling"]
-    return {name: document.friction(name) for name in given}
+    names = (["static"] if document.static else []) + [name for name in document.model_names() if name != "rolling"]
+    return {name: document.friction(name) for name in names}

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from fric.documents.base import AxisDocument, Physical, Quantity
+from fric.documents.base import AxisDocument, CovarianceBlock, Part, Physical, Quantity, known
 from fric.documents.of_axis import read_of_axis
-from fric.documents.provenance import provenance
 from fric.documents.yaml import read_document
 from fric.drive.plant import LinearPlant, Plant
 from fric.errors import FricError
-from fric.estimate import Estimate
+from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel
 from fric.friction.stribeck import StaticMap
 from fric.log import FrequencyResponse, Log
@@ -83,12 +82,100 @@ class PlantPart(Physical):
         return Plant(**values)
 
 
+class ResponseFitPart(Part):
+    """What one frequency response gave by itself."""
+
+    record: str
+    estimate: str = Field("", description="how the response was measured")
+    lines: int
+    left_out: int
+    lowest: Quantity
+    highest: Quantity
+    chi2: float
+    misfit: Quantity = Field(description="what eq. (1) leaves beyond noise, relative")
+    velocity_rms: Quantity | None = None
+    A: Quantity
+    B: Quantity
+    T_d: Quantity
+
+
+class FrictionSeen(Part):
+    """What Coulomb friction does to the responses."""
+
+    compared: bool = Field(description="true where two amplitudes were logged")
+    seen: bool
+    gain: Quantity | None = None
+    F_c_over_M: Quantity | None = None
+
+
+class Parameter(Quantity):
+    """A parameter of a fit to a motion, with its deviation as if residuals were independent."""
+
+    deviation: float | None = None
+
+
+class PlantFitPart(Part):
+    """How well the plant fits: the responses, or the motion, that it was identified from."""
+
+    method: str = ""
+    points: int | None = None
+    chi2: float | None = None
+    misfit: Quantity | None = Field(None, description="what eq. (1) leaves of the responses beyond noise, relative")
+    sampling: Quantity | None = None
+    hold_delay: Quantity | None = None
+    transport_delay: Quantity | None = None
+    responses: list[ResponseFitPart] | None = None
+    friction: FrictionSeen | None = None
+    channel: Literal["force", "input"] | None = None
+    relative_error: Quantity | None = Field(None, description="what the rigid axis leaves of the force, relative")
+    condition_number: float | None = None
+    autocorrelation: float | None = None
+    cutoff: Quantity | None = None
+    decimation: int | None = None
+    border: int | None = None
+    parameters: dict[str, Parameter] | None = Field(None, description="M, F_v, F_c, offset of the rigid axis")
+    covariance: CovarianceBlock | None = Field(None, description="how the parameters err together")
+
+
 class PlantDocument(AxisDocument, PlantPart):
     """A plant file: eq. (1) of one axis."""
 
     type: ClassVar[str] = "plant"
 
-    fit: dict[str, Any] = Field(default_factory=dict, description="how well the plant fits the response")
+    fit: PlantFitPart | None = Field(None, description="how well the plant fits what it was identified from")
+
+    def coulomb(self) -> tuple[FrictionModel, float]:
+        """Return the Coulomb friction and the load [N] that were found beside the plant in a motion.
+
+        Its viscous friction is in A, hence there is none here. Where F_c was found for each direction, their mean is
+        taken.
+
+        Raises
+        ------
+        FricError
+            When the plant was not identified from a motion.
+        """
+        given = (self.fit.parameters if self.fit else None) or {}
+        found = {name: one for name, one in given.items() if name.startswith(("F_c", "offset"))}
+        values = {name: float(one.si("force", self.motion)) for name, one in found.items()}
+        levels = [value for name, value in values.items() if name.startswith("F_c")]
+        if not levels:
+            raise FricError(
+                "holds no Coulomb friction",
+                mend="Give a friction file with --friction, or identify the plant from an ordinary motion.",
+            )
+        level = sum(levels) / len(levels)
+        load = values.get("offset", 0.0)
+        if "F_c_positive" in values:
+            load = 0.5 * (values["F_c_positive"] - values["F_c_negative"])
+        return StaticMap(F_c=level, F_s=level, v_s=1e-3), load
+
+
+def plant_part(plant: Plant, motion: Motion) -> PlantPart:
+    """Return a plant as it stands in documents."""
+    dimensions = {name: one for name, one in PlantPart.dimensions.items() if hasattr(plant, name)}
+    values = {name: Estimate(getattr(plant, name), si_unit(one, motion)) for name, one in dimensions.items()}
+    return PlantPart.model_validate(values)
 
 
 def read_plant(path: Path, *, axis: str, motion: Motion) -> Plant:
@@ -106,6 +193,20 @@ def read_plant(path: Path, *, axis: str, motion: Motion) -> Plant:
         raise error.at(str(path)) from None
 
 
+def coulomb_of_plant(path: Path, *, motion: Motion) -> tuple[FrictionModel, float]:
+    """Return the Coulomb friction and the load [N] of a plant file, see `PlantDocument.coulomb`.
+
+    Raises
+    ------
+    FricError
+        When the plant was not identified from a motion.
+    """
+    try:
+        return read_document(path, PlantDocument).coulomb()
+    except FricError as error:
+        raise error.at(str(path)) from None
+
+
 def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Log | FrequencyResponse]) -> dict[str, Any]:
     """Return the plant document of an identified plant, ready to be written or printed.
 
@@ -118,114 +219,69 @@ def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Log | FrequencyRespo
     """
     from fric.identify.dynamics.rigid_body import MotionFit  # with SciPy's signal processing: not for who reads a plant
 
-    estimates, quality = (
+    estimates, told = (
         (fit.plant, _of_motion(fit)) if isinstance(fit, MotionFit) else (fit.estimates, _of_responses(fit))
     )
-    head: dict[str, Any] = {"fric": PlantDocument.type_name(), "axis": fit.axis, "motion": fit.motion}
-    values = {name: estimates[name].as_dict() for name in PlantPart.dimensions if name in estimates}
-    return head | values | {"fit": quality, "warnings": list(fit.warnings), "provenance": provenance(records)}
+    content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion, "fit": told}
+    content |= {name: estimates[name] for name in PlantPart.dimensions if name in estimates}
+    return PlantDocument.made(content, notices=fit.warnings, logs=records).tree()
 
 
 def _of_responses(fit: PlantFit) -> dict[str, Any]:
-    found: dict[str, Any] = {
-        "method": "frequency response: weighted least squares on log magnitude and phase",
-        "points": int(sum(np.count_nonzero(response.used) for response in fit.responses)),
-        "chi2": fit.solution.chi2,
-        "misfit": Estimate(fit.solution.misfit, "1").as_dict(),
-    }
-    if fit.hold is not None:
-        found["sampling"] = Estimate(fit.hold, "Hz").as_dict()
-        found["hold_delay"] = Estimate(0.5 / fit.hold, "s").as_dict()
-    found["transport_delay"] = fit.transport.as_dict()
-    found["responses"] = [_response(response, fit.motion) for response in fit.responses]
-    found["friction"] = _friction(fit.friction, fit.motion)
-    return found
+    hold = fit.hold
+    return known(
+        method="frequency response: weighted least squares on log magnitude and phase",
+        points=int(sum(np.count_nonzero(response.used) for response in fit.responses)),
+        chi2=fit.solution.chi2,
+        misfit=Estimate(fit.solution.misfit, "1"),
+        sampling=None if hold is None else Estimate(hold, "Hz"),
+        hold_delay=None if hold is None else Estimate(0.5 / hold, "s"),
+        transport_delay=fit.transport,
+        responses=[_response(response, fit.motion) for response in fit.responses],
+        friction=_friction(fit.friction, fit.motion),
+        covariance=Covariance.of(("A", "B", "T_d"), fit.solution.covariance[:3, :3], ("linear", "log", "linear")),
+    )
 
 
 def _response(fit: ResponseFit, motion: Motion) -> dict[str, Any]:
-    measured, half = fit.measured, fit.solution.half_widths()
-    A, log_B, T_d = (float(v) for v in fit.solution.values[:3])
+    measured, speed = fit.measured, fit.measured.speed
     f = measured.table.frequency[fit.used]
-    B = float(np.exp(log_B))
-    parts = {
-        "A": Estimate(A, si_unit("rate", motion), (A - half[0], A + half[0])),
-        "B": Estimate(B, si_unit("acceleration per input", motion), (B * np.exp(-half[1]), B * np.exp(half[1]))),
-        "T_d": Estimate(T_d, "s", (T_d - half[2], T_d + half[2])),
-    }
-    found: dict[str, Any] = {
-        "record": measured.table.name,
-        "estimate": measured.told,
-        "lines": len(f),
-        "left_out": int(np.count_nonzero(~fit.used)),
-        "lowest": Estimate(float(f.min()), "Hz").as_dict(),
-        "highest": Estimate(float(f.max()), "Hz").as_dict(),
-        "chi2": fit.solution.chi2,
-        "misfit": Estimate(fit.solution.misfit, "1").as_dict(),
-    }
-    if measured.speed is not None:
-        found["velocity_rms"] = Estimate(measured.speed, si_unit("velocity", motion)).as_dict()
-    return found | {name: _plain(estimate) for name, estimate in parts.items()}
+    return known(
+        record=measured.table.name,
+        estimate=measured.told,
+        lines=len(f),
+        left_out=int(np.count_nonzero(~fit.used)),
+        lowest=Estimate(float(f.min()), "Hz"),
+        highest=Estimate(float(f.max()), "Hz"),
+        chi2=fit.solution.chi2,
+        misfit=Estimate(fit.solution.misfit, "1"),
+        velocity_rms=None if speed is None else Estimate(speed, si_unit("velocity", motion)),
+        **fit.solution.estimates(motion),
+    )
 
 
 def _friction(friction: FrictionInfluence, motion: Motion) -> dict[str, Any]:
-    length = si_unit("position", motion)
-    found: dict[str, Any] = {"compared": friction.compared, "seen": friction.differs}
-    if not np.any(np.isnan(friction.gains)):
-        found["gain"] = Estimate(tuple(float(g) for g in friction.gains), f"s/{length}").as_dict()
-    if friction.coulomb is not None:
-        found["F_c_over_M"] = friction.coulomb.as_dict()
-    return found
+    gains = None if np.any(np.isnan(friction.gains)) else tuple(float(g) for g in friction.gains)
+    return known(
+        compared=friction.compared,
+        seen=friction.differs,
+        gain=None if gains is None else Estimate(gains, f"s/{si_unit('position', motion)}"),
+        F_c_over_M=friction.coulomb,
+    )
 
 
 def _of_motion(fit: MotionFit) -> dict[str, Any]:
+    deviations = {name: {"deviation": deviation} for name, deviation in fit.deviation.items()}
     return {
         "method": "motion: least squares on zero-phase filtered, decimated signals",
         "channel": fit.channel,
         "points": len(fit.measured),
-        "relative_error": Estimate(fit.relative_error, "1").as_dict(),
+        "relative_error": Estimate(fit.relative_error, "1"),
         "condition_number": fit.condition_number,
         "autocorrelation": fit.autocorrelation,
-        "sampling": Estimate(fit.sampling, "Hz").as_dict(),
-        "cutoff": Estimate(fit.conditioning.cutoff, "Hz").as_dict(),
+        "sampling": Estimate(fit.sampling, "Hz"),
+        "cutoff": Estimate(fit.conditioning.cutoff, "Hz"),
         "decimation": fit.conditioning.decimation,
         "border": fit.conditioning.border,
-        "parameters": {
-            name: estimate.as_dict() | {"deviation": fit.deviation[name]} for name, estimate in fit.estimates.items()
-        },
+        "parameters": {name: {**estimate.as_dict(), **deviations[name]} for name, estimate in fit.estimates.items()},
     }
-
-
-def _plain(estimate: Estimate) -> dict[str, Any]:
-    """Return an estimate with floats of Python's own, which YAML and JSON can hold."""
-    low, high = estimate.ci95 or (0.0, 0.0)
-    return Estimate(float(estimate), estimate.unit, (float(low), float(high))).as_dict()  # type: ignore[arg-type]
-
-
-def coulomb_of_plant(path: Path, *, motion: Motion) -> tuple[FrictionModel, float]:
-    """Return the Coulomb friction and the load [N] that `fric identify plant` found beside the plant in a motion.
-
-    Its viscous friction is in A, hence there is none here. Where F_c was found for each direction, their mean is taken.
-
-    Raises
-    ------
-    FricError
-        When the plant was not identified from a motion.
-    """
-    found = read_document(path, PlantDocument).fit.get("parameters", {})
-    values = {name: float(Quantity.model_validate(_bare(entry)).si("force", motion)) for name, entry in found.items()
-              if name.startswith(("F_c", "offset"))}  # fmt: skip
-    levels = [value for name, value in values.items() if name.startswith("F_c")]
-    if not levels:
-        raise FricError(
-            "holds no Coulomb friction", where=str(path),
-            mend="Give a friction file with --friction, or identify the plant from an ordinary motion.",
-        )  # fmt: skip
-    level = sum(levels) / len(levels)
-    load = values.get("offset", 0.0)
-    if "F_c_positive" in values:
-        load = 0.5 * (values["F_c_positive"] - values["F_c_negative"])
-    return StaticMap(F_c=level, F_s=level, v_s=1e-3), load
-
-
-def _bare(entry: dict[str, Any]) -> dict[str, Any]:
-    return {"value": entry["value"], "unit": entry["unit"]}

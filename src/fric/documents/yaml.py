@@ -107,10 +107,8 @@ def _styled(tree: Any, depth: int = 0) -> Any:
         return str(tree)  # also of a notice, which is a text with more to it
     if isinstance(tree, Sequence):
         sequence = CommentedSeq([_styled(value, depth + 1) for value in tree])
-        if all(
-            isinstance(value, int | float) or (isinstance(value, Sequence) and not isinstance(value, str))
-            for value in tree
-        ):
+        words = all(isinstance(value, str) and " " not in value for value in sequence)
+        if words or all(isinstance(value, int | float | list) for value in sequence):
             sequence.fa.set_flow_style()
         return sequence
     return float(f"{tree:.6g}") if isinstance(tree, float) else tree

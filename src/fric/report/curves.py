@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.documents.plant import PlantDocument
+from fric.documents.fit import Fit
+from fric.documents.friction import FrictionDocument
+from fric.documents.plant import PlantDocument, PlantPart
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
@@ -97,7 +99,8 @@ def friction_curves(material: Material, item: Item) -> FrictionCurves:
     ]
     strokes = [log for log in logs if log.kind == "constant-velocity"]
     waves = [log for log in logs if log.kind == "presliding-sine"]
-    plant, notes = _plant(material, item, strokes + waves)
+    assert isinstance(item.document, FrictionDocument)
+    plant, notes = _plant(material, item, item.document.fit_of("static")) if strokes else (None, [])
     points: tuple[SpeedPoint, ...] = ()
     if static and strokes and not notes:
         offset = float(sections["static"]["offset"]) if "offset" in sections["static"] else 0.0
@@ -110,7 +113,9 @@ def friction_curves(material: Material, item: Item) -> FrictionCurves:
     if "gms" not in sections:
         return FrictionCurves(maps, points, again is not None, notes=tuple(notes))
     model = GMS.from_sections(sections)
-    loops, curve = ((), None) if notes else _measured(waves, plant, model)
+    plant, without = _plant(material, item, item.document.fit_of("gms")) if waves else (None, [])
+    notes = list(dict.fromkeys(notes + without))
+    loops, curve = ((), None) if without else _measured(waves, plant, model)
     reach = 1.6 * float(model.slip_displacements.max())
     reach = max(reach, float(curve.displacement[-1])) if curve is not None else reach
     knots = np.sort(model.slip_displacements)
@@ -124,19 +129,21 @@ def _direction(name: str, static: Mapping[str, object]) -> str:
     return "both" if len(static) == 1 else "negative" if name.endswith("negative") else "positive"
 
 
-def _plant(material: Material, item: Item, logs: Sequence[Log]) -> tuple[Plant | None, list[str]]:
+def _plant(material: Material, item: Item, fit: Fit) -> tuple[Plant | None, list[str]]:
     """Return the plant whose part is taken off the logged force, as it was when the friction was identified."""
-    taken = "drive damping taken off" in str(item.tree.get("fit", {}).get("method", ""))
-    given = material.of("plant", item.axis)
-    if not (logs and taken):
+    if not fit.taken_off:
         return None, []
-    if given is None or not isinstance(given.document, PlantDocument):
+    given = material.of("plant", item.axis)
+    part: PlantPart | None = fit.plant
+    if part is None and given is not None and isinstance(given.document, PlantDocument):
+        part = given.document  # of a file that does not tell the plant yet
+    if part is None:
         return None, [
             "The logs are not drawn: the drive's own damping was taken off before the friction was identified. "
             "Give the plant file too."
         ]
     try:
-        return given.document.plant(item.motion), []
+        return part.plant(item.motion), []
     except FricError as error:
         return None, [f"The logs are not drawn, because the plant does not tell enough: {error.what}."]
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from fric.compensation.base import Compensation
 from fric.documents import Document
-from fric.documents.base import AxisDocument, quantities
+from fric.documents.base import AxisDocument
 from fric.documents.friction import FrictionDocument
-from fric.friction import models
+from fric.notice import Notice
 
 if TYPE_CHECKING:
     import numpy as np
@@ -64,9 +64,9 @@ class Item:
         return str(self.provenance.get("created", ""))
 
     @property
-    def warnings(self) -> list[str]:
+    def warnings(self) -> list[Notice]:
         """What the data could not tell."""
-        return list(self.tree.get("warnings") or [])
+        return list(self.document.notices())
 
     def sections(self) -> dict[str, dict[str, Estimate]]:
         """Return its numbers in SI by section; a document without sections is one of its own name."""
@@ -74,13 +74,7 @@ class Item:
         if isinstance(document, AxisDocument):
             return {self.kind: document.estimates(self.motion)}
         assert isinstance(document, FrictionDocument)
-        given = [name for name in ("static", "static_negative") if getattr(document, name)]
-        given += [name for name in models() if name in (document.model_extra or {})]
-        found = {name: document.estimates(name) for name in given}
-        if document.at_speed:
-            raw = {name: quantity.model_dump() for name, quantity in document.at_speed.items()}
-            found["at_speed"] = quantities(raw, {"velocity": "velocity", "force": "force"}, self.motion, "at_speed")
-        return found
+        return {name: document.estimates(name) for name in document.sections()}
 
 
 @dataclass(frozen=True, eq=False)

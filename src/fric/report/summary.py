@@ -47,6 +47,6 @@ def report_document(material: Material) -> dict[str, Any]:
         }
         for of, found in changes
     ]  # fmt: skip
-    warnings = [text for item in material.items for text in item.warnings]
+    warnings: list[str] = [text for item in material.items for text in item.warnings]
     warnings += [text for test in material.tests for one in test.contours for text in one.warnings]
     return {"axes": material.axes(), "warnings": list(dict.fromkeys(warnings)), "advice": advice, "drift": drift}

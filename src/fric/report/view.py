@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fric.design.perturbation import Perturbation, measured_perturbation, model_perturbation
+from fric.documents.base import Quantity
+from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.estimate import estimate_rows
@@ -136,7 +138,9 @@ def view(material: Material) -> View:
 
 def _warnings(material: Material) -> list[tuple[str, list[str]]]:
     """Return the warnings by where they are from, each once."""
-    found = [(f"{item.kind} of axis {item.axis}", item.warnings) for item in material.items]
+    found: list[tuple[str, Sequence[str]]] = [
+        (f"{item.kind} of axis {item.axis}", item.warnings) for item in material.items
+    ]
     for test in material.tests:
         texts = [f"scheme ({one.scheme.name}): {text}" for one in test.contours for text in one.warnings]
         found.append((f"run {test.source}", texts))
@@ -163,14 +167,14 @@ def _axis(material: Material, axis: str) -> AxisView:
 def _groups(item: Item) -> Iterator[Group]:
     for section, estimates in item.sections().items():
         rows = estimate_rows({name: one.as_dict() for name, one in estimates.items()})
-        fit = item.tree.get(f"{section}_fit" if section in {"gms"} else "fit", {})
-        shown = [(title, _fit_value(fit[key])) for key, title in FIT if key in fit]
+        fit = item.document.fit_of(section) if isinstance(item.document, FrictionDocument) else None
+        shown = [(title, _fit_value(value)) for key, title in FIT if (value := getattr(fit, key, None)) is not None]
         yield Group(TITLES.get(section, section), item.source, rows, shown)
 
 
 def _fit_value(value: Any) -> str:
-    if isinstance(value, dict):
-        return readable(value["value"], value["unit"])
+    if isinstance(value, Quantity):
+        return readable(float(value.value), value.unit)  # type: ignore[arg-type]
     return significant(value, 4) if isinstance(value, float) else str(value)
 
 

@@ -95,7 +95,7 @@ def gms_rows(part: AxisPart, found: FrictionDocument, motion: Motion) -> list[Ro
     apart = float(np.sqrt(np.mean((model.virgin_curve(z) - true.virgin_curve(z)) ** 2)))
     F_s = float(part.friction.estimates("static")["F_s"])
     many, few = len(true.alpha), len(model.alpha)
-    blocks = f"{found.fit_of('gms').get('blocks', '')}." if few != many else ""
+    blocks = f"{found.fit_of('gms').blocks or ''}." if few != many else ""
     rows = [
         Row("slip blocks", str(many), str(few), "", "", None, blocks),
         Row("virgin curve, rms over 100 µm", "0", f"{apart:.2f}", "", "N", apart / F_s, "Relative to F_s."),

@@ -17,7 +17,7 @@ from fric.identify.dynamics.frequency_response import MeasuredResponse, measure_
 from fric.identify.dynamics.response_fit import Lines, Solution, modelled, select, solve
 from fric.log import FrequencyResponse, Log
 from fric.threads import one_blas_thread
-from fric.units import Motion, si_unit
+from fric.units import Motion
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -188,7 +188,7 @@ def identify_plant(
     rates = [fit.hold for fit in fits if fit.hold is not None]
     rate = min(rates) if rates else None
     logs = [record for record in records if isinstance(record, Log)]
-    estimates = _estimates(solution, motion)
+    estimates = solution.estimates(motion)
     scale = force_constant(logs, given_force_constant, motion, period=period, segment=segment)
     estimates |= scale.estimates()
     told = [*scale.warnings, *against_mass(estimates, mass, motion)]
@@ -201,19 +201,6 @@ def identify_plant(
         fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
         (*_warnings(fits, solution, influence, estimates, rate), *told),
     )  # fmt: skip
-
-
-def _estimates(solution: Solution, motion: Motion) -> dict[str, Estimate]:
-    A, log_B, T_d = (float(v) for v in solution.values[:3])
-    half = [float(h) for h in solution.half_widths()[:3]]
-    B = float(np.exp(log_B))
-    return {
-        "A": Estimate(A, si_unit("rate", motion), (A - half[0], A + half[0])),
-        "B": Estimate(
-            B, si_unit("acceleration per input", motion), (B * float(np.exp(-half[1])), B * float(np.exp(half[1])))
-        ),
-        "T_d": Estimate(T_d, "s", (T_d - half[2], T_d + half[2])),
-    }
 
 
 def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solution, FrictionInfluence]:

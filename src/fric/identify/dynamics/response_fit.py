@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import exp
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,6 +13,8 @@ from scipy import optimize, stats
 from fric.drive.plant import LinearPlant
 from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -88,6 +91,17 @@ class Solution:
     def half_widths(self) -> NDArray[np.float64]:
         """Return half the 95 % intervals, shape (p,)."""
         return float(stats.t.ppf(0.975, self.freedom)) * np.sqrt(np.diag(self.covariance))
+
+    def estimates(self, motion: Motion) -> dict[str, Estimate]:
+        """Return A, B and T_d with their 95 % intervals; that of B is symmetric in its logarithm."""
+        A, log_B, T_d = (float(v) for v in self.values[:3])
+        half = [float(h) for h in self.half_widths()[:3]]
+        B = exp(log_B)
+        return {
+            "A": Estimate(A, si_unit("rate", motion), (A - half[0], A + half[0])),
+            "B": Estimate(B, si_unit("acceleration per input", motion), (B * exp(-half[1]), B * exp(half[1]))),
+            "T_d": Estimate(T_d, "s", (T_d - half[2], T_d + half[2])),
+        }
 
 
 def modelled(plant: LinearPlant, frequency: NDArray[np.float64], hold: float | None) -> NDArray[np.complex128]:

@@ -47,6 +47,8 @@ class StaticFit:
         What the data cannot tell.
     method
         How the fit was made, in words.
+    plant
+        The plant whose damping was taken off; None where nothing was.
     """
 
     axis: str
@@ -57,6 +59,7 @@ class StaticFit:
     at_speed: Mapping[str, Estimate]
     warnings: tuple[str, ...]
     method: str
+    plant: Plant | None = None
 
 
 @one_blas_thread()
@@ -100,13 +103,12 @@ def identify_static(
     axis, motion = logs[0].axis, logs[0].motion
     method = (
         f"eq. (2) by separable least squares; weights {weights}; average {average}; direction {direction}; "
-        + ("drive damping taken off; " if plant else "")
-        + "95 % intervals by profile likelihood"
+        "95 % intervals by profile likelihood"
     )
     speeds = {round(abs(p.velocity), 12) for p in points}
     if np.ptp(np.abs([p.velocity for p in points])) <= 0.02 * max(speeds):
         at_speed, warning = _one_speed(points, motion)
-        return StaticFit(axis, motion, tuple(points), None, None, at_speed, (*cut, warning), method)
+        return StaticFit(axis, motion, tuple(points), None, None, at_speed, (*cut, warning), method, plant)
 
     warnings = cut + _unsettled(points, motion)
     positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
@@ -120,7 +122,7 @@ def identify_static(
         negative = fit_map(mirrored, delta, weights, motion, with_offset=False)
         warnings += [f"positive direction: {text}" for text in map_doubts(static, motion)]
         warnings += [f"negative direction: {text}" for text in map_doubts(negative, motion)]
-        return StaticFit(axis, motion, tuple(points), static, negative, {}, tuple(warnings), method)
+        return StaticFit(axis, motion, tuple(points), static, negative, {}, tuple(warnings), method, plant)
     if not (positive and backward):
         warnings.append(
             "only one direction was measured: an offset of the force channel cannot be told from Coulomb friction, "
@@ -134,7 +136,8 @@ def identify_static(
     fit = fit_map(points, delta, weights, motion, with_offset=bool(positive and backward))
     if plant is not None:
         warnings += damping_doubt(fit, plant, motion)
-    return StaticFit(axis, motion, tuple(points), fit, None, {}, tuple(warnings + map_doubts(fit, motion)), method)
+    warnings += map_doubts(fit, motion)
+    return StaticFit(axis, motion, tuple(points), fit, None, {}, tuple(warnings), method, plant)
 
 
 def steady_points(logs: Sequence[Log], *, average: Average = "robust", plant: Plant | None = None) -> list[SpeedPoint]:

@@ -1,0 +1,59 @@
+"""How well a friction model fits, as it stands in a friction file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from fric.documents.base import CovarianceBlock, Part, Quantity
+from fric.documents.plant import PlantPart
+
+
+class FitRecord(Part):
+    """One record that a model was fitted to."""
+
+    record: str
+    kind: str | None = None
+    rmse: Quantity | None = Field(None, description="measured less replayed force")
+    rmse_held_out: Quantity | None = Field(None, description="the same over the cycles that the fit did not see")
+    inertia_share: float | None = Field(None, description="size of the inertia relative to the logged force")
+    damping_share: float | None = Field(None, description="size of the drive's damping relative to the logged force")
+    offset: Quantity | None = Field(None, description="constant force of this record alone")
+    mass: Quantity | None = Field(None, description="mass that was fitted beside the friction")
+
+
+class Fit(Part):
+    """How well a model fits, what it was fitted to, and what was done to the records before."""
+
+    method: str = ""
+    plant: PlantPart | None = Field(None, description="the plant whose part was taken off the logged force")
+    taken_off: list[Literal["damping", "inertia"]] | None = Field(
+        None, description="what of the plant was taken off the logged force; empty where nothing was"
+    )
+    rmse: Quantity | None = None
+    r2: float | None = Field(None, description="share of the force's variance that is explained")
+    points: int | None = Field(None, description="strokes")
+    samples: int | None = None
+    between_strokes: Quantity | None = Field(None, description="scatter of strokes beyond their own noise")
+    left_out: int | None = Field(None, description="strokes that stand off all others")
+    negative: Fit | None = Field(None, description="the same of the negative direction's own map")
+    alpha_sum: Quantity | None = Field(None, description="sum of alpha before it was normalised")
+    virgin_curve_rmse: Quantity | None = None
+    blocks: str | None = Field(None, description="why there are as many slip blocks as there are")
+    records: list[FitRecord] | None = None
+    covariance: CovarianceBlock | None = Field(None, description="how the parameters err together")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_an_older_file(cls, given: Any) -> Any:
+        """Turn the words by which files before `taken_off` told of it into data."""
+        if not isinstance(given, Mapping) or "taken_off" in given:
+            return given
+        records = given.get("records")
+        if isinstance(records, list) and any(isinstance(one, Mapping) and "inertia_share" in one for one in records):
+            return {**given, "taken_off": ["inertia", "damping"]}
+        if "drive damping taken off" in str(given.get("method", "")):
+            return {**given, "taken_off": ["damping"]}
+        return given

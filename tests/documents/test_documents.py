@@ -1,0 +1,129 @@
+"""Every document is one typed schema: what is written is checked as what is read, and older files stay readable."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fric
+from fric.documents import document_types
+from fric.documents.base import CodedWarning
+from fric.documents.friction import FrictionDocument, gms_tree, read_static, replay_tree, static_tree
+from fric.documents.plant import PlantDocument, plant_tree
+from fric.documents.yaml import plain, read_document, read_tree, write_document
+from fric.errors import FricError
+from fric.io.hdf5 import read_logs, read_records
+from fric.notice import Notice
+
+BEFORE = Path(__file__).parent / "before"
+LOGS = Path(__file__).parents[2] / "data"
+
+
+def axis_plant(folder: Path) -> fric.Plant:
+    records = read_records(LOGS / "frequency-response.h5")
+    path = folder / "plant.yaml"
+    write_document(path, plant_tree(fric.identify_plant(records), records))
+    return fric.read_plant(path, axis="x", motion="linear")
+
+
+@pytest.mark.parametrize("path", sorted(BEFORE.glob("*.yaml")), ids=lambda path: path.stem)
+def test_files_of_the_version_before_are_read_with_all_that_they_hold(path: Path) -> None:
+    tree = plain(read_tree(path))
+    kind = document_types()[tree["fric"].partition("/")[0]]
+    document = read_document(path, kind)
+    assert [str(one) for one in document.notices()] == tree["warnings"]
+    assert {one.severity for one in document.notices()} <= {"doubt"}
+    again = document.tree()
+    for key in ("static", "static_negative", "gms", "lugre", "A", "B", "T_d", "K_f", "K_v", "cutoff"):
+        assert (key in tree) == (key in again)
+        for name, entry in (tree.get(key) or {}).items():
+            assert again[key][name] == entry
+
+
+def test_the_words_of_older_files_become_data_once() -> None:
+    assert read_document(BEFORE / "static.yaml", FrictionDocument).fit_of("static").taken_off == ["damping"]
+    assert read_document(BEFORE / "static-each.yaml", FrictionDocument).fit_of("static").taken_off is None
+    gms = read_document(BEFORE / "gms.yaml", FrictionDocument)
+    assert gms.fit_of("gms").taken_off == ["inertia", "damping"]
+    assert gms.fit_of("static").taken_off == ["damping"]
+    law, load = fric.coulomb_of_plant(BEFORE / "plant-of-motion.yaml", motion="linear")
+    assert (law.F_c, load) == (pytest.approx(20.0166), pytest.approx(1.49542))
+
+
+def test_a_static_map_carries_plant_and_covariance_into_the_files_that_build_upon_it(tmp_path: Path) -> None:
+    plant, logs = axis_plant(tmp_path), read_logs(LOGS / "constant-velocity.h5")
+    fit = fric.identify_static(logs, plant=plant)
+    path = tmp_path / "static.yaml"
+    write_document(path, static_tree(fit, logs))
+    document = read_document(path, FrictionDocument)
+    told = document.fit_of("static")
+    assert told.plant is not None
+    assert told.plant.plant("linear").damping == pytest.approx(plant.damping, rel=1e-5)
+    assert told.covariance is not None
+    assert told.covariance.names == ["F_c", "F_s", "v_s", "sigma", "offset"]
+    deviation = np.sqrt(np.diag(told.covariance.matrix))
+    for name, one in zip(told.covariance.names, deviation, strict=True):
+        low, high = fit.static.estimates[name].ci95  # profile likelihood and covariance tell nearly the same
+        assert (high - low) / 2 == pytest.approx(2.05 * one, rel=0.1)
+    waves = read_logs(LOGS / "sliding-sine.h5")
+    given = read_static(path, axis="x", motion="linear")
+    gms = FrictionDocument.model_validate(
+        gms_tree(fric.identify_gms(read_logs(LOGS / "presliding-sine.h5"), static=given.static), waves, given)
+    )
+    lugre = FrictionDocument.model_validate(
+        replay_tree(
+            fric.identify_by_replay("lugre", fric.replayed(waves), static=document.estimates("static")), document
+        )
+    )
+    for built in (gms, lugre):
+        assert built.fit_of("static") == told
+        assert set(document.notices()) <= set(built.notices())
+        assert built.provenance.static["logs"][0]["record"] == "constant-velocity-01"
+    assert lugre.fit_of("lugre").r2 is not None
+    assert lugre.fit_of("lugre").rmse != told.rmse
+
+
+def test_a_notice_goes_through_a_file_with_code_and_severity(tmp_path: Path) -> None:
+    notices = [Notice("the force lags: mend it.", "force-lags", "wrong"), Notice("known", "seen", "note"), "a text"]
+    document = PlantDocument.made(
+        {"axis": "x", "A": "2 1/s", "T_d": "1 ms"}, notices=[*notices, "a text"], also={"static": {"fric": "0"}}
+    )
+    path = tmp_path / "plant.yaml"
+    write_document(path, document.tree())
+    read = read_document(path, PlantDocument)
+    assert [(str(one), one.code, one.severity) for one in read.notices()] == [
+        ("the force lags: mend it.", "force-lags", "wrong"), ("known", "seen", "note"), ("a text", "", "doubt"),
+    ]  # fmt: skip
+    assert plain(read_tree(path))["warnings"] == [str(one) for one in notices]
+
+
+def test_what_fits_no_schema_is_told_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "friction.yaml"
+    head = "fric: friction/1\naxis: x\nstatic:\n  F_c: 100 N\n  F_s: 150 N\n  v_s: 1 mm/s\n"
+    path.write_text(head + "lugre_fit:\n  r2: good\n")
+    with pytest.raises(FricError, match=r"lugre_fit.r2: Input should be a valid number") as caught:
+        read_document(path, FrictionDocument)
+    assert str(caught.value.where).endswith("line 8")
+    path.write_text(head + "lugre:\n  sigma_9: 1 N/m\n")
+    with pytest.raises(FricError, match="'sigma_9' is not a parameter"):
+        read_document(path, FrictionDocument)
+    path.write_text(head + "coulomb:\n  F: 1 N\n")
+    with pytest.raises(FricError, match="'coulomb' is not a friction model"):
+        read_document(path, FrictionDocument)
+    path.write_text(head + "fit:\n  covariance: {names: [F_c], scales: [linear], matrix: [[1, 2]]}\n")
+    with pytest.raises(FricError, match="does not fit its 1 names"):
+        read_document(path, FrictionDocument)
+
+
+def test_every_type_has_a_schema_in_which_warnings_are_records() -> None:
+    for kind in document_types().values():
+        schema = kind.json_schema()
+        assert schema["properties"]["fric"]
+        assert set(schema["$defs"]["CodedWarning"]["properties"]) == set(CodedWarning.model_fields)
+    friction = FrictionDocument.json_schema()
+    assert "1/s" in str(PlantDocument.json_schema()["properties"]["A"])
+    assert set(friction["properties"]["lugre"]["properties"]) == {"sigma_0", "sigma_1"}
+    assert not friction["additionalProperties"]
+    assert friction["properties"]["gms_fit"]["$ref"] == "#/$defs/Fit"
