@@ -66,7 +66,7 @@ def test_a_static_map_carries_plant_and_covariance_into_the_files_that_build_upo
     deviation = np.sqrt(np.diag(told.covariance.matrix))
     for name, one in zip(told.covariance.names, deviation, strict=True):
         low, high = fit.static.estimates[name].ci95  # profile likelihood and covariance tell nearly the same
-        assert (high - low) / 2 == pytest.approx(2.05 * one, rel=0.1)
+        assert (high - low) / 2 == pytest.approx(2.05 * one, rel=0.15)
     waves = read_logs(LOGS / "sliding-sine.h5")
     given = read_static(path, axis="x", motion="linear")
     gms = FrictionDocument.model_validate(
