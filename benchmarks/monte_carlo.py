@@ -16,7 +16,7 @@ from time import perf_counter, process_time
 
 import numpy as np
 
-from fric.compensation.base import PAPER_SCHEMES
+from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.simulate.monte_carlo import Study, monte_carlo
 from fric.simulate.processes import default_workers

@@ -1,5 +1,7 @@
-from .compensation.base import choose_schemes as choose_schemes
-from .compensation.q_filter import QFilter as QFilter
+from .control.cascade import Cascade as Cascade
+from .control.q_filter import QFilter as QFilter
+from .control.scheme import Scheme as Scheme
+from .control.scheme import choose_schemes as choose_schemes
 from .design.cascade import Requirement as Requirement
 from .design.cascade import check_cascade as check_cascade
 from .design.cascade import design_cascade as design_cascade
@@ -37,7 +39,6 @@ from .documents.validation import validation_tree as validation_tree
 from .documents.yaml import dump as dump
 from .documents.yaml import read_document as read_document
 from .documents.yaml import write_document as write_document
-from .drive.cascade import Cascade as Cascade
 from .drive.plant import LinearPlant as LinearPlant
 from .drive.sensing import Encoder as Encoder
 from .errors import FricError as FricError

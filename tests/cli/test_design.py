@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fric.cli.main import app
-from fric.compensation.q_filter import Q_FILTERS
+from fric.control.q_filter import Q_FILTERS
 from fric.documents.controller import ControllerDocument
 from fric.documents.observer import ObserverDocument
 from fric.documents.yaml import read_document

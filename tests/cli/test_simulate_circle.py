@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fric.cli.main import app
-from fric.compensation.base import PAPER_SCHEMES
+from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.schemes import read_schemes
 from fric.errors import FricError
 from fric.io.run import read_runs

@@ -1,6 +1,6 @@
 """The two axes of the paper, with the gains that its notes compute for them."""
 
-from fric.drive.cascade import Cascade
+from fric.control.cascade import Cascade
 from fric.drive.plant import LinearPlant
 
 X = LinearPlant(28.57, 4.526, 0.65e-3)

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric.compensation.disturbance_observer import DisturbanceObserver
-from fric.compensation.q_filter import Q_FILTERS, QFilter
+from fric.control.base import Setting
+from fric.control.cascade import Cascade
+from fric.control.inverse_model import DisturbanceObserver
+from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.design.loop import SampledLoop
-from fric.drive.cascade import Cascade
 from fric.drive.sensing import low_pass_pole
-from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, Traces, closed_loop
+from fric.kernels.block import Commands
+from fric.kernels.loop import Board, Traces, closed_loop
 from fric.kernels.plant import PlantConstants
 from fric.kernels.signatures import compiled_step
 from tests.design.plants import CASCADE_X, X
@@ -32,22 +34,19 @@ def run(
     friction: np.ndarray | None = None,
 ) -> tuple[Traces, int]:
     """Run the x axis without friction. A load [N] acts on its mass of 121 kg."""
-    filters = [np.zeros(0)] * 4
-    if observer is not None:
-        both = observer.discrete(cascade.sampling)
-        filters = [both.inverse.b, both.inverse.a, both.low_pass.b, both.low_pass.a]
+    blocks = [block.ready(Setting(X, cascade)) for block in (cascade, observer) if block is not None]
     zero = np.zeros(position.size)
     return closed_loop(
         no_friction,
         np.zeros(1),
         np.zeros(1),
         PlantConstants(X.A, X.B, 121.0, load, X.transport_delay(cascade.sampling), 0.0),
-        ControlConstants(
-            cascade.K_v, cascade.K_p, cascade.K_i, low_pass_pole(cascade.velocity_filter, cascade.sampling),
-            cascade.T_s, cascade.limit, 0.0,
+        Board(cascade.T_s, cascade.limit, 0.0),
+        blocks,
+        Commands(
+            position, zero, zero, zero if excitation is None else excitation, zero if friction is None else friction,
+            position, zero,
         ),
-        ObserverFilters(*filters),
-        Commands(position, zero, zero if excitation is None else excitation, zero if friction is None else friction),
     )  # fmt: skip
 
 
@@ -55,7 +54,7 @@ def run(
 def test_the_running_loop_has_the_sensitivity_of_the_design(name: str | None) -> None:
     """A multisine w added to the voltage gives u·(1 − Q)/w = 1/(1 + L), and z/u = G, at every line."""
     observer = None if name is None else DisturbanceObserver(QFilter(name, 40.0), X.A, X.B)
-    loop = SampledLoop(X, CASCADE_X, observer)
+    loop = SampledLoop(X, CASCADE_X, () if observer is None else (observer,))
     n, lines = 4000, np.unique(np.geomspace(1, 1900, 60).astype(int))  # a period of 1 s: the lines are in Hz
     phases = np.random.default_rng(3).uniform(0, 2 * np.pi, lines.size)
     w = np.cos(2 * np.pi * np.outer(np.arange(n) / n, lines) + phases).sum(axis=1) * 0.01
@@ -63,7 +62,7 @@ def test_the_running_loop_has_the_sensitivity_of_the_design(name: str | None) ->
     assert saturated == 0
     W, U, Z = (np.fft.rfft(x[-n:])[lines] for x in (np.tile(w, 4), traces.input, traces.position))
     f = lines.astype(float)
-    Q = 0.0 if observer is None else loop.filters.low_pass.response(f, 4000.0)
+    Q = 0.0 if observer is None else observer.discrete(4000.0).low_pass.response(f, 4000.0)
     np.testing.assert_allclose(Z / U, loop.G(f), rtol=2e-3)  # the kernel's plant is stepped, of second order
     np.testing.assert_allclose(U / W * (1 - Q), 1 / (1 + loop.input(f)), rtol=2e-3)
 

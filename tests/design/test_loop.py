@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fric.compensation.disturbance_observer import DifferenceEquation, DisturbanceObserver
-from fric.compensation.q_filter import Q_FILTERS, QFilter
+from fric.control.cascade import Cascade
+from fric.control.inverse_model import DifferenceEquation, DisturbanceObserver
+from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.design.loop import SampledLoop
 from fric.design.margins import margins
-from fric.drive.cascade import Cascade
 from fric.drive.plant import LinearPlant
 from fric.drive.sampled import SampledPlant
 from tests.design.plants import CASCADE_X, CASCADE_Y, X, Y
@@ -78,7 +78,7 @@ def test_open_loops_and_margins_agree_with_python_control(plant: LinearPlant, ca
 @pytest.mark.parametrize("name", Q_FILTERS)
 def test_the_loop_with_observer_agrees_with_python_control(plant: LinearPlant, cascade: Cascade, name: str) -> None:
     observer = DisturbanceObserver(QFilter(name, 40.0), plant.A, plant.B)
-    loop, blocks = SampledLoop(plant, cascade, observer), of_control(plant, cascade, observer)
+    loop, blocks = SampledLoop(plant, cascade, (observer,)), of_control(plant, cascade, observer)
     f = np.geomspace(1, 1999, 200)
     at = np.exp(2j * np.pi * f * T_S)
     value = {block: system(at) for block, system in blocks.items()}
@@ -89,7 +89,8 @@ def test_the_loop_with_observer_agrees_with_python_control(plant: LinearPlant, c
     back = blocks["C"] * (blocks["D"] + control.ss([], [], [], cascade.K_v, T_S)) + blocks["F"]
     poles = control.poles(control.feedback(control.feedback(one, blocks["Q"], 1) * blocks["G"], back))
     ours = loop.poles()
-    assert len(ours) == len(poles) + 1  # the position one sample ago is a state of ours; it adds a pole at 0
+    # the position one sample ago, and what is to join the integral, are states of ours; each adds a pole at 0
+    assert len(ours) == len(poles) + 2
     # F and Q have equal poles, one in each, that the loop cannot move, and the delay has some at 0: eigenvalues of
     # multiplicity n are found to the n-th root of the rounding, all others to 1e-6.
     stuck = np.append(np.exp(observer.q.poles * T_S), 0.0)
@@ -138,28 +139,28 @@ def test_velocity_loop_alone_is_judged_without_the_position() -> None:
 @pytest.mark.parametrize("with_observer", [False, True])
 def test_margins_are_where_stability_ends(plant: LinearPlant, cascade: Cascade, with_observer: bool) -> None:
     """The gain of the plant times the gain margin, up and down, is the edge that the eigenvalues see."""
-    observer = DisturbanceObserver(QFilter(), plant.A, plant.B) if with_observer else None
-    loop = SampledLoop(plant, cascade, observer)
+    blocks = (DisturbanceObserver(QFilter(), plant.A, plant.B),) if with_observer else ()
+    loop = SampledLoop(plant, cascade, blocks)
     found = margins(loop.input, loop.nyquist)
     for factor in (found.gain_margin, found.gain_reduction):
         inside, outside = (replace(plant, B=plant.B * factor**share) for share in (0.999, 1.001))
-        assert SampledLoop(inside, cascade, observer).stable
-        assert not SampledLoop(outside, cascade, observer).stable
+        assert SampledLoop(inside, cascade, blocks).stable
+        assert not SampledLoop(outside, cascade, blocks).stable
 
 
 def test_a_delay_as_long_as_the_phase_margin_is_the_edge() -> None:
     """PM = 2π f T of more transport delay, which the state matrix takes in whole and part samples."""
-    loop = SampledLoop(X, CASCADE_X, DisturbanceObserver(QFilter(), X.A, X.B))
+    loop = SampledLoop(X, CASCADE_X, (DisturbanceObserver(QFilter(), X.A, X.B),))
     found = margins(loop.input, loop.nyquist)
     extra = found.phase_margin / (2 * np.pi * found.crossover)
     for factor, stable in ((0.95, True), (1.05, False)):  # behind a sampler a share of a sample is no pure delay
         slower = replace(X, T_d=X.T_d + factor * extra)
-        assert SampledLoop(slower, CASCADE_X, loop.observer).stable is stable
+        assert SampledLoop(slower, CASCADE_X, loop.blocks).stable is stable
 
 
 def test_state_matrix_is_the_loop_run_sample_by_sample() -> None:
     observer = DisturbanceObserver(QFilter("binomial3", 50.0), X.A, X.B)
-    loop = SampledLoop(X, CASCADE_X, observer)
+    loop = SampledLoop(X, CASCADE_X, (observer,))
     both = observer.discrete(4000.0)
     sampled = loop.sampled
     p, c = np.exp(-2 * np.pi * 500 * T_S), CASCADE_X

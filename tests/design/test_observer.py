@@ -4,8 +4,8 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from fric.compensation.disturbance_observer import DisturbanceObserver
-from fric.compensation.q_filter import Q_FILTERS, QFilter
+from fric.control.inverse_model import DisturbanceObserver
+from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.design.loop import SampledLoop
 from fric.design.margins import decibel, margins
 from fric.design.observer import WholeLoop, design_observer
@@ -133,12 +133,12 @@ def test_a_loop_that_is_too_sensitive_without_an_observer_is_refused() -> None:
 def test_stability_of_a_loop_with_resonance_agrees_with_the_eigenvalues_of_a_plant_that_has_the_same_response() -> None:
     """A true B twice as large is Delta = 1 at all frequencies: the winding test must see what the eigenvalues see."""
     observer = DisturbanceObserver(QFilter(), X.A, X.B)
-    loop = SampledLoop(X, CASCADE_X, observer)
+    loop = SampledLoop(X, CASCADE_X, (observer,))
     edge = margins(loop.input, loop.nyquist).gain_margin
     f = np.arange(0.5, 2000.0, 0.5)
     for factor, stable in ((0.98 * edge, True), (1.02 * edge, False)):
         true = replace(X, B=factor * X.B)
-        assert SampledLoop(true, CASCADE_X, observer).stable is stable
+        assert SampledLoop(true, CASCADE_X, (observer,), believed=X).stable is stable
         whole = WholeLoop(X, CASCADE_X, measured_perturbation(response(f, true.response(f)), X))
         assert np.isfinite(whole.peak(observer.q)) == stable
 
@@ -171,8 +171,8 @@ def test_t_of_the_observer_loop_is_q(name: str) -> None:
     The nominal plant behind a hold is G with T_d = T_s/2, and F and Q are here the difference equations that run.
     """
     observer = DisturbanceObserver(QFilter(name, 60.0), X.A, X.B)
-    loop = SampledLoop(replace(X, T_d=0.5 / 4000), CASCADE_X, observer)
-    f = np.geomspace(1.0, 400.0, 50)
-    F, Q = (equation.response(f, 4000.0) for equation in (loop.filters.inverse, loop.filters.low_pass))
+    loop = SampledLoop(replace(X, T_d=0.5 / 4000), CASCADE_X, (observer,))
+    f, both = np.geomspace(1.0, 400.0, 50), observer.discrete(4000.0)
+    F, Q = (equation.response(f, 4000.0) for equation in (both.inverse, both.low_pass))
     L = F * loop.G(f) / (1 - Q)
     assert np.abs(L / (1 + L)) == pytest.approx(np.abs(observer.q.response(f)), abs=0.01)

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from fric.drive.cascade import Cascade
+from fric.control.cascade import Cascade
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder, low_pass_pole
 from fric.errors import FricError

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fric.compensation.base import PAPER_SCHEMES
+from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.figures.circle import polar_figure
 from fric.simulate.circle import Circle, run_circle

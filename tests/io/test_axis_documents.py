@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from fric.compensation.disturbance_observer import QFilter
+from fric.control.inverse_model import QFilter
 from fric.documents.controller import ControllerDocument
 from fric.documents.observer import ObserverDocument
 from fric.documents.plant import PlantDocument

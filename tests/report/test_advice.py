@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fric.compensation.base import PAPER_SCHEMES
+from fric.control.scheme import PAPER_SCHEMES
 from fric.report import advice
 from fric.report.material import Contour, ContourTest
 

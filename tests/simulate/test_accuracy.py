@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import ks_2samp
 
-from fric.compensation.base import NONE, PAPER_SCHEMES
+from fric.control.scheme import NONE, PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
 from fric.errors import FricError

@@ -4,12 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fric.compensation.base import NONE, PAPER_SCHEMES
-from fric.compensation.feedforward import friction_feedforward
+from fric.control.cascade import Cascade
+from fric.control.feedforward import friction_feedforward
+from fric.control.scheme import NONE, PAPER_SCHEMES
 from fric.design.loop import SampledLoop
 from fric.design.margins import margins
 from fric.documents.machine_files import read_machine
-from fric.drive.cascade import Cascade
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
@@ -69,7 +69,7 @@ def smoothed(dz: float, v: float, dt: float, state: np.ndarray, parameters: np.n
 
 
 def test_friction_that_is_nowhere_smooth_is_simulated_all_the_same() -> None:
-    others = _loop_arguments(IDEAL, REVERSALS, NONE, np.zeros(len(REVERSALS)))[3:]
+    others = _loop_arguments(IDEAL, REVERSALS, NONE)[3:]
     (teeth, asked), (mean, fewer) = (
         (closed_loop(friction, np.zeros(1), calls, *others)[0], calls[0] / len(REVERSALS))
         for friction, calls in ((rough, np.zeros(1)), (smoothed, np.zeros(1)))
@@ -88,10 +88,10 @@ def constant(dz: float, v: float, dt: float, state: np.ndarray, parameters: np.n
 @pytest.mark.parametrize(("v_0", "M"), [(3000.0, 1e3), (1.0, 1e-7)], ids=["fast", "light"])
 def test_rounding_of_large_velocities_and_forces_is_no_corner(v_0: float, M: float) -> None:
     """A motor at 3000 rad/s, and one of 1e-7 kg·m² that 1 N·m brakes and 1 N·m drives."""
-    _, _, _, plant, control, *others = _loop_arguments(IDEAL, REVERSALS, NONE, np.zeros(len(REVERSALS)))
+    _, _, _, plant, board, _, command = _loop_arguments(IDEAL, REVERSALS, NONE)
     motor = plant._replace(A=3.0, M=M, load=-1.0, v_0=v_0)
     calls = np.zeros(1)
-    run, _ = closed_loop(constant, np.zeros(1), calls, motor, control._replace(K_v=0.0, K_p=0.0, K_i=0.0), *others)
+    run, _ = closed_loop(constant, np.zeros(1), calls, motor, board, [], command)
     assert calls[0] < 25 * len(REVERSALS)
     assert run.velocity[-1] == pytest.approx(v_0 * np.exp(-3.0 * REVERSALS.time[-1]), abs=2.0)
 
@@ -183,8 +183,8 @@ def test_the_observer_finds_the_friction_that_is_left_to_it() -> None:
 @pytest.mark.parametrize(("scheme", "factor"), [("a", 0.98), ("a", 1.02), ("d", 0.98), ("d", 1.02)])
 def test_an_unstable_loop_is_told_before_the_run_and_a_stable_one_is_not(scheme: str, factor: float) -> None:
     """The edge of stability by its frequency response: the gain margin of the loop opened at the plant's input."""
-    observer = IDEAL.observer if PAPER_SCHEMES[scheme].observer else None
-    loop = SampledLoop(IDEAL.plant, IDEAL.cascade, observer)
+    blocks = (IDEAL.observer,) if PAPER_SCHEMES[scheme].observer else ()
+    loop = SampledLoop(IDEAL.plant, IDEAL.cascade, blocks)
     edge = margins(loop.input, loop.nyquist).gain_margin
     assert 2.0 < edge < 10.0
     axis = replace(IDEAL, plant=replace(IDEAL.plant, B=IDEAL.plant.B * edge * factor), observer=IDEAL.observer)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fric.compensation.base import NONE
+from fric.control.scheme import NONE
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.friction.lugre import LuGre

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fric.compensation.base import NONE, PAPER_SCHEMES
+from fric.control.scheme import NONE, PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.reference import circle
 from fric.simulate.axis import run_axis

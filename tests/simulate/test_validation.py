@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric.drive.cascade import Cascade
+from fric.control.cascade import Cascade
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction import models

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.control.cascade import Cascade
 from fric.design.loop import SampledLoop
 from fric.design.margins import Loop, Margins, decibel, margins, rounded_down
-from fric.drive.cascade import Cascade
 from fric.errors import FricError
 
 if TYPE_CHECKING:

@@ -2,20 +2,16 @@
 
 ::
 
-    r ──>(+)── K_v ──>(+)── C ──>(+)──> u ──> G ──┬──> z
-          ^-           ^-         ^-              │
-          │            D ─────────┼───────────────┤      velocity: first difference and low-pass
-          │                       d̂ <── F, −Q·u ──┤      disturbance observer, where there is one
-          └───────────────────────────────────────┘
+    r ──> controller ──>(+)──> u ──> G ──┬──> z
+             ^           ^-              │
+             │           d̂ <── u, z ─────┤      observers, where there are any
+             └───────────────────────────┘
 
-with z = e^{jωT_s} throughout:
-
-- C = K_p + K_i T_s z/(z − 1): the integral holds the error of the sample it acts in;
-- D = (1 − p)/(1 − p z⁻¹) · (1 − z⁻¹)/T_s, p = exp(−2π·corner·T_s);
-- G: eq. (1) behind a zero-order hold, exact, with the transport delay T_d − T_s/2 (the hold is the other half sample);
-- F = Q·G_n⁻¹ and Q as the observer's difference equations have them.
-
-The same loop runs, with friction and limits, in `fric.kernels.loop`.
+with z = e^{jωT_s} throughout. G is eq. (1) behind a zero-order hold, exact, with the transport delay T_d − T_s/2 (the
+hold is the other half sample). Controller and observers are what probing their compiled steps gives
+(`fric.control.probe`): the loop that is judged here is the one that runs, with friction and limits, in
+`fric.kernels.loop`. With the cascade (`fric.control.cascade`) the response from reference to voltage is K_v·C, that
+from position to voltage -C·(K_v + D), C being the velocity controller and D the velocity's filter.
 """
 
 from __future__ import annotations
@@ -26,18 +22,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.control.base import Setting
+from fric.control.probe import probed
 from fric.drive.sampled import SampledPlant
-from fric.drive.sensing import low_pass_pole
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
-    from fric.compensation.disturbance_observer import DifferenceEquation, DiscreteObserver, DisturbanceObserver
-    from fric.drive.cascade import Cascade
+    from fric.control.base import ControlBlock
+    from fric.control.cascade import Cascade
+    from fric.control.probe import Probed
     from fric.drive.plant import LinearPlant
 
     Real = NDArray[np.float64]
     Response = NDArray[np.complex128]
+
+LAST_VOLTAGE = ("input", "control")
+"""What a block sees of the voltage one sample ago; without friction feedforward both are one."""
 
 
 @dataclass(frozen=True)
@@ -49,19 +52,25 @@ class SampledLoop:
     plant
         Eq. (1) of the axis.
     cascade
-        Its controller.
-    observer
-        Its disturbance observer, where it has one.
+        Its controller, and the sampling.
+    blocks
+        Its further linear blocks.
+    controller
+        The linear block in place of the cascade, where there is one.
+    believed
+        The plant that the blocks are packed for; that of the axis where not given.
 
     Raises
     ------
     FricError
-        When the plant's delay is shorter than the hold of the controller, or the observer does not fit the sampling.
+        When the plant's delay is shorter than the hold of the controller, or a block does not fit the sampling.
     """
 
     plant: LinearPlant
     cascade: Cascade
-    observer: DisturbanceObserver | None = None
+    blocks: tuple[ControlBlock, ...] = ()
+    controller: ControlBlock | None = None
+    believed: LinearPlant | None = None
 
     @property
     def nyquist(self) -> float:
@@ -74,70 +83,74 @@ class SampledLoop:
         return SampledPlant.of(self.plant, self.cascade.sampling)
 
     @cached_property
-    def filters(self) -> DiscreteObserver:
-        """The observer's difference equations."""
-        if self.observer is None:
-            raise ValueError("this loop has no observer")
-        return self.observer.discrete(self.cascade.sampling)
+    def _main(self) -> Probed:
+        return probed(self.controller or self.cascade, self._setting)
+
+    @cached_property
+    def _others(self) -> list[tuple[float, Probed]]:
+        """Each further block with its sign in the control voltage."""
+        return [(-1.0 if block.kind == "observer" else 1.0, probed(block, self._setting)) for block in self.blocks]
+
+    @property
+    def _setting(self) -> Setting:
+        return Setting(self.believed or self.plant, self.cascade)
+
+    def _gives(self, inputs: Sequence[str], frequency: Real) -> Response:
+        return self._main.response(inputs, frequency, self.cascade.sampling)
 
     def G(self, frequency: Real) -> Response:
         """Return the plant from sample to sample [m/V]."""
         return self.sampled.response(frequency, self.cascade.sampling)
 
-    def C(self, frequency: Real) -> Response:
-        """Return the velocity controller [V·s/m]."""
-        step = np.expm1(2j * np.pi * np.asarray(frequency, float) * self.cascade.T_s)
-        return np.asarray(self.cascade.K_p + self.cascade.K_i * self.cascade.T_s * (1.0 + step) / step)
-
-    def D(self, frequency: Real) -> Response:
-        """Return the velocity's first difference and low-pass [1/s]."""
-        step = np.expm1(2j * np.pi * np.asarray(frequency, float) * self.cascade.T_s)
-        p = low_pass_pole(self.cascade.velocity_filter, self.cascade.sampling)
-        return np.asarray((1.0 - p) / (step + 1.0 - p) * step / self.cascade.T_s)
-
     def velocity(self, frequency: Real, G: Response | None = None) -> Response:
-        """Return the open velocity loop L = C·G·D; with a measured G [m/V] where one is given."""
-        return self.C(frequency) * (self.G(frequency) if G is None else G) * self.D(frequency)
+        """Return the open velocity loop, L = C·G·D with the cascade; with a measured G [m/V] where one is given.
+
+        The position loop is open where the reference goes with the position.
+        """
+        held = self._gives(("reference", "measured"), frequency)
+        return -held * (self.G(frequency) if G is None else G)
 
     def position(self, frequency: Real, G: Response | None = None) -> Response:
-        """Return the open position loop L = K_v·C·G/(1 + C·G·D), the velocity loop closed."""
-        CG = self.C(frequency) * (self.G(frequency) if G is None else G)
-        return self.cascade.K_v * CG / (1.0 + CG * self.D(frequency))
+        """Return the open position loop, L = K_v·C·G/(1 + C·G·D) with the cascade, the velocity loop closed."""
+        G = self.G(frequency) if G is None else G
+        return self._gives(("reference",), frequency) * G / (1.0 + self.velocity(frequency, G))
 
     def input(self, frequency: Real, G: Response | None = None) -> Response:
-        """Return the loop opened at the plant's input, L = G·(C·(D + K_v) + F)/(1 − Q): all that feeds back at once."""
-        feedback = self.C(frequency) * (self.D(frequency) + self.cascade.K_v)
-        if self.observer is not None:
-            F = self.filters.inverse.response(frequency, self.cascade.sampling)
-            Q = self.filters.low_pass.response(frequency, self.cascade.sampling)
-            feedback = (feedback + F) / (1.0 - Q)
-        return (self.G(frequency) if G is None else G) * feedback
+        """Return the loop opened at the plant's input: all that feeds back at once.
+
+        With observers of the position by F and of the voltage by Q it is L = G·(C·(D + K_v) + F)/(1 − Q).
+        """
+        before = np.exp(-2j * np.pi * np.asarray(frequency, float) / self.cascade.sampling)
+        feedback, kept = np.zeros(before.shape, complex), np.ones(before.shape, complex)
+        for sign, block in ((1.0, self._main), *self._others):
+            feedback -= sign * block.response(("measured",), frequency, self.cascade.sampling)
+            if block.sees(LAST_VOLTAGE):
+                kept -= sign * block.response(LAST_VOLTAGE, frequency, self.cascade.sampling) * before
+        return np.asarray((self.G(frequency) if G is None else G) * feedback / kept)
 
     def state_matrix(self, position_loop: bool = True) -> Real:
         """Return the matrix that takes the closed loop's state from sample to sample, reference at rest.
 
-        Without the position loop it is that of the velocity loop alone. The state is position, velocity, the inputs
-        on their way, position one sample ago, filtered velocity, the integral, and the memories of the observer.
+        Without the position loop it is that of the velocity loop alone: the reference goes with the position. The state
+        is position, velocity, the inputs on their way, the newest first, and the states of the blocks.
         """
-        cascade, plant = self.cascade, self.sampled
-        order = self.filters.inverse.a.size - 1 if self.observer else 0
-        sizes = [2, plant.whole + 1, 1, 1, int(cascade.K_i > 0), order, order]
+        plant, seen = self.sampled, ("measured",) if position_loop else ("measured", "reference")
+        parts = [(1.0, self._main, seen), *((sign, block, ("measured",)) for sign, block in self._others)]
+        sizes = [2, plant.whole + 1, *(len(block.C) for _, block, _ in parts)]
         x = np.eye(sum(sizes))  # every unit state at once, one a column
-        motion, inputs, seen, filtered, integral, inverse, low_pass = np.split(x, np.cumsum(sizes)[:-1])
-
-        z = motion[:1]
-        p = low_pass_pole(cascade.velocity_filter, cascade.sampling)
-        filtered = p * filtered + (1.0 - p) * (z - seen) / cascade.T_s
-        error = -filtered - (cascade.K_v * z if position_loop else 0.0)
-        integral = integral + cascade.T_s * error
-        u = cascade.K_p * error + cascade.K_i * integral.sum(axis=0)
-        if self.observer is not None:
-            drive, inverse = _advance(self.filters.inverse, inverse, z)
-            u = u - (drive - low_pass[:1])
-            _, low_pass = _advance(self.filters.low_pass, low_pass, u)
-        inputs = np.vstack([u, inputs])  # newest first
+        motion, inputs, *memories = np.split(x, np.cumsum(sizes)[:-1])
+        u, after = np.zeros(len(x)), []
+        for (sign, block, followed), memory in zip(parts, memories, strict=True):
+            change = block.A @ memory
+            for names, source in ((followed, motion[0]), (LAST_VOLTAGE, inputs[0])):
+                B, D = block.columns(names)
+                change = change + np.outer(B, source)
+                u = u + sign * D * source
+            u = u + sign * (block.C @ memory)
+            after.append(change)
+        inputs = np.vstack([u, inputs])
         motion = plant.Phi @ motion + np.outer(plant.early, inputs[-2]) + np.outer(plant.late, inputs[-1])
-        return np.vstack([motion, inputs[:-1], z, filtered, integral, inverse, low_pass])
+        return np.vstack([motion, inputs[:-1], *after])
 
     def poles(self) -> Response:
         """Return the eigenvalues of the closed loop, largest first."""
@@ -151,18 +164,11 @@ class SampledLoop:
 
     @property
     def velocity_stable(self) -> bool:
-        """True when the velocity loop is stable by itself: without position loop and observer."""
-        alone = SampledLoop(self.plant, self.cascade).state_matrix(position_loop=False)
-        # Nothing feeds the position back: what the loop sees of it is the step since the last sample. With that step
-        # in place of the position one sample ago, the position itself, an integrator, falls out of the state.
-        seen = 3 + self.sampled.whole
-        alone[seen] = alone[0]
-        alone[:, seen] *= -1.0
-        return bool(np.abs(np.linalg.eigvals(alone[1:, 1:])).max() < 1.0)
+        """True when the velocity loop is stable by itself: without position loop and observers.
 
-
-def _advance(equation: DifferenceEquation, memory: Real, x: Real) -> tuple[Real, Real]:
-    """Return output and memory of a difference equation after one sample (direct form II, transposed)."""
-    y = equation.b[0] * x + memory[:1]
-    shifted = np.vstack([memory[1:], np.zeros_like(x)])
-    return y, shifted + np.outer(equation.b[1:], x) - np.outer(equation.a[1:], y)
+        Nothing feeds the position back: it is an integrator, with an eigenvalue at 1, which does not count.
+        """
+        alone = SampledLoop(self.plant, self.cascade, (), self.controller, self.believed)
+        eigenvalues = np.linalg.eigvals(alone.state_matrix(position_loop=False))
+        others = np.delete(eigenvalues, np.argmin(np.abs(eigenvalues - 1.0)))
+        return bool(np.abs(others).max() < 1.0)

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.compensation.disturbance_observer import DisturbanceObserver
-from fric.compensation.q_filter import QFilter
+from fric.control.inverse_model import DisturbanceObserver
+from fric.control.q_filter import QFilter
 from fric.design.loop import SampledLoop
 from fric.design.margins import Loop, Margins, decibel, grid, margins, rounded_down
 from fric.design.perturbation import Perturbation, RobustLimit, model_perturbation, robust_limit
 from fric.errors import FricError
 
 if TYPE_CHECKING:
+    from fric.control.cascade import Cascade
     from fric.design.margins import OpenLoop
-    from fric.drive.cascade import Cascade
     from fric.drive.plant import LinearPlant
 
 PEAK_SENSITIVITY = 10 ** (6 / 20)
@@ -89,8 +89,8 @@ class WholeLoop:
 
     def sampled(self, q: QFilter | None) -> SampledLoop:
         """Return the loop of eq. (1) with a Q, or without an observer."""
-        observer = None if q is None else DisturbanceObserver(q, self.plant.A, self.plant.B)
-        return SampledLoop(self.plant, self.cascade, observer)
+        blocks = () if q is None else (DisturbanceObserver(q, self.plant.A, self.plant.B),)
+        return SampledLoop(self.plant, self.cascade, blocks)
 
     def response(self, q: QFilter | None) -> OpenLoop:
         """Return the open loop with a Q, or without an observer, as a function of the frequencies [Hz]."""
@@ -137,7 +137,7 @@ def design_observer(
     plant, cascade
         The axis and its controller. G_n has the plant's A and B.
     filter
-        Shape of Q, see `fric.compensation.q_filter.Q_FILTERS`.
+        Shape of Q, see `fric.control.q_filter.Q_FILTERS`.
     cutoff
         Cutoff of Q [Hz], where it is given instead of sought.
     peak_sensitivity

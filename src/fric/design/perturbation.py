@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.compensation.q_filter import QFilter
+from fric.control.q_filter import QFilter
 from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
 

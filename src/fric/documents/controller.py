@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
+from fric.control.cascade import Cascade
 from fric.documents.base import AxisDocument, Physical, Quantity
 from fric.documents.of_axis import read_of_axis
 from fric.documents.provenance import provenance
-from fric.drive.cascade import Cascade
 from fric.errors import FricError
 from fric.units import Motion, si_unit
 

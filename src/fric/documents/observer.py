@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
-from fric.compensation.disturbance_observer import DisturbanceObserver
-from fric.compensation.q_filter import QFilter
+from fric.control.inverse_model import DisturbanceObserver
+from fric.control.q_filter import QFilter
 from fric.documents.base import AxisDocument, Physical, Quantity
 from fric.documents.provenance import provenance
 from fric.log import FrequencyResponse, Log

@@ -3,22 +3,37 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from fric.compensation.base import Compensation
+from fric.control.scheme import Scheme
 from fric.documents.base import Document, Part
 from fric.documents.yaml import read_document
+from fric.errors import FricError
 
 
 class SchemePart(Part):
-    """A compensation scheme: the friction that is fed forward, and whether the observer is on."""
+    """A compensation scheme: the friction that is fed forward, the controller, and further control blocks."""
 
     title: str = ""
     friction: str | None = Field(None, description="friction model to feed forward: static, gms, …; none if left out")
     observer: bool = Field(False, description="true where the axis' disturbance observer is on")
     gain: float | None = Field(None, description="gain of the feedforward; the machine's where left out")
+    controller: str = Field("cascade", description="the control block in place of the cascade")
+    blocks: list[str] = Field(default_factory=list, description="further control blocks: observers, feedforward")
+
+    @model_validator(mode="after")
+    def _blocks_fit(self) -> Self:
+        try:
+            self.scheme("")
+        except FricError as error:
+            raise ValueError(f"{error.what}\n{error.mend}") from None
+        return self
+
+    def scheme(self, name: str) -> Scheme:
+        """Return the scheme."""
+        return Scheme.of({"name": name, **self.model_dump()})
 
 
 class SchemesDocument(Document):
@@ -28,14 +43,11 @@ class SchemesDocument(Document):
 
     schemes: dict[str, SchemePart]
 
-    def compensations(self) -> dict[str, Compensation]:
+    def read(self) -> dict[str, Scheme]:
         """Return the schemes by name."""
-        return {
-            name: Compensation(name, part.title, part.friction, part.observer, part.gain)
-            for name, part in self.schemes.items()
-        }
+        return {name: part.scheme(name) for name, part in self.schemes.items()}
 
 
-def read_schemes(path: Path) -> dict[str, Compensation]:
+def read_schemes(path: Path) -> dict[str, Scheme]:
     """Read compensation schemes by name from a schemes file."""
-    return read_document(path, SchemesDocument).compensations()
+    return read_document(path, SchemesDocument).read()

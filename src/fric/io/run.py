@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from fric.compensation.base import Compensation
 from fric.contour import Circularity, ContourError, Reversal
+from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.io.hdf5 import open_file
 from fric.output import staged
@@ -76,7 +76,7 @@ def write_runs(
             _write_monte_carlo(file.create_group(MONTE_CARLO), many)
         for run in runs:
             group = file.create_group(run.scheme.name)
-            group.attrs.update({f"scheme_{key}": value for key, value in _told(run.scheme).items()})
+            group.attrs.update({f"scheme_{key}": value for key, value in run.scheme.plain().items()})
             group.attrs.update({"unit": "m", "glitch": run.contour.glitch, "warnings": "\n".join(run.warnings)})
             if isinstance(run, CircleRun):
                 _write_circle(group, run)
@@ -171,7 +171,7 @@ def read_glitch_intervals(path: Path) -> dict[str, tuple[float, float]]:
     return {name: limits for name, limits in found.items() if np.isfinite(limits).all()}
 
 
-def _told(thing: Compensation | Circle) -> dict[str, Any]:
+def _told(thing: Circle) -> dict[str, Any]:
     values = {field.name: getattr(thing, field.name) for field in fields(thing)}
     return {key: value for key, value in values.items() if value is not None}
 
@@ -183,7 +183,7 @@ def _write(group: h5py.Group, name: str, values: NDArray[np.float64], unit: str)
 
 def _read(name: str, group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     attributes = {key: _plain(value) for key, value in group.attrs.items()}
-    scheme = {f.name: attributes[f"scheme_{f.name}"] for f in fields(Compensation) if f"scheme_{f.name}" in attributes}
+    scheme = Scheme.of({key[7:]: value for key, value in attributes.items() if key.startswith("scheme_")})
     traces = {
         axis: Trace(**{channel: recorded[channel][:] for channel in UNITS}, saturated=int(recorded.attrs["saturated"]))
         for axis, recorded in (group["axes"].items() if with_traces else ())
@@ -194,11 +194,11 @@ def _read(name: str, group: h5py.Group, with_traces: bool) -> CircleRun | PathRu
         contour = ContourError(group["station"][:], group["error"][:], turns)
         points = group["points"][:]
         path = PointPath(points[:, 0], points[:, 1], attributes["feed"])
-        return PathRun(Compensation(**scheme), path, traces, contour, warnings)
+        return PathRun(scheme, path, traces, contour, warnings)
     circle = Circle(**{field.name: attributes[field.name] for field in fields(Circle)})
     first, second, third, fourth = (float(value) for value in attributes["quadrants"])
     found = Circularity(group["angle"][:], group["error"][:], (first, second, third, fourth))
-    return CircleRun(Compensation(**scheme), circle, traces, found, warnings)
+    return CircleRun(scheme, circle, traces, found, warnings)
 
 
 def _plain(value: Any) -> Any:

@@ -75,19 +75,23 @@ def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Funct
     return decorate
 
 
-def compiled_step(function: Step) -> Step:
-    """Compile a friction step with the signature `STEP`, cached on disk; it makes no arrays.
+def first_class(function: Function, made: Function, signature: object) -> Function:
+    """Return a compiled function that keeps its address, by Numba's protocol for first-class functions.
 
-    A loop asks for the address of the step at each call. The step keeps it, by Numba's protocol for first-class
-    functions, which takes a third off a replay of a few samples.
+    A loop asks for the address of a step at each call: to keep it takes a third off a replay of a few samples.
     """
-    step: Any = compiled(STEP, makes_arrays=False)(function)
-    if step is not function:  # it is where the compiler is switched off
+    step: Any = made
+    if made is not function:  # it is where the compiler is switched off
 
         @cache
         def address() -> int:
-            made = step.get_compile_result(STEP)
-            return int(made.library.get_pointer_to_function(made.fndesc.llvm_cfunc_wrapper_name))
+            result = step.get_compile_result(signature)
+            return int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
 
         step.__wrapper_address__ = address
-    return step
+    return made
+
+
+def compiled_step(function: Step) -> Step:
+    """Compile a friction step with the signature `STEP`, cached on disk; it makes no arrays."""
+    return first_class(function, compiled(STEP, makes_arrays=False)(function), STEP)

@@ -12,7 +12,7 @@ import numpy as np
 from fric.units import readable
 
 if TYPE_CHECKING:
-    from fric.compensation.base import Compensation
+    from fric.control.scheme import Scheme
     from fric.report.material import Contour, ContourTest
 
 EARNED = 0.05
@@ -39,7 +39,7 @@ class Advice:
         What it rests on, and what the numbers tell besides.
     """
 
-    choice: Compensation | None
+    choice: Scheme | None
     headline: str
     reasons: tuple[str, ...]
 
@@ -86,10 +86,10 @@ def named(contour: Contour) -> str:
 
 def uncompensated(contours: Sequence[Contour]) -> Contour | None:
     """Return the contour without any compensation."""
-    return next((one for one in contours if not (one.scheme.friction or one.scheme.observer)), None)
+    return next((one for one in contours if one.scheme.bare), None)
 
 
-def demand(scheme: Compensation) -> int:
+def demand(scheme: Scheme) -> int:
     """Return how much a scheme asks for: 1 for a static map or an observer, 2 for a model with pre-sliding."""
     return (0 if scheme.friction is None else 1 if scheme.friction == "static" else 2) + int(scheme.observer)
 

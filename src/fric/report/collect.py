@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from fric.compensation.base import Compensation
 from fric.contour import QUADRANTS
+from fric.control.scheme import Scheme
 from fric.documents import document_types
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
@@ -178,11 +178,10 @@ def _test_data(test: ContourTest) -> dict[str, Any]:
     head = {key: getattr(test, key) for key in ("source", "feed", "radius", "direction")}
     contours = []
     for one in test.contours:
-        scheme = {key: getattr(one.scheme, key) for key in ("name", "title", "friction", "observer", "gain")}
         numbers = {key: getattr(one, key) for key in ("glitch", "rms", "range", "glitch_ci95")}
         contours.append(
             {
-                "scheme": scheme, "glitches": list(one.glitches), **numbers, "warnings": list(one.warnings),
+                "scheme": one.scheme.plain(), "glitches": list(one.glitches), **numbers, "warnings": list(one.warnings),
                 "place": [float(f"{value:.6g}") for value in one.place],
                 "error": [float(f"{value:.4g}") for value in one.error],
             }
@@ -194,7 +193,7 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
     """Return a test from the data of an earlier report."""
     contours = tuple(
         Contour(
-            Compensation(**one["scheme"]), tuple(one["glitches"]), one["glitch"], one["rms"], one["range"],
+            Scheme.of(one["scheme"]), tuple(one["glitches"]), one["glitch"], one["rms"], one["range"],
             np.array(one["place"]), np.array(one["error"]), tuple(one["warnings"]),
             None if one["glitch_ci95"] is None else tuple(one["glitch_ci95"]),
         )

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fric.compensation.base import Compensation
+from fric.control.scheme import Scheme
 from fric.documents import Document
 from fric.documents.base import AxisDocument
 from fric.documents.friction import FrictionDocument
@@ -101,7 +101,7 @@ class Contour:
         Between what the glitch lay on 95 % of the machines that were drawn [m], where the run tells.
     """
 
-    scheme: Compensation
+    scheme: Scheme
     glitches: tuple[float, ...]
     glitch: float
     rms: float

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fric.compensation.q_filter import QFilter
+from fric.control.q_filter import QFilter
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
 from fric.report.canvas import Drawn, band, canvas, curve, hover, legend, measured, scale
 from fric.units import readable, si_unit

@@ -201,7 +201,7 @@ def perturbation(material: Material, item: Item) -> Perturbation | None:
 
 def _test(n: int, test: ContourTest, earlier: ContourTest | None, reach: float | None) -> TestView:
     advice = advise(test, reach)
-    bare = next((one for one in test.contours if not (one.scheme.friction or one.scheme.observer)), None)
+    bare = next((one for one in test.contours if one.scheme.bare), None)
     lines = [
         Line(
             one.scheme.name, one.scheme.title, one.glitches, one.glitch, one.glitch_ci95, one.rms, one.range,

@@ -151,12 +151,12 @@ class SchemeRow:
 
 def scheme_rows(runs: Sequence[CircleRun], published: Mapping[str, float]) -> list[SchemeRow]:
     """Compare the six schemes with Table 2."""
-    bare = next(run.circularity.glitch for run in runs if not (run.scheme.friction or run.scheme.observer))
+    bare = next(run.circularity.glitch for run in runs if run.scheme.bare)
     return [
         SchemeRow(
             run,
             published.get(run.scheme.name),
-            1 - run.circularity.glitch / bare if (run.scheme.friction or run.scheme.observer) else None,
+            1 - run.circularity.glitch / bare if not run.scheme.bare else None,
         )
         for run in runs
     ]

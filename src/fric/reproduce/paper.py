@@ -12,7 +12,7 @@ from shutil import copyfile
 from typing import Any
 
 import fric
-from fric.compensation.base import choose_schemes
+from fric.control.scheme import choose_schemes
 from fric.documents.machine import MachineDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.provenance import provenance

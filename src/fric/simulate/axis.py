@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.compensation.base import NONE, Compensation
-from fric.compensation.feedforward import friction_feedforward, inverse_model
-from fric.drive.sensing import low_pass_pole
+from fric.control import Setting, block_type
+from fric.control.feedforward import friction_feedforward, inverse_model
+from fric.control.scheme import NONE, OBSERVER, Scheme
 from fric.errors import FricError
 from fric.friction import models
-from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, closed_loop
+from fric.kernels.block import Commands
+from fric.kernels.loop import Board, closed_loop
 from fric.kernels.plant import velocity_tolerance
+from fric.kernels.sensing import reading
 from fric.simulate.reality.motion import sensing_of, true_axis
 from fric.simulate.stability import require_stable
 from fric.threads import one_blas_thread
@@ -21,6 +23,9 @@ from fric.threads import one_blas_thread
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fric.control import ControlBlock
+    from fric.friction import FrictionModel
+    from fric.kernels.loop import Block
     from fric.kernels.plant import PlantConstants
     from fric.kernels.signatures import Step
     from fric.reference import Reference
@@ -46,7 +51,7 @@ class Trace:
     feedforward
         Friction feedforward [V], shape (n,).
     disturbance
-        The observer's estimate d̂ [V], shape (n,).
+        The observers' estimate d̂ [V], shape (n,).
     saturated
         Samples at which the voltage was limited.
     sensed
@@ -70,7 +75,7 @@ class Trace:
 def run_axis(
     axis: Axis,
     reference: Reference,
-    compensation: Compensation = NONE,
+    scheme: Scheme = NONE,
     *,
     excitation: NDArray[np.float64] | None = None,
     halvings: int = 0,
@@ -85,7 +90,7 @@ def run_axis(
         The axis; the reference must be sampled at its controller's rate.
     reference
         What is asked of it.
-    compensation
+    scheme
         The scheme.
     excitation
         Voltage added to the control voltage [V], shape (n,).
@@ -99,10 +104,9 @@ def run_axis(
     Raises
     ------
     FricError
-        When the scheme asks for a model or an observer that the axis does not have, or the loop is not stable.
+        When the scheme asks for a model or a block that the axis does not have, or the loop is not stable.
     """
-    feedforward = _feedforward(axis, reference, compensation)
-    arguments = _loop_arguments(axis, reference, compensation, feedforward, excitation, accuracy, began)
+    arguments = _loop_arguments(axis, reference, scheme, excitation, accuracy, began)
     traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))
     return Trace(
         time=reference.time,
@@ -112,7 +116,7 @@ def run_axis(
         velocity=traces.velocity,
         input=traces.input,
         friction=traces.friction,
-        feedforward=feedforward,
+        feedforward=traces.feedforward,
         disturbance=traces.disturbance,
         saturated=saturated,
         sensed=traces.sensed,
@@ -122,12 +126,11 @@ def run_axis(
 def _loop_arguments(
     axis: Axis,
     reference: Reference,
-    compensation: Compensation,
-    feedforward: NDArray[np.float64],
+    scheme: Scheme,
     excitation: NDArray[np.float64] | None = None,
     accuracy: float = 0.0,
     began: float = 0.0,
-) -> tuple[Step, NDArray[np.float64], NDArray[np.float64], PlantConstants, ControlConstants, ObserverFilters, Commands]:
+) -> tuple[Step, NDArray[np.float64], NDArray[np.float64], PlantConstants, Board, list[Block], Commands]:
     """Check what is asked of an axis, and return it as the compiled loop reads it."""
     plant, cascade = axis.plant, axis.cascade
     if reference.sampling != cascade.sampling:
@@ -135,51 +138,76 @@ def _loop_arguments(
             f"the reference is sampled at {reference.sampling:g} Hz, "
             f"the controller of axis {axis.name} at {cascade.sampling:g} Hz"
         )
-    observer = _observer(axis, compensation)
-    require_stable(axis, compensation)
+    setting = setting_of(axis, scheme, reference)
+    controller, *others = blocks_of(axis, scheme, setting)
+    require_stable(axis, controller, others)
     step, state, parameters, constants = true_axis(axis, float(reference.position[0]), began)
-    pole, resolution = low_pass_pole(cascade.velocity_filter, cascade.sampling), axis.encoder.resolution
-    model = inverse_model(axis.nominal or plant, reference)
+    model = inverse_model(setting.plant, reference)
     tolerance = velocity_tolerance(accuracy, cascade.K_v * cascade.K_p * plant.B, cascade.T_s)
+    against = np.zeros(len(reference))
+    if setting.friction is not None:
+        against = friction_feedforward(setting.friction, reference, setting.K_f, setting.gain)
     return (
         step,
         state,
         parameters,
         constants._replace(tolerance=max(constants.tolerance, tolerance)),
-        ControlConstants(cascade.K_v, cascade.K_p, cascade.K_i, pole, cascade.T_s, cascade.limit, resolution),
-        observer,
+        Board(cascade.T_s, cascade.limit, axis.encoder.resolution),
+        [block.ready(setting) for block in (controller, *others)],
         Commands(
-            reference.position, reference.velocity, model if excitation is None else model + excitation, feedforward
+            reference.position, reference.velocity, reference.acceleration,
+            model if excitation is None else model + excitation, against, reference.position, reference.velocity,
         ),
-    )
+    )  # fmt: skip
 
 
-def _feedforward(axis: Axis, reference: Reference, compensation: Compensation) -> NDArray[np.float64]:
-    if compensation.friction is None:
-        return np.zeros(len(reference))
+def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
+    """Return what the blocks of a scheme are packed for on an axis that starts at rest.
+
+    Raises
+    ------
+    FricError
+        When the scheme feeds friction forward that the axis' controller does not believe in.
+    """
+    nominal, start = axis.nominal or axis.plant, float(reference.position[0])
+    return Setting(
+        nominal, axis.cascade, _friction(axis, scheme), axis.believed.gain if scheme.gain is None else scheme.gain,
+        nominal.K_f, reference, position=start,
+        seen=reading(start, axis.encoder.resolution, sensing_of(axis)),
+    )  # fmt: skip
+
+
+def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock]:
+    """Return the blocks of a scheme on an axis, the controller first: as its files give them, or else as designed.
+
+    Raises
+    ------
+    FricError
+        When the scheme asks for the inverse-model observer, and the axis has none.
+    """
+    found: list[ControlBlock] = []
+    for name in (scheme.controller, *scheme.blocks):
+        if name == OBSERVER and axis.observer is None:
+            raise FricError(
+                f"scheme {scheme.name} needs a disturbance observer, and axis {axis.name} has none",
+                mend="Add 'observer: {cutoff: 60 Hz}' to the axis.",
+            )
+        own = {axis.cascade.name: axis.cascade, OBSERVER: axis.observer}.get(name)
+        found.append(own or block_type(name).from_values(axis.blocks.get(name, {}), setting))
+    return found
+
+
+def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:
+    """Return the friction that a scheme feeds forward on an axis."""
+    if scheme.friction is None:
+        return None
     believed = axis.believed
-    if compensation.friction not in believed.models:
+    if scheme.friction not in believed.models:
         raise FricError(
-            f"scheme {compensation.name} feeds '{compensation.friction}' friction forward, "
+            f"scheme {scheme.name} feeds '{scheme.friction}' friction forward, "
             f"and the controller of axis {axis.name} believes in {', '.join(believed.models) or 'none'}",
-            mend=f"Identify it: fric identify {compensation.friction}."
-            if compensation.friction in models()
+            mend=f"Identify it: fric identify {scheme.friction}."
+            if scheme.friction in models()
             else f"There is no such model; there are {', '.join(models())}.",
         )
-    gain = believed.gain if compensation.gain is None else compensation.gain
-    K_f = (axis.nominal or axis.plant).K_f
-    return friction_feedforward(believed.models[compensation.friction], reference, K_f, gain)
-
-
-def _observer(axis: Axis, compensation: Compensation) -> ObserverFilters:
-    none = np.zeros(0)
-    if not compensation.observer:
-        return ObserverFilters(none, none, none, none)
-    if axis.observer is None:
-        raise FricError(
-            f"scheme {compensation.name} needs a disturbance observer, and axis {axis.name} has none",
-            mend="Add 'observer: {cutoff: 60 Hz}' to the axis.",
-        )
-    found = axis.observer.discrete(axis.cascade.sampling)
-    filters = (found.inverse.b, found.inverse.a, found.low_pass.b, found.low_pass.a)
-    return ObserverFilters(*(np.ascontiguousarray(coefficients, float) for coefficients in filters))
+    return believed.models[scheme.friction]

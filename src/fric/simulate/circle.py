@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from fric.compensation.feedforward import inverse_model
 from fric.contour import Circularity, ContourError, circularity
+from fric.control.feedforward import inverse_model
 from fric.errors import FricError
 from fric.reference import Reference, circle
 from fric.simulate.axis import Trace, run_axis
 
 if TYPE_CHECKING:
-    from fric.compensation.base import Compensation
+    from fric.control.scheme import Scheme
     from fric.simulate.machine import Axis, Machine
 
 
@@ -70,7 +70,7 @@ class CircleRun:
         What the user should know: a drive that saturates.
     """
 
-    scheme: Compensation
+    scheme: Scheme
     circle: Circle
     traces: Mapping[str, Trace]
     circularity: Circularity
@@ -86,7 +86,7 @@ class ContourRun(Protocol):
     """What circles and paths have in common: a scheme, and what it leaves."""
 
     @property
-    def scheme(self) -> Compensation:
+    def scheme(self) -> Scheme:
         """The scheme."""
 
     @property
@@ -96,7 +96,7 @@ class ContourRun(Protocol):
 
 def run_circle(
     machine: Machine,
-    scheme: Compensation,
+    scheme: Scheme,
     test: Circle | None = None,
     *,
     only: str | None = None,
@@ -199,7 +199,7 @@ def saturation_warnings(traces: Mapping[str, Trace]) -> tuple[str, ...]:
 
 def reduction(run: ContourRun, runs: Sequence[ContourRun]) -> float | None:
     """Return by how much a scheme lowers the glitch against the run without compensation; None where there is none."""
-    bare = next((other.contour.glitch for other in runs if not (other.scheme.friction or other.scheme.observer)), 0.0)
+    bare = next((other.contour.glitch for other in runs if other.scheme.bare), 0.0)
     return None if not bare or run.contour.glitch == bare else 1 - run.contour.glitch / bare
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.compensation.feedforward import inverse_model
+from fric.control.feedforward import inverse_model
 from fric.errors import FricError
 from fric.log import Kind, Log
 from fric.reference import Reference, multisine, sine, sliding_sine, strokes

@@ -12,8 +12,8 @@ from fric.errors import FricError
 from fric.simulate.reality.flaws import NONE, Reality, SecondMass
 
 if TYPE_CHECKING:
-    from fric.compensation.disturbance_observer import DisturbanceObserver
-    from fric.drive.cascade import Cascade
+    from fric.control.cascade import Cascade
+    from fric.control.inverse_model import DisturbanceObserver
     from fric.drive.plant import Plant
     from fric.friction import FrictionModel
     from fric.units import Motion
@@ -58,6 +58,8 @@ class Axis:
         it is not given.
     observer
         Its disturbance observer, for the schemes that use one.
+    blocks
+        Parameters of further control blocks in SI, by the block's name; what is not given is as the block is designed.
     encoder
         Its encoder.
     force_noise
@@ -78,6 +80,7 @@ class Axis:
     observer: DisturbanceObserver | None = None
     encoder: Encoder = field(default_factory=Encoder)
     force_noise: float = 0.0
+    blocks: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     motion: Motion = "linear"
     reality: Reality = NONE
     second_mass: SecondMass | None = None

@@ -21,7 +21,7 @@ from fric.simulate.spread import DEFAULT_SPREADS, Spread, check_spreads, draw_ma
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.compensation.base import Compensation
+    from fric.control.scheme import Scheme
     from fric.simulate.machine import Machine
 
 QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
@@ -59,7 +59,7 @@ class Study:
     """
 
     machine: Machine
-    schemes: tuple[Compensation, ...]
+    schemes: tuple[Scheme, ...]
     circle: Circle = field(default_factory=Circle)
     seed: int = 0
     spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)

@@ -19,7 +19,7 @@ from fric.simulate.circle import pair, require_voltage, saturation_warnings
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.compensation.base import Compensation
+    from fric.control.scheme import Scheme
     from fric.simulate.machine import Machine
 
 SHARPEST = np.pi / 4
@@ -130,16 +130,14 @@ class PathRun:
         What the user should know.
     """
 
-    scheme: Compensation
+    scheme: Scheme
     path: PointPath
     traces: Mapping[str, Trace]
     contour: ContourError
     warnings: tuple[str, ...] = ()
 
 
-def run_path(
-    machine: Machine, scheme: Compensation, path: PointPath, *, halvings: int = 0, accuracy: float = 0.0
-) -> PathRun:
+def run_path(machine: Machine, scheme: Scheme, path: PointPath, *, halvings: int = 0, accuracy: float = 0.0) -> PathRun:
     """Follow a path with two axes of a machine under one scheme.
 
     Parameters

@@ -12,7 +12,9 @@ from fric.design.loop import SampledLoop
 from fric.errors import FricError
 
 if TYPE_CHECKING:
-    from fric.compensation.base import Compensation
+    from collections.abc import Sequence
+
+    from fric.control.base import ControlBlock
     from fric.simulate.machine import Axis
 
 GAINS = np.geomspace(0.95, 1e-3, 140)
@@ -22,27 +24,28 @@ EDGE = 1.0 + 1e-7
 """Largest eigenvalue that is let pass: an axis that is left alone drifts at 1, and rounding decides on which side."""
 
 
-def require_stable(axis: Axis, compensation: Compensation) -> None:
+def require_stable(axis: Axis, controller: ControlBlock, blocks: Sequence[ControlBlock] = ()) -> None:
     """Raise a `FricError` with the gain margin where the loop of an axis, without friction, is not stable.
 
     Parameters
     ----------
     axis
-        The axis: its plant, cascade and observer.
-    compensation
-        The scheme; feedforward does not matter to stability, an observer does.
+        The axis: its plant, and what its controller believes.
+    controller, blocks
+        The blocks of its scheme. Where one of them is not linear the loop has no poles, and is not judged.
 
     Raises
     ------
     FricError
         When an eigenvalue of the sampled loop is outside the unit circle.
     """
-    observer = axis.observer if compensation.observer else None
-    loop = SampledLoop(axis.plant, axis.cascade, observer)
+    if not all(block.linear for block in (controller, *blocks)):
+        return
+    loop = SampledLoop(axis.plant, axis.cascade, tuple(blocks), controller, axis.nominal or axis.plant)
     largest = float(abs(loop.poles()[0]))
     if largest < EDGE:
         return
-    part = "with its observer " if observer else ""
+    part = "with its observer " if any(block.kind == "observer" for block in blocks) else ""
     stable_at = (gain for gain in GAINS if replace(loop, plant=replace(axis.plant, B=axis.plant.B * gain)).stable)
     gain = next(stable_at, None)
     margin = f"its gain margin is {20 * log10(gain):.1f} dB" if gain else "at no gain"

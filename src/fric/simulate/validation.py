@@ -8,23 +8,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy import signal
 
-from fric.drive.sensing import low_pass_pole
+from fric.control.base import Setting
 from fric.errors import FricError
 from fric.identify.records.conditioning import Conditioning, zero_phase
 from fric.identify.records.sampling import even_sampling
-from fric.kernels.loop import Commands, ControlConstants, ObserverFilters, closed_loop
+from fric.kernels.block import Commands
+from fric.kernels.loop import Board, closed_loop
 from fric.kernels.plant import PlantConstants
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.drive.cascade import Cascade
+    from fric.control.cascade import Cascade
     from fric.drive.plant import Plant
     from fric.friction import FrictionModel
     from fric.log import Log
@@ -116,11 +117,7 @@ def validate_closed_loop(
             mend="Give the rate of the record as the controller's sampling.",
         )
     force = log.force if log.force is not None else plant.K_f * log.require("input", "a closed-loop replay")
-    control = ControlConstants(
-        cascade.K_v, cascade.K_p, cascade.K_i, low_pass_pole(cascade.velocity_filter, cascade.sampling), 1 / rate,
-        cascade.limit, 0.0,
-    )  # fmt: skip
-    position, voltage = _run(log, rate, plant, control, friction, load, reference, np.zeros(len(log)))
+    position, voltage = _run(log, rate, plant, cascade, friction, load, reference, np.zeros(len(log)))
     return _compared("closed", log, friction, rate, cutoff, position, (force, plant.K_f * voltage))
 
 
@@ -143,8 +140,7 @@ def validate_open_loop(
     """
     rate = even_sampling(log)
     voltage = log.input if log.input is not None else log.require("force", "an open-loop replay") / plant.K_f
-    control = ControlConstants(0.0, 0.0, 0.0, 0.0, 1 / rate, float("inf"), 0.0)
-    position, _ = _run(log, rate, plant, control, friction, load, log.require("position", "a validation"), voltage)
+    position, _ = _run(log, rate, plant, None, friction, load, log.require("position", "a validation"), voltage)
     return _compared("open", log, friction, rate, cutoff, position, None)
 
 
@@ -152,7 +148,7 @@ def _run(
     log: Log,
     rate: float,
     plant: Plant,
-    control: ControlConstants,
+    cascade: Cascade | None,
     friction: FrictionModel,
     load: float,
     reference: NDArray[np.float64],
@@ -160,21 +156,28 @@ def _run(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return position [m] and voltage [V] of a run that begins as the record does."""
     measured = log.require("position", "a validation")
-    state, none, zeros = friction.initial_state(), np.zeros(0), np.zeros(len(log))
+    state, zeros = friction.initial_state(), np.zeros(len(log))
     first = min(max(int(LEAD * rate), 4), len(log))
     start = np.polynomial.Polynomial.fit(log.time[:first], measured[:first], 2)
     origin = log.time[0]
+    z_0, v_0 = float(start(origin)), float(start.deriv()(origin))
+    blocks = []
+    if cascade is not None:
+        controller = replace(cascade, sampling=rate)
+        setting = Setting(plant, controller, position=z_0, velocity=v_0, seen=z_0 - v_0 / rate)
+        blocks.append(controller.ready(setting))
+    asked = np.ascontiguousarray(reference)
     traces, _ = closed_loop(
         type(friction).step,
         state,
         friction.packed(),
         PlantConstants(
             plant.A, plant.B, plant.M, load, plant.transport_delay(rate), float(state.size == 0),
-            float(start(origin) - reference[0]), float(start.deriv()(origin)),
+            float(start(origin) - reference[0]), v_0,
         ),
-        control,
-        ObserverFilters(none, none, none, none),
-        Commands(np.ascontiguousarray(reference), zeros, np.ascontiguousarray(model), zeros),
+        Board(1 / rate, float("inf") if cascade is None else cascade.limit, 0.0),
+        blocks,
+        Commands(asked, zeros, zeros, np.ascontiguousarray(model), zeros, asked, zeros),
     )  # fmt: skip
     if not np.isfinite(traces.position[-1]):
         raise FricError("the simulated axis runs away", where=log.where, mend="Look at the controller's gains.")

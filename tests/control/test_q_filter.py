@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from fric.compensation.q_filter import Q_FILTERS, QFilter
+from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.errors import FricError
 
 FILTERS = pytest.mark.parametrize("name", Q_FILTERS)

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from fric.compensation.disturbance_observer import DifferenceEquation, DisturbanceObserver
-from fric.compensation.q_filter import Q_FILTERS, QFilter
+from fric.control.inverse_model import DifferenceEquation, DisturbanceObserver
+from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.errors import FricError
 
 A, B, T_S = 28.57, 4.526, 1 / 4000

@@ -8,12 +8,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fric.drive.plant import Plant
+    from fric.drive.plant import LinearPlant
     from fric.friction import FrictionModel
     from fric.reference import Reference
 
 
-def inverse_model(plant: Plant, reference: Reference) -> NDArray[np.float64]:
+def inverse_model(plant: LinearPlant, reference: Reference) -> NDArray[np.float64]:
     """Return the voltage ``(z̈_r + A·ż_r)/B`` that moves a plant without friction along the reference [V], (n,)."""
     return (reference.acceleration + plant.A * reference.velocity) / plant.B
 

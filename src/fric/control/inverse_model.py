@@ -17,18 +17,47 @@ what the drive was given and not what was asked of it, so it does not wind up.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
+from numba import types
 from scipy.linalg import expm
 
-from fric.compensation.q_filter import QFilter
+from fric.control.base import ControlBlock, Setting
+from fric.control.q_filter import QFilter
 from fric.errors import FricError
+from fric.friction.base import Parameter
+from fric.kernels.block import ARRAY, Sample, compiled_block
+from fric.kernels.signatures import compiled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
+
+
+@compiled(types.float64(ARRAY, ARRAY, ARRAY, types.float64), makes_arrays=False)
+def filtered(b: NDArray[np.float64], a: NDArray[np.float64], memory: NDArray[np.float64], x: float) -> float:
+    """Advance a difference equation by one sample (direct form II, transposed)."""
+    y: float = b[0] * x + memory[0]
+    last = memory.size - 1
+    for i in range(last):
+        memory[i] = b[i + 1] * x - a[i + 1] * y + memory[i + 1]
+    memory[last] = b[last + 1] * x - a[last + 1] * y
+    return y
+
+
+@compiled_block
+def _step(
+    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
+) -> float:
+    order = (state.size - 1) // 2
+    size = order + 1
+    inverse, low_pass = state[1:size], state[size:]
+    filtered(parameters[2 * size : 3 * size], parameters[3 * size :], low_pass, sample.control)
+    position = sample.measured - state[0]
+    estimate: float = filtered(parameters[:size], parameters[size : 2 * size], inverse, position) - low_pass[0]
+    return estimate
 
 
 @dataclass(frozen=True)
@@ -70,7 +99,7 @@ class DiscreteObserver:
 
 
 @dataclass(frozen=True)
-class DisturbanceObserver:
+class DisturbanceObserver(ControlBlock):
     """An inverse-model disturbance observer, d̂ = Q·(G_n⁻¹ z − u_t), with G_n = B/(s(s + A)) (Section 4.2).
 
     Parameters
@@ -86,6 +115,16 @@ class DisturbanceObserver:
         When A is negative or B is not positive: G_n has no stable inverse.
     """
 
+    name = "inverse-model"
+    kind = "observer"
+    linear = True
+    asks = "the position, the voltage as limited less the friction feedforward, five states"
+    parameters = (
+        Parameter("A", "rate", doc="damping of the nominal plant"),
+        Parameter("B", "acceleration per input", doc="gain of the nominal plant"),
+    )
+    step = _step
+
     q: QFilter
     A: float
     B: float
@@ -96,6 +135,20 @@ class DisturbanceObserver:
                 f"the nominal plant with A = {self.A:g} 1/s and B = {self.B:g} m/(s²·V) has no stable inverse",
                 mend="Give an A of 0 or more and a positive B.",
             )
+
+    @classmethod
+    def designed(cls, setting: Setting) -> Self:
+        """Return the observer with the paper's Q, 60 Hz, and the plant that the controller believes."""
+        return cls(QFilter(), setting.plant.A, setting.plant.B)
+
+    def packed(self, setting: Setting) -> NDArray[np.float64]:
+        """Return the coefficients of both difference equations."""
+        both = self.discrete(setting.sampling)
+        return np.concatenate([both.inverse.b, both.inverse.a, both.low_pass.b, both.low_pass.a])
+
+    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+        """Return the position that the axis begins at, and the memories of both difference equations."""
+        return np.concatenate([[setting.position], np.zeros(2 * len(self.q.poles))])
 
     def discrete(self, sampling: float) -> DiscreteObserver:
         """Return the difference equations of both filters for a sampling rate [Hz].

@@ -1,1 +1,0 @@
-"""Compensation schemes, one a file: friction feedforward and disturbance observer."""

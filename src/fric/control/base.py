@@ -1,0 +1,137 @@
+"""What a control block is: parameters with units and bounds, a compiled step, and what it is packed for."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.kernels.loop import CONTROLLER, FEEDFORWARD, OBSERVER, Block
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Self
+
+    from numpy.typing import NDArray
+
+    from fric.control.cascade import Cascade
+    from fric.drive.plant import LinearPlant
+    from fric.friction import FrictionModel, Parameter
+    from fric.kernels.block import BlockStep
+    from fric.reference import Reference
+
+Kind = Literal["controller", "feedforward", "observer"]
+"""controller
+    Gives the control voltage in place of the cascade; a scheme has one.
+feedforward
+    Gives a voltage against friction ahead of the motion, which no observer sees.
+observer
+    Gives an estimate of the disturbance as a voltage, which is taken off the control voltage.
+"""
+
+ROLES = {"controller": CONTROLLER, "feedforward": FEEDFORWARD, "observer": OBSERVER}
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a block is packed for: the axis as its controller knows it, and the motion that it begins.
+
+    Parameters
+    ----------
+    plant
+        The plant that the controller believes.
+    cascade
+        The axis' cascade: with it sampling and limit.
+    friction
+        The friction that the scheme feeds forward; None for none.
+    gain
+        Share of the friction that is fed forward [1].
+    K_f
+        Force constant that the controller believes [N/V].
+    reference
+        The motion that is asked for; None where none is known yet.
+    position, velocity
+        Where the axis begins, and how fast it is there [m], [m/s].
+    seen
+        What the encoder told one sample before [m].
+    """
+
+    plant: LinearPlant
+    cascade: Cascade
+    friction: FrictionModel | None = None
+    gain: float = 1.0
+    K_f: float = float("nan")
+    reference: Reference | None = None
+    position: float = 0.0
+    velocity: float = 0.0
+    seen: float = 0.0
+
+    @property
+    def sampling(self) -> float:
+        """Sampling of the controller [Hz]."""
+        return self.cascade.sampling
+
+    @property
+    def T_s(self) -> float:
+        """Sampling period [s]."""
+        return self.cascade.T_s
+
+
+class ControlBlock(ABC):
+    """A control block. Each is a frozen dataclass, in one file, with its equations, their source and a compiled step.
+
+    A subclass states its `name` (its key in files), its `kind`, its `parameters`, whether it is `linear`, what it
+    `asks` of a controller and its compiled `step` (see `fric.kernels.block`), and says how it is packed for the step.
+    """
+
+    name: ClassVar[str]
+    kind: ClassVar[Kind]
+    parameters: ClassVar[tuple[Parameter, ...]]
+    linear: ClassVar[bool]
+    """True where the step is linear in sample and state: then the loop is judged by its poles and margins, which come
+    from probing the step. A block that is not linear is not gated by poles."""
+    asks: ClassVar[str]
+    """What it asks of a controller, in a few words: signals, memory, look-ahead."""
+    step: ClassVar[BlockStep]
+
+    @classmethod
+    def designed(cls, setting: Setting) -> Self:
+        """Return the block for an axis whose files give none; with its parameters' typical values if not refined."""
+        return cls(**{parameter.name: parameter.typical for parameter in cls.parameters})
+
+    @classmethod
+    def from_values(cls, values: Mapping[str, float], setting: Setting) -> Self:
+        """Return the block that values by name [SI] give; what is not given is as in `designed`.
+
+        Raises
+        ------
+        FricError
+            When a name is not known, or a value is out of its bounds.
+        """
+        known = {parameter.name: parameter for parameter in cls.parameters}
+        for name, value in values.items():
+            if name not in known:
+                raise FricError(f"the block '{cls.name}' has no '{name}'", mend=f"It has {', '.join(known) or 'none'}.")
+            if not known[name].lower <= value <= known[name].upper:
+                raise FricError(
+                    f"{name} of '{cls.name}' is {value:g}, but {known[name].doc} lies between {known[name].lower:g} "
+                    f"and {known[name].upper:g}"
+                )
+        own = cls.designed(setting)
+        return cls(**{name: values.get(name, getattr(own, name)) for name in known})
+
+    @abstractmethod
+    def packed(self, setting: Setting) -> NDArray[np.float64]:
+        """Return the parameters as the compiled step reads them."""
+
+    @abstractmethod
+    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+        """Return the state of an axis that has been at rest, or at its velocity, until it begins."""
+
+    def ready(self, setting: Setting) -> Block:
+        """Return the block as the loop runs it."""
+        state, parameters = (np.ascontiguousarray(made(setting), float) for made in (self.initial_state, self.packed))
+        return Block(type(self).step, ROLES[self.kind], state, parameters)

@@ -1,0 +1,114 @@
+"""The cascade controller of one axis: position P, velocity PI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from fric.control.base import ControlBlock, Setting
+from fric.drive.sensing import low_pass_pole
+from fric.errors import FricError
+from fric.friction.base import Parameter
+from fric.kernels.block import Sample, compiled_block
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+SEEN, FILTERED, INTEGRAL, PENDING = range(4)
+
+
+@compiled_block
+def _step(
+    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
+) -> float:
+    K_v, K_p, per_sample, pole, T_s = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
+    if sample.excess == 0.0 or sample.excess * state[PENDING] < 0.0:
+        state[INTEGRAL] += state[PENDING]  # where the voltage is limited the integral waits, unless it leads out
+    state[FILTERED] = pole * state[FILTERED] + (1.0 - pole) * (sample.measured - state[SEEN]) / T_s
+    state[SEEN] = sample.measured
+    error = K_v * (sample.reference - sample.measured) + sample.velocity - state[FILTERED]
+    state[PENDING] = per_sample * error
+    volts: float = K_p * error + state[INTEGRAL] + state[PENDING]
+    return volts
+
+
+@dataclass(frozen=True)
+class Cascade(ControlBlock):
+    """Position P, velocity PI, with velocity and inverse-model feedforward (Fig. 6 of the paper).
+
+    ::
+
+        r ──┬─────────────────────────── d/dt ─┐        ┌── (z̈_r + A·ż_r)/B + friction feedforward
+            │                                  v        v
+            └──>(+)── K_v ───────────────────>(+)─ PI ─>(+)──> limit ──> u
+                 ^-                            ^-
+                 z                             ż  (first difference and low-pass of z)
+
+    Against wind-up the integral waits while the voltage is limited, unless it leads out of the limit.
+
+    Parameters
+    ----------
+    K_v
+        Position gain [1/s].
+    K_p
+        Proportional velocity gain [V·s/m].
+    K_i
+        Integral velocity gain [V/m].
+    velocity_filter
+        Corner of the first-order low-pass behind the first difference [Hz].
+    sampling
+        Sampling of the controller [Hz].
+    limit
+        Saturation of the control voltage [V].
+
+    Raises
+    ------
+    FricError
+        When a value is not positive (K_i may be zero).
+    """
+
+    name = "cascade"
+    kind = "controller"
+    linear = True
+    asks = "the position, a velocity from its first difference, four states"
+    parameters = (
+        Parameter("K_v", "rate", doc="position gain"),
+        Parameter("K_p", "velocity gain", doc="proportional velocity gain"),
+        Parameter("K_i", "position gain", doc="integral velocity gain"),
+        Parameter("velocity_filter", "frequency", doc="corner of the low-pass on the velocity"),
+    )
+    step = _step
+
+    K_v: float
+    K_p: float
+    K_i: float
+    velocity_filter: float
+    sampling: float
+    limit: float = float("inf")
+
+    def __post_init__(self) -> None:
+        for name in ("K_v", "K_p", "K_i", "velocity_filter", "sampling", "limit"):
+            value = getattr(self, name)
+            if not (value > 0 or (name == "K_i" and value == 0)):
+                raise FricError(f"{name} of the controller is {value:g}", mend=f"{name} is a positive number.")
+
+    @property
+    def T_s(self) -> float:
+        """Sampling period [s]."""
+        return 1.0 / self.sampling
+
+    @classmethod
+    def designed(cls, setting: Setting) -> Self:
+        """Return the axis' own cascade."""
+        return cls(**vars(setting.cascade))
+
+    def packed(self, setting: Setting) -> NDArray[np.float64]:
+        """Return the parameters as the compiled step reads them."""
+        pole = low_pass_pole(self.velocity_filter, self.sampling)
+        return np.array([self.K_v, self.K_p, self.K_i * self.T_s, pole, self.T_s])
+
+    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+        """Return the position one sample ago, the filtered velocity, the integral and what is to join it."""
+        return np.array([setting.seen, setting.velocity, 0.0, 0.0])

@@ -1,0 +1,117 @@
+"""A linear block as matrices, found by probing its compiled step: no block describes itself twice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.linalg import schur
+
+from fric.kernels.block import Commands, Sample
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fric.control.base import ControlBlock, Setting
+    from fric.kernels.block import BlockStep
+
+    Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Probed:
+    """A linear block: ``x[n+1] = A·x[n] + B·w[n]``, ``volts[n] = C·x[n] + D·w[n]``, w as in `Sample`.
+
+    States that no input reaches, or that reach no output, are left out.
+
+    Parameters
+    ----------
+    A, B, C, D
+        Shapes (n, n), (n, inputs), (n,), (inputs,), the inputs in the order of `Sample`.
+    """
+
+    A: Real
+    B: Real
+    C: Real
+    D: Real
+
+    def columns(self, inputs: Sequence[str]) -> tuple[Real, float]:
+        """Return B and D for some inputs alone, added up: they move together."""
+        chosen = [Sample._fields.index(name) for name in inputs]
+        return self.B[:, chosen].sum(axis=1), float(self.D[chosen].sum())
+
+    def sees(self, inputs: Sequence[str]) -> bool:
+        """Return whether any of some inputs reaches the volts."""
+        B, D = self.columns(inputs)
+        return bool(np.any(B) or D != 0.0)
+
+    @cached_property
+    def _triangular(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        if not self.A.size:
+            return np.zeros((0, 0), complex), np.zeros((0, 0), complex)
+        T, U = schur(self.A, output="complex")
+        return T, U
+
+    def response(self, inputs: Sequence[str], frequency: Real, sampling: float) -> NDArray[np.complex128]:
+        """Return volts over the inputs, which move together, at frequencies [Hz], shape (n,)."""
+        z = np.exp(2j * np.pi * np.asarray(frequency, float) / sampling)
+        B, D = self.columns(inputs)
+        T, U = self._triangular
+        b, c = U.conj().T @ B, self.C @ U
+        found, x = np.full(z.shape, D, complex), np.empty((len(b), *z.shape), complex)
+        for i in reversed(range(len(b))):  # backwards through (z - T)·x = b
+            right = np.full(z.shape, b[i])
+            for j in range(i + 1, len(b)):
+                if T[i, j] != 0.0:
+                    right += T[i, j] * x[j]
+            x[i] = right / (z - T[i, i])
+            found += c[i] * x[i]
+        return found
+
+
+def probed(block: ControlBlock, setting: Setting) -> Probed:
+    """Return the matrices of a linear block, exactly: what its step makes of each unit state and each unit input.
+
+    Raises
+    ------
+    ValueError
+        When the block is not linear, or gives something from nothing.
+    """
+    if not block.linear:
+        raise ValueError(f"the block '{block.name}' is not linear")
+    ready = block.ready(setting)
+    return _probed(ready.step, ready.parameters.tobytes(), ready.state.size)
+
+
+@lru_cache(maxsize=64)
+def _probed(step: BlockStep, packed: bytes, size: int) -> Probed:
+    parameters, rows = np.frombuffer(packed).copy(), np.zeros((len(Commands._fields), 1))
+    inputs = len(Sample._fields)
+
+    def after(state: Real, given: Real) -> tuple[Real, float]:
+        out = step(Sample(*given), 0, rows, state, parameters)
+        return state, out
+
+    if after(np.zeros(size), np.zeros(inputs))[1] != 0.0:
+        raise ValueError("the step gives something from nothing: it is not linear")
+    A, B, C, D = np.empty((size, size)), np.empty((size, inputs)), np.empty(size), np.empty(inputs)
+    for n, unit in enumerate(np.eye(size)):
+        A[:, n], C[n] = after(unit.copy(), np.zeros(inputs))
+    for n, unit in enumerate(np.eye(inputs)):
+        B[:, n], D[n] = after(np.zeros(size), unit)
+    kept = _reached(A != 0.0, np.any(B != 0.0, axis=1)) & _reached(A.T != 0.0, C != 0.0)
+    return Probed(A[np.ix_(kept, kept)], B[kept], C[kept], D)
+
+
+def _reached(leads: NDArray[np.bool_], start: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which states are reached from some, where ``leads[i, j]`` says that state j leads to state i."""
+    reached = start
+    while True:
+        further = reached | (leads @ reached)
+        if np.array_equal(further, reached):
+            return reached
+        reached = further

@@ -1,0 +1,140 @@
+"""What a compensation scheme is: a friction model to feed forward, a controller, and further control blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fric.control import block_type
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from fric.control.base import ControlBlock
+
+OBSERVER = "inverse-model"
+"""The block that ``observer: true`` stands for."""
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """A compensation scheme.
+
+    Parameters
+    ----------
+    name
+        What it is called for, as ``a`` to ``f`` of the paper.
+    title
+        What it is, in a few words.
+    friction
+        Name of the friction model that is fed forward (``static``, ``gms``, …); None for no feedforward.
+    gain
+        Gain of the friction feedforward; None for that of the machine.
+    controller
+        Name of the control block that takes the place of the cascade; the cascade itself where not given.
+    blocks
+        Names of the further control blocks: observers and feedforward.
+
+    Raises
+    ------
+    FricError
+        When there is no such block, or one is of another kind.
+    """
+
+    name: str
+    title: str
+    friction: str | None = None
+    gain: float | None = None
+    controller: str = "cascade"
+    blocks: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if (kind := block_type(self.controller).kind) != "controller":
+            raise FricError(
+                f"scheme {self.name} asks for '{self.controller}' as its controller, which is of the kind {kind}",
+                mend="Name it among the blocks.",
+            )
+        for block in self.block_types:
+            if block.kind == "controller":
+                raise FricError(
+                    f"scheme {self.name} names the controller '{block.name}' among its blocks",
+                    mend=f"Write it as controller: {block.name}.",
+                )
+
+    @property
+    def block_types(self) -> list[type[ControlBlock]]:
+        """The further blocks' types."""
+        return [block_type(name) for name in self.blocks]
+
+    @property
+    def observer(self) -> bool:
+        """True where an observer is on."""
+        return any(block.kind == "observer" for block in self.block_types)
+
+    @property
+    def feeds_forward(self) -> bool:
+        """True where friction is fed forward, by a model or by a block."""
+        return self.friction is not None or any(block.kind == "feedforward" for block in self.block_types)
+
+    @property
+    def bare(self) -> bool:
+        """True where nothing stands against friction but the cascade."""
+        return self.friction is None and not self.blocks and self.controller == "cascade"
+
+    @property
+    def linear(self) -> bool:
+        """True where all its blocks are linear: what is fed forward along the reference does not count."""
+        return all(block.linear for block in (block_type(self.controller), *self.block_types))
+
+    def plain(self) -> dict[str, Any]:
+        """Return the scheme as plain values, without those that are not given."""
+        given = vars(self) | {"blocks": list(self.blocks)}
+        return {key: value for key, value in given.items() if value is not None}
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> Scheme:
+        """Return the scheme of plain values; ``observer`` true, of files before there were blocks, is one of them."""
+        values = dict(given)
+        blocks = tuple(str(name) for name in values.pop("blocks", ()))
+        if values.pop("observer", False) and OBSERVER not in blocks:
+            blocks = (OBSERVER, *blocks)
+        return cls(**values, blocks=blocks)
+
+
+NONE = Scheme("a", "none")
+
+PAPER_SCHEMES: dict[str, Scheme] = {
+    scheme.name: scheme
+    for scheme in (
+        NONE,
+        Scheme("b", "static", friction="static"),
+        Scheme("c", "GMS", friction="gms"),
+        Scheme("d", "observer", blocks=(OBSERVER,)),
+        Scheme("e", "static + observer", friction="static", blocks=(OBSERVER,)),
+        Scheme("f", "GMS + observer", friction="gms", blocks=(OBSERVER,)),
+    )
+}
+"""The six schemes of Table 2."""
+
+
+def choose_schemes(asked: str, known: Mapping[str, Scheme] | None = None) -> list[Scheme]:
+    """Return the schemes that are asked for, as ``f``, ``a,d,f`` or ``all``.
+
+    Parameters
+    ----------
+    asked
+        Names, separated by commas, or ``all``.
+    known
+        Schemes by name; those of the paper where not given.
+
+    Raises
+    ------
+    FricError
+        When a name is not known.
+    """
+    known = PAPER_SCHEMES if known is None else known
+    names = list(known) if asked == "all" else [name.strip() for name in asked.split(",")]
+    for name in names:
+        if name not in known:
+            raise FricError(f"there is no scheme '{name}'", mend=f"There are {', '.join(known)}, and all.")
+    return [known[name] for name in names]

@@ -1,0 +1,77 @@
+"""The one signature that every compiled control block has, and what a block sees of a sample.
+
+A block is compiled with this explicit signature and handed to the loop as a first-class function, as a friction step
+is (`fric.kernels.signatures`): the loop is compiled once for all blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from fric.kernels.signatures import Function, compiled, first_class
+
+ARRAY, TABLE = types.float64[::1], types.float64[:, ::1]
+
+
+class Sample(NamedTuple):
+    """What a block sees in one sample of the controller."""
+
+    reference: float  # m
+    velocity: float  # m/s, of the reference
+    acceleration: float  # m/s², of the reference
+    measured: float  # m, position as the encoder tells it
+    input: float  # V, of the last sample, as limited
+    control: float  # V, of the last sample: the input less the friction feedforward
+    excess: float  # V, by how much the limit cut the voltage of the last sample; 0 where it did not
+    estimate: float  # V, what the observers took off the voltage of the last sample
+
+
+class Commands(NamedTuple):
+    """What is asked of the axis, one value a controller sample: rows of a table that a block may look ahead in."""
+
+    position: NDArray[np.float64]  # m
+    velocity: NDArray[np.float64]  # m/s
+    acceleration: NDArray[np.float64]  # m/s²
+    model: NDArray[np.float64]  # V, inverse-model feedforward
+    friction: NDArray[np.float64]  # V, friction feedforward, which no observer sees
+    ahead_position: NDArray[np.float64]  # m, the reference a lead later
+    ahead_velocity: NDArray[np.float64]  # m/s
+
+
+POSITION, VELOCITY, ACCELERATION, MODEL, FRICTION, AHEAD_POSITION, AHEAD_VELOCITY = range(len(Commands._fields))
+"""The rows of the table, in the order of `Commands`."""
+
+BLOCK = types.float64(
+    types.NamedUniTuple(types.float64, len(Sample._fields), Sample),  # type: ignore[no-untyped-call]
+    types.int64,
+    TABLE,
+    ARRAY,
+    ARRAY,
+)
+"""``volts = step(sample, n, rows, state, parameters)``: what a block gives in sample n; it changes ``state``.
+
+``rows[ROW, n + m]`` is what is asked m samples later (`Commands`). All that a block keeps is in ``state``. What the
+volts do depends on the kind: a controller's are the control voltage, a feedforward's are added to it unseen by the
+observers, and an observer's, its estimate of the disturbance, are taken off it."""
+
+BLOCK_FUNCTION = types.FunctionType(BLOCK)
+
+BlockStep = Callable[[Sample, int, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], float]
+
+
+def compiled_block(function: Function) -> Function:
+    """Compile the step of a control block with the signature `BLOCK`, cached on disk; it makes no arrays."""
+    return first_class(function, compiled(BLOCK, makes_arrays=False)(function), BLOCK)
+
+
+@compiled_block
+def absent(
+    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
+) -> float:
+    """Give nothing: what stands in the loop where there is no block."""
+    return 0.0
