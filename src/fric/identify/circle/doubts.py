@@ -1,0 +1,108 @@
+"""What a circle test cannot tell, however well it was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from fric.notice import Notice
+
+if TYPE_CHECKING:
+    from fric.estimate import Estimate
+    from fric.identify.circle.measured import MeasuredCircle
+    from fric.identify.circle.revolutions import Revolutions
+
+
+def doubts_of(
+    tests: Sequence[MeasuredCircle],
+    turns: Sequence[Revolutions],
+    geometry: Mapping[str, Estimate],
+    both: bool,
+    behind: Sequence[Mapping[str, float]],
+    largest: float,
+) -> tuple[Notice, ...]:
+    """Return what the tests leave open: squareness, backlash, scale, scatter, glitches that do not end.
+
+    Parameters
+    ----------
+    tests, turns
+        The tests, and their revolutions.
+    geometry
+        What was fitted.
+    both
+        Whether both directions were measured.
+    behind
+        Per test and quadrant, up to what angle behind the reversal a glitch was seen [rad].
+    largest
+        Up to what angle it was looked for [rad].
+    """
+    test, told = tests[0], []
+    first, second = test.names
+    if not both:
+        told.append(_one_direction(test, float(geometry["mismatch"])))
+    elif test.instrument == "encoders":
+        told.append(Notice("the axes' own encoders cannot see squareness: what is told of it is of their loops", "squareness-unseen", "note"))  # noqa: E501
+    moved = {
+        name: geometry[f"backlash.{name}"]
+        for name in (first, second)
+        if (limits := geometry[f"backlash.{name}"].ci95) and not _holds_zero(limits)
+    }
+    if moved:
+        names = " and ".join(moved)
+        with_reference = bool(turns[0].lag)
+        told.append(
+            Notice(
+                f"a step that stays after the reversal of {names}: it is backlash or wind-up of the drive where position"
+                " is measured at the table, and an error that the loop keeps (friction without an integral part, or "
+                f"one that is slow) where it is the loop's own encoder; {'a ball bar' if test.is_ball_bar else 'a circle'}"
+                " alone does not tell which"
+                + ("" if with_reference else ". Record the reference and the axis' own position beside it"),
+                "lost-motion-cause", "note",
+            )  # fmt: skip
+        )
+    if test.is_ball_bar:
+        told.append(
+            Notice(
+                "a ball bar alone tells no lag of an axis, and scale only as far as its own length is calibrated: "
+                "an error of its length moves both scales alike",
+                "ball-bar-length", "note",
+            )  # fmt: skip
+        )
+    if min(one.count for one in turns) < 2:
+        told.append(
+            Notice(
+                "there is one whole revolution: what does not repeat is not told from what does",
+                "one-revolution", "note",
+            )  # fmt: skip
+        )
+    wide = sorted({name for of in behind for name, angle in of.items() if angle >= largest - 1e-6})
+    if wide:
+        told.append(
+            Notice(
+                f"the glitch at {', '.join(wide)} has not ended {largest * 57.29577951:.0f}° behind the reversal: a part of it "  # noqa: E501
+                "may be told as backlash, scale or mismatch. Measure at a lower feed or a larger radius",
+                "glitch-does-not-end", "doubt",
+            )  # fmt: skip
+        )
+    return tuple(told)
+
+
+def _holds_zero(limits: object) -> bool:
+    low, high = limits  # type: ignore[misc]
+    return bool(low <= 0.0 <= high)
+
+
+def _one_direction(test: MeasuredCircle, ellipse: float) -> Notice:
+    size = f"{abs(ellipse) * 1e6:.2f} µm"
+    if test.instrument == "encoders":
+        return Notice(
+            f"the ellipse at ±45° ({size}) is all taken for a mismatch of the loops: the axes' own encoders cannot see "
+            "squareness",
+            "squareness-unseen", "note",
+        )  # fmt: skip
+    return Notice(
+        f"one direction alone does not tell a mismatch of the loops from squareness: the ellipse at ±45° ({size}) is "
+        "the sum of both, and is given as mismatch with an open interval. Measure the other direction too"
+        + ("" if test.is_ball_bar else "; or say --instrument encoders, if the position is of the axes' own encoders"),
+        "mismatch-or-squareness", "doubt",
+    )  # fmt: skip

@@ -1,0 +1,202 @@
+"""The friction glitch at each reversal of a circle: height, width and place of the pulse that does not stay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import stdtrit
+
+from fric.contour import QUADRANTS, WINDOW
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+LEAST = 12
+"""Samples that a parabola is laid through at least."""
+
+
+@dataclass(frozen=True)
+class Glitch:
+    """The pulse at one reversal.
+
+    Parameters
+    ----------
+    value
+        Its peak [m], outwards positive.
+    ci95
+        95 % interval of the peak [m].
+    width
+        Its width at half its height along the circle [m].
+    place
+        Where it peaks along the circle, behind the reversal of the reference [m].
+    """
+
+    value: float
+    ci95: tuple[float, float]
+    width: float
+    place: float
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """What a circle shows around one reversal, less what belongs to the geometry.
+
+    Parameters
+    ----------
+    phi
+        Angle behind the reversal in the direction of motion [rad], increasing, shape (n,).
+    rest
+        Radial deviation [m], shape (n,).
+    turn
+        Number of the revolution, shape (n,).
+    """
+
+    phi: NDArray[np.float64]
+    rest: NDArray[np.float64]
+    turn: NDArray[np.intp]
+
+
+def pulses(
+    angle: NDArray[np.float64], rest: NDArray[np.float64], turn: NDArray[np.intp], direction: int
+) -> dict[str, Pulse]:
+    """Return what lies within 45° of each of the four reversals, by quadrant."""
+    found = {}
+    for n, name in enumerate(QUADRANTS):
+        phi = (direction * (angle - n * pi / 2) + pi) % (2 * pi) - pi
+        near = np.flatnonzero(np.abs(phi) <= pi / 4)
+        near = near[np.argsort(phi[near], kind="stable")]
+        found[name] = Pulse(phi[near], rest[near], turn[near])
+    return found
+
+
+def smoothed(pulse: Pulse, width: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return angles [rad] and means [m] of the deviation over windows of a width [rad], half of which they overlap."""
+    sums, places = np.concatenate([[0.0], np.cumsum(pulse.rest)]), np.concatenate([[0.0], np.cumsum(pulse.phi)])
+    centres = np.arange(pulse.phi[0] + width / 2, pulse.phi[-1] - width / 2, width / 4)
+    low, high = np.searchsorted(pulse.phi, centres - width / 2), np.searchsorted(pulse.phi, centres + width / 2)
+    held = high > low
+    low, high = low[held], high[held]
+    return (places[high] - places[low]) / (high - low), (sums[high] - sums[low]) / (high - low)
+
+
+def noise_of(pulse: Pulse) -> float:
+    """Return the standard deviation of a sample about its neighbourhood [m], by second differences within a turn."""
+    found = []
+    for turn in np.unique(pulse.turn):
+        second = np.diff(pulse.rest[pulse.turn == turn], 2)
+        if len(second):
+            found.append(float(np.mean(second**2)) / 6.0)
+    return sqrt(float(np.median(found))) if found else 0.0
+
+
+def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Glitch:
+    """Return peak, width and place of a pulse.
+
+    The peak is that of a parabola, over the widest window around it (to both sides, or to one, where the pulse rises
+    at once) through which a parabola goes within the noise of a sample.
+
+    Parameters
+    ----------
+    pulse
+        The pulse.
+    radius
+        Radius of the circle [m].
+    base
+        Standard error of what was taken off as geometry, at the reversal [m].
+    resolution
+        One step of the encoder [m]; 0 where none is seen.
+    """
+    near = np.abs(pulse.phi) <= WINDOW
+    pulse = Pulse(pulse.phi[near], pulse.rest[near], pulse.turn[near])
+    sigma = max(noise_of(pulse), resolution / sqrt(12.0), 1e-12)
+    spacing = 2 * WINDOW / max(len(pulse.phi), 1)
+    # windows from fine to coarse, until the noise of a mean is small beside the largest of them
+    width = LEAST * spacing
+    while True:
+        phi, mean = smoothed(pulse, width)
+        top = int(np.argmax(np.abs(mean)))
+        error = sigma / sqrt(max(width / spacing, 1.0))
+        if error <= 0.03 * abs(mean[top]) or width > WINDOW / 4:
+            break
+        width *= 1.5
+    sign = 1.0 if mean[top] >= 0 else -1.0
+    low, high = _half_height(phi, sign * mean, top)
+    place, value, se = _parabola(pulse, phi[top], max(high - low, width), sigma, sign)
+    scatter = _between_turns(pulse, place, max((high - low) / 4, LEAST * spacing))
+    turns = len(np.unique(pulse.turn))
+    se = sqrt(max(se, scatter / sqrt(turns)) ** 2 + base**2)
+    reach = float(stdtrit(max(4 * (turns - 1), 8), 0.975)) * se
+    return Glitch(value, (value - reach, value + reach), radius * (high - low), radius * place)
+
+
+def _half_height(phi: NDArray[np.float64], mean: NDArray[np.float64], top: int) -> tuple[float, float]:
+    """Return where a curve falls below half of its peak to either side, by linear interpolation."""
+    half = mean[top] / 2
+    below = np.flatnonzero(mean[: top + 1] < half)
+    if len(below):
+        k = int(below[-1])
+        low = phi[k] + (half - mean[k]) / (mean[k + 1] - mean[k]) * (phi[k + 1] - phi[k])
+    else:
+        low = phi[0]
+    below = np.flatnonzero(mean[top:] < half)
+    if len(below):
+        k = top + int(below[0])
+        high = phi[k - 1] + (mean[k - 1] - half) / (mean[k - 1] - mean[k]) * (phi[k] - phi[k - 1])
+    else:
+        high = phi[-1]
+    return float(low), float(high)
+
+
+def _parabola(
+    pulse: Pulse, about: float, width: float, sigma: float, sign: float
+) -> tuple[float, float, float]:
+    """Return place [rad], height [m] and standard error [m] of the peak."""
+    centre = int(np.searchsorted(pulse.phi, about))
+    spacing = float(pulse.phi[-1] - pulse.phi[0]) / max(len(pulse.phi) - 1, 1)
+    most = max(int(0.75 * width / spacing), LEAST)
+    offsets = [0, 1, 2, 3]
+    while offsets[-1] < most:
+        offsets.append(max(int(1.4 * offsets[-1]), offsets[-1] + 1))
+    best: tuple[int, int] | None = None
+    for left in offsets:
+        for right in offsets:
+            a, b = max(centre - left, 0), min(centre + right + 1, len(pulse.phi))
+            if b - a >= LEAST and (best is None or b - a > best[1] - best[0]):
+                rss = _parabola_through(pulse, a, b, sign)[3]
+                if rss <= sigma**2 * ((b - a - 3) + 2.0 * sqrt(2.0 * (b - a - 3))):
+                    best = (a, b)
+    if best is None:
+        half = LEAST // 2
+        a = min(max(centre - half, 0), max(len(pulse.phi) - LEAST, 0))
+        vertex, value, unit, rss = _parabola_through(pulse, a, min(a + LEAST, len(pulse.phi)), sign)
+        return vertex, value, unit * max(sigma, sqrt(rss / (LEAST - 3)))
+    # the widest window that fits hides a bias as large as its noise; one of 0.6 of it, an eighth of that
+    vertex = _parabola_through(pulse, *best, sign)[0]
+    at = int(np.searchsorted(pulse.phi, vertex))
+    a, b = at - int(0.6 * (at - best[0])), at + int(0.6 * (best[1] - at))
+    if b - a < LEAST:
+        a, b = best
+    vertex, value, unit, _ = _parabola_through(pulse, a, b, sign)
+    return vertex, value, unit * sigma
+
+
+def _parabola_through(pulse: Pulse, a: int, b: int, sign: float) -> tuple[float, float, float, float]:
+    """Return place [rad] and height [m] of the peak of a parabola, its error in units of a sample's, and the squares left."""
+    middle, half = (pulse.phi[a] + pulse.phi[b - 1]) / 2, max((pulse.phi[b - 1] - pulse.phi[a]) / 2, 1e-12)
+    t = (pulse.phi[a:b] - middle) / half
+    X = np.column_stack([np.ones_like(t), t, t * t])
+    p, *_ = np.linalg.lstsq(X, pulse.rest[a:b], rcond=None)
+    vertex = -p[1] / (2 * p[2]) if sign * p[2] < 0 else (-1.0 if sign * p[1] < 0 else 1.0)
+    at = np.array([1.0, vertex := float(np.clip(vertex, -1.0, 1.0)), vertex**2])
+    error = sqrt(float(at @ np.linalg.pinv(X.T @ X) @ at))
+    return float(middle + half * vertex), float(at @ p), error, float(np.sum((pulse.rest[a:b] - X @ p) ** 2))
+
+
+def _between_turns(pulse: Pulse, place: float, width: float) -> float:
+    """Return the standard deviation between revolutions of the mean around the peak [m]; 0 of one revolution."""
+    near = np.abs(pulse.phi - place) <= width / 2
+    means = [float(np.mean(pulse.rest[near & (pulse.turn == turn)])) for turn in np.unique(pulse.turn[near])]
+    return float(np.std(means, ddof=1)) if len(means) > 2 else 0.0

@@ -1,0 +1,158 @@
+"""A circle test as it was measured: traces of two axes, or the angle and the radial deviation of a ball bar."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal, get_args
+
+import numpy as np
+
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.simulate.circle import CircleRun
+
+Instrument = Literal["encoders", "grid", "ball-bar", ""]
+"""What told the position: the axes' own encoders, a grid encoder, a ball bar; empty where nobody said."""
+
+CHANNELS = ("time", "reference", "position", "input", "force")
+"""What a trace of one axis of a circle test can hold."""
+
+
+@dataclass(frozen=True)
+class AxisTrace:
+    """What was recorded of one axis.
+
+    Parameters
+    ----------
+    time
+        Sample instants [s], strictly increasing, shape (n,).
+    position
+        Measured position [m], shape (n,).
+    reference
+        Position that was asked for [m], shape (n,).
+    input, force
+        Voltage as it left the controller [V], motor force [N], shape (n,).
+    """
+
+    time: NDArray[np.float64]
+    position: NDArray[np.float64]
+    reference: NDArray[np.float64] | None = None
+    input: NDArray[np.float64] | None = None
+    force: NDArray[np.float64] | None = None
+
+    def channels(self) -> dict[str, NDArray[np.float64]]:
+        """Return the channels that were recorded, by name."""
+        found = {name: getattr(self, name) for name in CHANNELS}
+        return {name: values for name, values in found.items() if values is not None}
+
+    def part(self, cut: slice) -> AxisTrace:
+        """Return some of the samples."""
+        return AxisTrace(**{name: values[cut] for name, values in self.channels().items()})
+
+
+@dataclass(frozen=True)
+class MeasuredCircle:
+    """A circle test.
+
+    Parameters
+    ----------
+    radius, feed
+        Nominal radius [m], and speed along the circle [m/s].
+    direction
+        1 counter-clockwise, -1 clockwise.
+    axes
+        Traces by name of the axis; the first two are x and y of the circle. None of a ball bar.
+    angle, deviation
+        Angle from the +x axis [rad], unwrapped, and radial deviation [m] of a ball bar, shape (n,).
+    instrument
+        What told the position.
+    name
+        Name of the test in its file.
+    scheme
+        The compensation that was switched on, where it is known.
+    source, sha256
+        File the test was read from, and the digest of what was read.
+
+    Raises
+    ------
+    FricError
+        When radius or feed are not positive, the direction is none, or neither traces nor a deviation are there.
+    """
+
+    radius: float
+    feed: float
+    direction: int
+    axes: Mapping[str, AxisTrace] = field(default_factory=dict)
+    angle: NDArray[np.float64] | None = None
+    deviation: NDArray[np.float64] | None = None
+    instrument: Instrument = ""
+    name: str = "circle"
+    scheme: str = ""
+    source: str = ""
+    sha256: str = ""
+
+    def __post_init__(self) -> None:
+        for what in ("radius", "feed"):
+            if not getattr(self, what) > 0:
+                raise FricError(f"the {what} of the circle is {getattr(self, what):g}", where=self.where)
+        if self.direction not in (1, -1):
+            raise FricError(f"the direction is {self.direction}", where=self.where, mend="Say 1 or -1.")
+        if self.instrument not in get_args(Instrument):
+            raise FricError(f"'{self.instrument}' is no instrument", where=self.where)
+        if not self.is_ball_bar and len(self.axes) < 2:
+            raise FricError(
+                f"has traces of {', '.join(self.axes) or 'no axis'}, and a circle takes two axes",
+                where=self.where,
+                mend="Record both axes, or the angle and the deviation of a ball bar.",
+            )
+
+    @property
+    def where(self) -> str:
+        """File and test, for messages."""
+        return f"{self.source}, test '{self.name}'" if self.source else f"test '{self.name}'"
+
+    @property
+    def is_ball_bar(self) -> bool:
+        """Whether a radial deviation alone is known."""
+        return self.angle is not None and self.deviation is not None
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of the two axes, x and y of the circle."""
+        if len(self.axes) < 2:
+            return "x", "y"
+        first, second = tuple(self.axes)[:2]
+        return first, second
+
+    def axis(self, name: str) -> AxisTrace:
+        """Return the trace of an axis; raise a `FricError` that names those there are."""
+        if name not in self.axes:
+            told = ", ".join(self.axes) or "none: it is of a ball bar"
+            raise FricError(f"there is no trace of axis '{name}'", where=self.where, mend=f"There are {told}.")
+        return self.axes[name]
+
+    def stated(self, radius: float | None, feed: float | None) -> MeasuredCircle:
+        """Return the test with another nominal radius [m] and feed [m/s], where they are given."""
+        return replace(self, radius=radius or self.radius, feed=feed or self.feed)
+
+
+def measured_from_run(run: CircleRun, source: str = "") -> MeasuredCircle:
+    """Return what a simulated circle recorded as a circle test, as the encoders told it.
+
+    Raises
+    ------
+    FricError
+        When one axis alone was simulated, or no traces are at hand.
+    """
+    axes = {
+        name: AxisTrace(trace.time, trace.measured, trace.reference, trace.input) for name, trace in run.traces.items()
+    }
+    test = run.circle
+    return MeasuredCircle(
+        test.radius, test.feed, test.direction, axes, instrument="encoders", name=run.scheme.name,
+        scheme=run.scheme.name, source=source,
+    )  # fmt: skip
