@@ -29,9 +29,29 @@ RESPONSE_DIMENSIONS = {
 """The columns of a measured frequency response, and the dimension of each."""
 
 
+CIRCLE = "circle"
+"""The kind of a circle test: of two axes, whose channels are named ``x.position``, or of a ball bar."""
+CIRCLE_CHANNELS = ("reference", "position", "input", "force")
+"""What is recorded of each axis of a circle test, beside the time that they share."""
+BALL_BAR = ("angle", "deviation")
+"""What a ball bar tells: angle and radial deviation."""
+
+
 def channel_dimension(channel: str) -> str:
-    """Return the dimension (see `fric.units`) of a channel of a record, or of a column of a frequency response."""
+    """Return the dimension (see `fric.units`) of a channel of a record, or of a column of a frequency response.
+
+    A channel of one axis of a circle test is named with it, as ``x.position``; a ball bar's are `BALL_BAR`.
+    """
+    if channel == "ball-bar.deviation":
+        return "position"
+    channel = channel.rpartition(".")[2]
     return "position" if channel == "reference" else RESPONSE_DIMENSIONS.get(channel, channel)
+
+
+def is_circle_channel(channel: str) -> bool:
+    """Return whether a circle test can have a channel: ``time``, ``AXIS.position``, …, ``angle``, ``deviation``."""
+    axis, dot, name = channel.partition(".")
+    return channel in ("time", *BALL_BAR) or bool(axis and dot and name in CIRCLE_CHANNELS)
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,21 @@ import typer
 import fric
 from fric.cli.console import OUT, print_json, print_warnings, progress
 from fric.cli.options import Force, Json
-from fric.log import KINDS, Kind
+from fric.log import CIRCLE, KINDS, Kind
+from fric.units import parse, readable
 
-KindChoice = StrEnum("KindChoice", [(kind, kind) for kind in KINDS])  # type: ignore[misc]
+KindChoice = StrEnum("KindChoice", [(kind, kind) for kind in (*KINDS, CIRCLE)])  # type: ignore[misc]
 
 
 class _Motion(StrEnum):
     linear = "linear"
     rotary = "rotary"
+
+
+class _Instrument(StrEnum):
+    encoders = "encoders"
+    grid = "grid"
+    ball_bar = "ball-bar"
 
 
 class _BadCells(StrEnum):
@@ -44,12 +51,40 @@ def ingest(
     bad_cells: Annotated[
         _BadCells, typer.Option(help="What a cell that is no number is: an error, or a sample to drop.")
     ] = _BadCells.error,
+    radius: Annotated[str | None, typer.Option(help="Circle: its nominal radius; else found.")] = None,
+    feed: Annotated[str | None, typer.Option(help="Circle: its feed; else found.")] = None,
+    sampling: Annotated[str | None, typer.Option(help="Circle: rate of a trace without time, as 4 kHz.")] = None,
+    instrument: Annotated[_Instrument | None, typer.Option(help="Circle: what told the position.")] = None,
+    clockwise: Annotated[
+        bool | None, typer.Option("--clockwise/--counter-clockwise", help="Circle: its direction; else found.")
+    ] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Read logs of a drive into one log file, each a record, in SI units."""
+    """Read logs of a drive into one log file, each a record, in SI units.
+
+    Of kind circle: traces of two axes on a circle, LinuxCNC's sampler text, or angle and deviation of a ball bar, into
+    a circle test file for `fric diagnose` and `fric tune`.
+    """
     fric.keep_freed_memory()
     document = fric.read_document(mapping, fric.MappingDocument) if mapping else None
+    if (kind.value if kind else document.kind if document else None) == CIRCLE:
+        stated = fric.StatedCircle(
+            parse(radius, "position") if radius else None,
+            parse(feed, "velocity") if feed else None,
+            None if clockwise is None else (-1 if clockwise else 1),
+            parse(sampling, "frequency") if sampling else None,
+            instrument.value if instrument else "",
+        )
+        with progress("ingesting", total=fric.sizes(files)) as advance:
+            circles = fric.ingest_circles(
+                files, output, mapping=document, stated=stated, append=append, bad_cells=bad_cells.value, force=force,
+                progress=advance,
+            )  # fmt: skip
+        _tell_circles(circles, as_json)
+        return
+    if radius or feed or sampling or instrument or clockwise is not None:
+        raise typer.BadParameter("--radius, --feed, --sampling, --instrument and the direction go with --kind circle")
     with progress("ingesting", total=fric.sizes(files)) as advance:
         done = fric.ingest(
             files,
@@ -76,3 +111,20 @@ def ingest(
         f"{len(done.records)} record{'s' * (len(done.records) != 1)} of the {done.motion} axis {done.axis}, "
         f"{done.samples} samples, in {done.output}"
     )
+
+
+def _tell_circles(done: fric.IngestedCircles, as_json: bool) -> None:
+    """Print what circles were read."""
+    print_warnings(done.warnings)
+    if as_json:
+        print_json(done.as_dict())
+        return
+    for test in done.tests:
+        way = "counter-clockwise" if test.direction > 0 else "clockwise"
+        held = ", ".join(f"{name}: {' '.join(list(trace.channels())[1:])}" for name, trace in test.axes.items())
+        OUT.print(
+            f"{test.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}, {way}; "
+            f"{held or 'ball bar: angle deviation'}",
+            markup=False,
+        )
+    OUT.print(f"{len(done.tests)} circle test{'s' * (len(done.tests) != 1)} in {done.output}")

@@ -9,7 +9,7 @@ from types import FrameType
 import typer
 
 import fric
-from fric.cli import compare, design, identify, ingest, inspect, report, reproduce, schema, simulate, validate
+from fric.cli import compare, design, diagnose, identify, ingest, inspect, report, reproduce, schema, simulate, validate
 from fric.cli.group import Group
 from fric.errors import FricError
 
@@ -38,6 +38,7 @@ app.command()(reproduce.reproduce)
 app.add_typer(design.app)
 app.add_typer(identify.app)
 app.command()(compare.compare)
+app.command()(diagnose.diagnose)
 app.command()(validate.validate)
 app.add_typer(simulate.app)
 

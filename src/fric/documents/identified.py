@@ -14,6 +14,8 @@ from fric.estimate import Estimate
 from fric.simulate.intervals import Intervals, closed_intervals, friction_intervals
 from fric.simulate.machine import Machine
 
+NO_INTERVAL = "no parameter has a 95 % interval"
+
 
 @dataclass(frozen=True)
 class Identified:
@@ -80,11 +82,28 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), gain: float | N
         axes[name] = replace(axis, plant=axis.nominal or axis.plant, friction=model, load=load)
     if not intervals:
         raise FricError(
-            "no parameter has a 95 % interval",
+            NO_INTERVAL,
             where=str(path),
             mend="Give the files that `fric identify` wrote: --friction x=FRICTION.yaml, or in the machine file.",
         )
     return Identified(replace(machine, axes=axes), intervals, tuple(warnings))
+
+
+def machine_to_predict(path: Path) -> tuple[Machine, Mapping[str, Intervals] | None]:
+    """Read a machine file as what is known of the machine: as identified, with intervals where it has them.
+
+    Raises
+    ------
+    FricError
+        As `read_machine`.
+    """
+    try:
+        found = read_identified(path)
+    except FricError as error:
+        if error.what != NO_INTERVAL:
+            raise
+        return read_machine(path), None
+    return found.machine, found.intervals
 
 
 def _merged(of_machine: FrictionDocument, identified: FrictionDocument) -> FrictionDocument:

@@ -11,7 +11,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from fric.documents.base import Document, Part
 from fric.errors import FricError
-from fric.log import CHANNELS, RESPONSE_DIMENSIONS, Kind, channel_dimension
+from fric.log import CHANNELS, CIRCLE, RESPONSE_DIMENSIONS, Kind, channel_dimension, is_circle_channel
 from fric.units import Motion, factor, parse
 
 FIELD = re.compile(r"\{([^{}]+)\}")
@@ -82,7 +82,7 @@ class MappingDocument(Document):
 
     axis: str | None = None
     motion: Motion | None = None
-    kind: Kind | None = None
+    kind: Kind | Literal["circle"] | None = None
     record: str = Field(default="{stem}", description="name of the record")
     file: str | None = Field(default=None, description='what the file name says, as "{axis}_{speed}mmps"')
     format: Layout = Layout()
@@ -104,14 +104,20 @@ class MappingDocument(Document):
         return self
 
     def _check(self, name: str, channel: Channel, known: tuple[str, ...]) -> None:
-        if name not in known:
+        if self.kind == CIRCLE:
+            if not is_circle_channel(name):
+                raise FricError(
+                    f"'{name}' is not a channel of a circle test",
+                    mend="Channels are time, x.reference, x.position, x.input, x.force, for y too; angle, deviation.",
+                )  # fmt: skip
+        elif name not in known:
             raise FricError(f"'{name}' is not a channel", mend=f"Channels are {', '.join(known)}.")
         if name != "time" and (channel.rate or channel.period):
             raise FricError("rate and period are of the time", mend="Name a column, or give a value.")
         if name == "time" and (channel.value or channel.sign):
             raise FricError("has no sign and no single value", mend="Name its column, or give rate or period.")
         motions: tuple[Motion, ...] = (self.motion,) if self.motion else ("linear", "rotary")
-        dimension = channel_dimension(name)
+        dimension = channel_dimension("ball-bar.deviation" if (self.kind, name) == (CIRCLE, "deviation") else name)
         checks = (
             (channel.unit, factor, dimension), (channel.scale, parse, dimension), (channel.value, parse, dimension),
             (channel.rate, parse, "frequency"), (channel.period, parse, "time"),

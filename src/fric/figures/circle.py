@@ -34,7 +34,7 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
         One run per scheme, of one circle.
     """
     largest = max(float(np.abs(run.circularity.error).max()) for run in runs) * 1e6
-    grid = _grid(largest)
+    grid = grid_of(largest)
     magnified = runs[0].circle.radius * 1e6 / (2 * LINES * grid)
     columns = min(3, len(runs))
     rows = ceil(len(runs) / columns)
@@ -50,7 +50,7 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     return figure
 
 
-def _grid(largest: float) -> float:
+def grid_of(largest: float) -> float:
     """Return a round grid [µm] with two to five lines up to the largest error."""
     step = 10.0 ** np.floor(np.log10(max(largest, 1e-3) / 2))
     return float(next(step * factor for factor in (1, 2, 5, 10) if largest <= 4 * step * factor))

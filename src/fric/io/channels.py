@@ -109,7 +109,7 @@ def plan(
         origins: dict[str, Origin] = {}
         try:
             for name, channel in channels.items():
-                origins[name] = _origin(table, name, channel, chosen, fields)
+                origins[name] = origin_of(table, name, channel, chosen, fields)
         except FricError as error:
             refusals.append((len(origins), error))
             continue
@@ -150,7 +150,8 @@ def _hint(table: Table, channel: str) -> str:
     return f"The columns are {table.listed(12)}. Say in a mapping (--map) which is {channel}, or name it so."
 
 
-def _origin(table: Table, name: str, channel: Channel, motion: Motion, fields: Mapping[str, str]) -> Origin:
+def origin_of(table: Table, name: str, channel: Channel, motion: Motion, fields: Mapping[str, str]) -> Origin:
+    """Return where one channel comes from: its column, with the factor to SI."""
     where, dimension = str(table.path), channel_dimension(name)
     sign = channel.sign or 1
 

@@ -122,11 +122,7 @@ def ingest(
     """
     sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
     output = Path(output)
-    if output.suffix.lower() in FOREIGN:
-        raise FricError(
-            f"what is written is HDF5, and the name ends in {output.suffix}", where=str(output),
-            mend=f"Call it {output.with_suffix('.h5').name}.",
-        )  # fmt: skip
+    refuse_foreign_name(output)
     refuse_existing(None if append else output, force=force)
     if not sources:
         raise FricError("there is no file to ingest")
@@ -148,6 +144,15 @@ def ingest(
         str(output), chosen_axis, chosen_motion, tuple(session.records), tuple(session.skipped),
         tuple(session.warnings),
     )  # fmt: skip
+
+
+def refuse_foreign_name(output: Path) -> None:
+    """Refuse to write HDF5 to a name that ends as a foreign log does."""
+    if output.suffix.lower() in FOREIGN:
+        raise FricError(
+            f"what is written is HDF5, and the name ends in {output.suffix}", where=str(output),
+            mend=f"Call it {output.with_suffix('.h5').name}.",
+        )  # fmt: skip
 
 
 def _tables(path: Path, mapping: MappingDocument | None) -> Iterable[Table]:
@@ -234,7 +239,7 @@ class _Session:
         chosen = plan(table, self._mapping, self._kind, motion, fields)
         said = table.said
         name = said.get("name") or filled(self._mapping.record if self._mapping else "{stem}", fields, str(table.path))
-        kind = self._kind or (self._mapping.kind if self._mapping else None) or cast("Kind | None", said.get("kind"))
+        kind = self._kind or cast("Kind | None", (self._mapping.kind if self._mapping else None) or said.get("kind"))
         kind = "frequency-response" if chosen.response else kind
         source = said.get("source") or str(table.path)
         record = writer.create(name.replace("/", "-"), kind=kind, source=source)

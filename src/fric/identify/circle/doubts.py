@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import degrees
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fric.notice import Notice
 
@@ -37,59 +40,48 @@ def doubts_of(
         Up to what angle it was looked for [rad].
     """
     test, told = tests[0], []
-    first, second = test.names
     if not both:
         told.append(_one_direction(test, float(geometry["mismatch"])))
     elif test.instrument == "encoders":
-        told.append(Notice("the axes' own encoders cannot see squareness: what is told of it is of their loops", "squareness-unseen", "note"))  # noqa: E501
-    moved = {
-        name: geometry[f"backlash.{name}"]
-        for name in (first, second)
-        if (limits := geometry[f"backlash.{name}"].ci95) and not _holds_zero(limits)
-    }
+        text = "the axes' own encoders cannot see squareness: what is told of it is of their loops"
+        told.append(Notice(text, "squareness-unseen", "note"))
+    moved = [name for name in test.names if not _holds_zero(geometry[f"backlash.{name}"])]
     if moved:
-        names = " and ".join(moved)
-        with_reference = bool(turns[0].lag)
-        told.append(
-            Notice(
-                f"a step that stays after the reversal of {names}: it is backlash or wind-up of the drive where position"
-                " is measured at the table, and an error that the loop keeps (friction without an integral part, or "
-                f"one that is slow) where it is the loop's own encoder; {'a ball bar' if test.is_ball_bar else 'a circle'}"
-                " alone does not tell which"
-                + ("" if with_reference else ". Record the reference and the axis' own position beside it"),
-                "lost-motion-cause", "note",
-            )  # fmt: skip
-        )
+        told.append(_lost_motion(test, moved, bool(turns[0].lag)))
     if test.is_ball_bar:
-        told.append(
-            Notice(
-                "a ball bar alone tells no lag of an axis, and scale only as far as its own length is calibrated: "
-                "an error of its length moves both scales alike",
-                "ball-bar-length", "note",
-            )  # fmt: skip
+        text = (
+            "a ball bar alone tells no lag of an axis, and scale only as far as its own length is calibrated: an error "
+            "of its length moves both scales alike"
         )
+        told.append(Notice(text, "ball-bar-length", "note"))
     if min(one.count for one in turns) < 2:
-        told.append(
-            Notice(
-                "there is one whole revolution: what does not repeat is not told from what does",
-                "one-revolution", "note",
-            )  # fmt: skip
-        )
+        text = "there is one whole revolution: what does not repeat is not told from what does"
+        told.append(Notice(text, "one-revolution", "note"))
     wide = sorted({name for of in behind for name, angle in of.items() if angle >= largest - 1e-6})
     if wide:
-        told.append(
-            Notice(
-                f"the glitch at {', '.join(wide)} has not ended {largest * 57.29577951:.0f}° behind the reversal: a part of it "  # noqa: E501
-                "may be told as backlash, scale or mismatch. Measure at a lower feed or a larger radius",
-                "glitch-does-not-end", "doubt",
-            )  # fmt: skip
+        text = (
+            f"the glitch at {', '.join(wide)} has not ended {degrees(largest):.0f}° behind the reversal: a part of it "
+            "may be told as backlash, scale or mismatch. Measure at a lower feed or a larger radius"
         )
+        told.append(Notice(text, "glitch-does-not-end", "doubt"))
     return tuple(told)
 
 
-def _holds_zero(limits: object) -> bool:
-    low, high = limits  # type: ignore[misc]
-    return bool(low <= 0.0 <= high)
+def _holds_zero(estimate: Estimate) -> bool:
+    limits = np.ravel(estimate.ci95 if estimate.ci95 is not None else (-np.inf, np.inf))
+    return bool(limits.min() <= 0.0 <= limits.max())
+
+
+def _lost_motion(test: MeasuredCircle, moved: Sequence[str], with_reference: bool) -> Notice:
+    what = "a ball bar" if test.is_ball_bar else "a circle"
+    text = (
+        f"a step that stays after the reversal of {' and '.join(moved)}: it is backlash or wind-up of the drive where "
+        "position is measured at the table, and an error that the loop keeps (friction without an integral part, or "
+        f"one that is slow) where it is the loop's own encoder; {what} alone does not tell which"
+    )
+    if not with_reference:
+        text += ". Record the reference and the axis' own position beside it"
+    return Notice(text, "lost-motion-cause", "note")
 
 
 def _one_direction(test: MeasuredCircle, ellipse: float) -> Notice:

@@ -150,9 +150,7 @@ def _half_height(phi: NDArray[np.float64], mean: NDArray[np.float64], top: int) 
     return float(low), float(high)
 
 
-def _parabola(
-    pulse: Pulse, about: float, width: float, sigma: float, sign: float
-) -> tuple[float, float, float]:
+def _parabola(pulse: Pulse, about: float, width: float, sigma: float, sign: float) -> tuple[float, float, float]:
     """Return place [rad], height [m] and standard error [m] of the peak."""
     centre = int(np.searchsorted(pulse.phi, about))
     spacing = float(pulse.phi[-1] - pulse.phi[0]) / max(len(pulse.phi) - 1, 1)
@@ -184,7 +182,7 @@ def _parabola(
 
 
 def _parabola_through(pulse: Pulse, a: int, b: int, sign: float) -> tuple[float, float, float, float]:
-    """Return place [rad] and height [m] of the peak of a parabola, its error in units of a sample's, and the squares left."""
+    """Return place [rad] and height [m] of a parabola's peak, its error over that of a sample, and the squares left."""
     middle, half = (pulse.phi[a] + pulse.phi[b - 1]) / 2, max((pulse.phi[b - 1] - pulse.phi[a]) / 2, 1e-12)
     t = (pulse.phi[a:b] - middle) / half
     X = np.column_stack([np.ones_like(t), t, t * t])

@@ -64,12 +64,11 @@ def minimum_zone(angle: NDArray[np.float64], deviation: NDArray[np.float64]) -> 
     # unknown: shift of the centre (a, b), inner and outer circle; inner ≤ d - a·cos - b·sin ≤ outer
     A = np.vstack([np.column_stack([-cos, -sin, 0 * one, -one]), np.column_stack([cos, sin, one, 0 * one])])
     found = linprog([0, 0, -1, 1], A_ub=A, b_ub=np.concatenate([-d, d]), bounds=[(None, None)] * 4, method="highs")
-    return float(found.fun) * scale
+    inner, outer = np.asarray(found.x)[2:]
+    return float(outer - inner) * scale
 
 
-def around_its_centre(
-    angle: NDArray[np.float64], deviation: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], float]:
+def around_its_centre(angle: NDArray[np.float64], deviation: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     """Return a radial deviation [m] around the least-squares centre of its path, and its mean [m]."""
     basis = np.column_stack([np.cos(angle), np.sin(angle), np.ones_like(angle)])
     a, b, mean = np.linalg.lstsq(basis, deviation, rcond=None)[0]

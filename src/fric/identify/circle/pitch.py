@@ -11,7 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-PERIODS = (1.5, 120.0)
+PERIODS = (2.5, 120.0)
 """Least and most periods on the diameter that are looked for."""
 STANDS_OUT = 20.0
 """Times the median power that a line has to stand out."""
@@ -40,7 +40,11 @@ class Periodic:
 
 
 def periodic_errors(
-    angle: NDArray[np.float64], rest: NDArray[np.float64], radius: float, most: int = 2
+    angle: NDArray[np.float64],
+    rest: NDArray[np.float64],
+    geometry: NDArray[np.float64],
+    radius: float,
+    most: int = 2,
 ) -> list[Periodic]:
     """Return the lines that stand out of what geometry leaves of a circle, strongest first.
 
@@ -48,37 +52,55 @@ def periodic_errors(
     ----------
     angle, rest
         Angle [rad] and what is left of the radial deviation [m] outside the glitches, shape (n,).
+    geometry
+        What was fitted to it, shape (n, p): a line is looked for in what these leave of it too.
     radius
         Radius [m].
     most
         Lines an axis that are looked for.
     """
     found: list[Periodic] = []
-    rest = rest - rest.mean()
     spacing = 2 * pi * radius / max(len(np.unique(np.round(angle % (2 * pi), 6))), 1)
     highest = min(PERIODS[1] / (2 * radius), 1 / (6 * spacing))
-    frequencies = np.arange(PERIODS[0] / (2 * radius), highest, 1 / (16 * radius))
+    frequencies = np.arange(PERIODS[0] / (2 * radius), highest, 1 / (12 * radius))
     if len(frequencies) < 16:
         return found
-    for axis in (0, 1):
-        left = rest
-        for _ in range(most):
-            power = np.array([_power(Periodic(axis, 1 / f), angle, left, radius) for f in frequencies])
+    known = geometry
+    for _ in range(2 * most):
+        basis = np.linalg.qr(known)[0]
+        left = rest - basis @ (basis.T @ rest)
+        best: tuple[float, Periodic] | None = None
+        for axis in (0, 1):
+            power = np.array([_power(Periodic(axis, 1 / f), angle, left, radius, basis) for f in frequencies])
             top = int(np.argmax(power))
-            spread = float(np.median(power))
-            if not power[top] > STANDS_OUT * spread or power[top] < 1e-30:
-                break
-            fine = frequencies[top] + np.linspace(-1, 1, 33) / (16 * radius)
-            fine = fine[fine > 0]
-            line = Periodic(axis, 1 / fine[np.argmax([_power(Periodic(axis, 1 / f), angle, left, radius) for f in fine])])
-            found.append(line)
-            columns = line.columns(angle, radius)
-            left = left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
+            if power[top] > STANDS_OUT * float(np.median(power)) and (best is None or power[top] > best[0]):
+                best = (power[top], Periodic(axis, 1 / _top(axis, frequencies[top], angle, left, radius, basis)))
+        if best is None or best[0] < 1e-3 * float(rest @ rest) or best[0] < 1e-26:
+            break
+        found.append(best[1])
+        known = np.column_stack([known, best[1].columns(angle, radius)])
     return found
 
 
-def _power(line: Periodic, angle: NDArray[np.float64], rest: NDArray[np.float64], radius: float) -> float:
-    """Return the sum of squares that a line explains."""
+def _top(
+    axis: int, frequency: float, angle: NDArray[np.float64], rest: NDArray[np.float64], radius: float,
+    basis: NDArray[np.float64],
+) -> float:  # fmt: skip
+    """Return the frequency near one that explains most [1/m]."""
+    span = 1 / (12 * radius)
+    for _ in range(4):
+        near = frequency + np.linspace(-span, span, 9)
+        near = near[near > 0]
+        frequency = float(near[np.argmax([_power(Periodic(axis, 1 / f), angle, rest, radius, basis) for f in near])])
+        span /= 4
+    return frequency
+
+
+def _power(
+    line: Periodic, angle: NDArray[np.float64], rest: NDArray[np.float64], radius: float, basis: NDArray[np.float64]
+) -> float:
+    """Return the sum of squares that a line explains, beside what is known."""
     columns = line.columns(angle, radius)
+    columns = columns - basis @ (basis.T @ columns)
     gram, score = columns.T @ columns, columns.T @ rest
-    return float(score @ np.linalg.solve(gram, score))
+    return float(score @ np.linalg.solve(gram + 1e-12 * np.trace(gram) * np.eye(2), score))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import floor, log10, pi
 from typing import TYPE_CHECKING
 
@@ -60,9 +61,9 @@ def fit_circle(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, f
     for _ in range(6):
         rho = np.hypot(u - a, w - b)
         safe = np.where(rho > 0, rho, 1.0)
-        step = np.linalg.lstsq(
-            np.column_stack([(u - a) / safe, (w - b) / safe, np.ones_like(u)]), rho - r, rcond=None
-        )[0]
+        step = np.linalg.lstsq(np.column_stack([(u - a) / safe, (w - b) / safe, np.ones_like(u)]), rho - r, rcond=None)[
+            0
+        ]
         a, b, r = a + float(step[0]), b + float(step[1]), r + float(step[2])
         if np.abs(step).max() < 1e-12 * max(r, 1e-12):
             break
@@ -113,14 +114,14 @@ def _moving(time: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.flo
     edges += [int(k) for k in np.flatnonzero(np.diff(still.astype(int))) + 1]
     edges += [int(k) for k in np.flatnonzero(gaps)]
     edges = sorted(set(edges))
-    return [(a, b) for a, b in zip(edges, edges[1:], strict=False) if b - a > 16 and not still[a:b].all()]
+    return [(a, b) for a, b in pairwise(edges) if b - a > 16 and not still[a:b].all()]
 
 
 def _circle_in(
     time: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64], start: int, stop: int, least: float
 ) -> FoundCircle | None:
     a, b, r = fit_circle(x[start:stop], y[start:stop])
-    if not (np.isfinite([a, b, r]).all() and 0 < r):
+    if not (np.isfinite([a, b, r]).all() and r > 0):
         return None
     off = np.abs(np.hypot(x[start:stop] - a, y[start:stop] - b) - r)
     if np.quantile(off, 0.95) > 0.02 * r:
@@ -243,21 +244,22 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
         deviation = np.hypot(x - a, y - b) - test.radius
     angle, deviation = angle[inside], deviation[inside]
     turned = np.abs(angle[-1] - angle)
-    whole = int((turned[0] + 1e-3) // (2 * pi))
+    spare = max(1e-3, 1.5 * float(np.median(np.abs(np.diff(angle)))))  # of a last sample on the first
+    whole = int((turned[0] + spare) // (2 * pi))
     if whole < 1:
         raise FricError(
             f"covers {np.degrees(turned[0]):.0f}° of the circle at steady feed, and a whole revolution is needed",
             where=test.where, mend="Record one revolution more than the run-in and the run-out take.",
         )  # fmt: skip
-    start = int(np.flatnonzero(turned >= 2 * pi * whole - 1e-3)[-1])
+    start = int(np.flatnonzero(turned >= 2 * pi * whole - spare)[-1])
     turn = np.minimum((np.abs(angle[start:] - angle[start]) / (2 * pi) + 1e-9).astype(np.intp), whole - 1)
     return Revolutions(test, angle[start:], deviation[start:], turn, lag)
 
 
 def _lag(trace: AxisTrace) -> float:
-    """Return the time by which position is behind reference [s]: the part of the error that goes with velocity."""
+    """Return the time by which position is behind reference [s]: what of the error goes with velocity."""
     assert trace.reference is not None
     velocity = np.gradient(trace.reference, trace.time)
     error = trace.reference - trace.position
-    basis = np.column_stack([velocity, np.ones_like(velocity), trace.reference])
+    basis = np.column_stack([velocity, np.ones_like(velocity), trace.reference, np.sign(velocity)])
     return float(np.linalg.lstsq(basis, error, rcond=None)[0][0])

@@ -1,0 +1,129 @@
+"""A measured circle as machine tool people draw it, and the error over time at each of its reversals."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+from matplotlib.projections.polar import PolarAxes
+
+from fric.contour import QUADRANTS
+from fric.figures.circle import LINES, grid_of
+from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure
+from fric.identify.circle.glitches import smoothed
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from fric.identify.circle.agreement import Agreement
+    from fric.identify.circle.diagnose import Diagnosis
+
+COLOURS = {1: BLUE, -1: GREEN}
+"""Colour of each direction."""
+PARTS = 1440
+"""Parts of a turn that are drawn."""
+
+
+def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figure:
+    """Return the radial deviation of a measured circle on a polar plot, and over time at each reversal.
+
+    On the polar plot the mean of the revolutions, a colour for each direction, and thin what geometry and pitch
+    explain of it. Beside it the deviation around each reversal less that: the glitch, with the prediction where there
+    is one.
+
+    Parameters
+    ----------
+    found
+        What the circle shows.
+    agreement
+        What was predicted of it.
+    """
+    test = found.test
+    with new_figure(9.4, 4.6) as figure:
+        spec = figure.add_gridspec(2, 4)
+        polar = cast(PolarAxes, figure.add_subplot(spec[:, :2], projection="polar"))
+        grid = _polar(polar, found)
+        magnified = test.radius * 1e6 / (2 * LINES * grid)
+        places = {"+x": (0, 2), "+y": (0, 3), "-x": (1, 2), "-y": (1, 3)}
+        shared = None
+        for name, (row, column) in places.items():
+            axes = figure.add_subplot(spec[row, column], sharey=shared)
+            shared = shared or axes
+            _reversal(axes, found, agreement, name)
+            if column == 2:
+                axes.set_ylabel("glitch [µm]")
+            if row == 1:
+                axes.set_xlabel("time after the reversal [ms]")
+        shown: dict[str, Artist] = {}
+        for panel in figure.get_axes()[:2]:
+            shown |= {str(label): handle for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)}
+        figure.legend(list(shown.values()), list(shown), loc="outside lower right", ncols=4)
+        revolutions = " and ".join(str(one.count) for one in found.tests)
+        figure.suptitle(
+            f"Circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s, mean of {revolutions} revolutions: "
+            f"G {max(found.figures.G.values()) * 1e6:.2f} µm; grid {grid:g} µm, magnified {magnified:.3g} times",
+            fontsize=9,
+        )
+    return figure
+
+
+def _polar(axes: PolarAxes, found: Diagnosis) -> float:
+    curves = []
+    for n, one in enumerate(found.tests):
+        angle, mean, _ = one.averaged(min(PARTS, len(one.angle) // one.count))
+        there = np.isfinite(mean)
+        angle, mean = angle[there], mean[there]
+        # the centre is where the test was set up: it is told, and not drawn
+        shift = [float(found.geometry[f"centre.{name}"]) for name in one.test.names]
+        mean = mean - shift[0] * np.cos(angle) - shift[1] * np.sin(angle)
+        order = np.argsort(one.angle % (2 * pi))
+        every = order[:: max(len(order) // PARTS, 1)]
+        theta = one.angle[every] % (2 * pi)
+        model = found.model[n][every] - shift[0] * np.cos(theta) - shift[1] * np.sin(theta)
+        curves.append((one.test.direction, angle, mean, theta, model))
+    grid = grid_of(max(float(np.abs(curve[2]).max()) for curve in curves) * 1e6)
+    axes.plot(np.linspace(0, 2 * pi, 361), np.zeros(361), color=GREY, linewidth=1.6)
+    for direction, angle, mean, theta, model in curves:
+        axes.plot(theta, model * 1e6, color=ORANGE, linewidth=0.9, zorder=3, label="geometry and pitch")
+        axes.plot(np.append(angle, angle[0]), np.append(mean, mean[0]) * 1e6, color=COLOURS[direction], linewidth=1.0)
+        turn, inside = direction * pi / 15, -(0.45 if direction > 0 else 0.7) * LINES * grid
+        axes.annotate(
+            "", xy=(1.25 * pi + turn, inside), xytext=(1.25 * pi - turn, inside),
+            arrowprops={"arrowstyle": "->", "color": COLOURS[direction], "shrinkA": 0, "shrinkB": 0},
+        )  # fmt: skip
+    axes.set_ylim(-2 * LINES * grid, LINES * grid * 1.15)
+    labels = ["" if n % 2 else f"{n * grid:+g}" if n else "0" for n in range(-LINES, LINES + 1)]
+    axes.set_yticks(grid * np.arange(-LINES, LINES + 1), labels, fontsize=6, color=GREY)
+    axes.set_rlabel_position(22.5)
+    axes.set_xticks(np.arange(4) * pi / 2, QUADRANTS)
+    axes.tick_params(axis="x", pad=-1)
+    axes.spines["polar"].set_visible(False)
+    axes.set_title("radial deviation [µm] around its centre", fontsize=8)
+    return grid
+
+
+def _reversal(axes: Axes, found: Diagnosis, agreement: Agreement | None, name: str) -> None:
+    for n, one in enumerate(found.tests):
+        test = one.test
+        pulse = found.pulses(n)[name]
+        phi, mean = smoothed(pulse, np.radians(0.4))
+        near = np.abs(phi) <= np.radians(25)
+        way = "counter-clockwise" if test.direction > 0 else "clockwise"
+        scale = 1e3 * test.radius / test.feed
+        axes.plot(phi[near] * scale, mean[near] * 1e6, color=COLOURS[test.direction], label=way)
+        if n == 0:
+            glitch = found.glitches[name]
+            axes.plot(glitch.place / test.feed * 1e3, glitch.value * 1e6, "o", color=VERMILION, markersize=3.5)
+            axes.set_title(f"{name}: {glitch.value * 1e6:+.2f} µm", fontsize=8)
+    if agreement is not None:
+        test = agreement.predicted.test
+        phi, mean = smoothed(agreement.predicted.pulses()[name], np.radians(0.4))
+        near = np.abs(phi) <= np.radians(25)
+        axes.plot(
+            phi[near] * 1e3 * test.radius / test.feed, mean[near] * 1e6, color=VERMILION, linestyle="--",
+            label=f"predicted, scheme ({agreement.scheme})",
+        )  # fmt: skip
+    axes.axvline(0, color=GREY, linewidth=0.6)

@@ -1,0 +1,193 @@
+"""What of a radial deviation is geometry: centre, scales, backlash, mismatch, squareness, pitch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import stdtrit
+
+from fric.contour import QUADRANTS
+from fric.estimate import Estimate
+from fric.identify.circle.pitch import Periodic
+from fric.identify.circle.revolutions import Revolutions
+from fric.identify.replay.replay_intervals import covariance_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.identify.circle.measured import MeasuredCircle
+
+BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
+"""Around a reversal this much is left out of the geometry: before it, behind it at first, behind it at most [rad]."""
+FADES = np.radians(np.geomspace(0.7, 14.0, 13))
+"""Angles in which the tail of a glitch may fade to a third [rad]."""
+MOST = 10_000
+"""Samples that geometry is fitted to; of more, means over so many neighbours are taken."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Geometry and pitch, fitted."""
+
+    names: tuple[str, ...]
+    values: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    freedom: int
+    lines: tuple[Periodic, ...]
+    many: int
+    both: bool
+    fade: float
+
+    def model(self, turns: Revolutions, n: int) -> NDArray[np.float64]:
+        """Return what is explained of a test, shape (n,) [m]."""
+        return columns_of(turns, n, self.many, self.both, self.lines) @ self.values
+
+    def error_at(self, turns: Revolutions, n: int, angle: float) -> float:
+        """Return the standard error of what is explained at an angle [m]."""
+        at = Revolutions(turns.test, np.array([angle]), np.zeros(1), np.zeros(1, np.intp), {})
+        row = columns_of(at, n, self.many, self.both, self.lines)[0]
+        return float(np.sqrt(max(row @ self.covariance @ row, 0.0)))
+
+    def _quantity(self, name: str, unit: str, scale: float = 1.0, offset: float = 0.0) -> Estimate:
+        n = self.names.index(name)
+        reach = float(stdtrit(max(self.freedom, 1), 0.975)) * float(np.sqrt(self.covariance[n, n])) * abs(scale)
+        value = offset + scale * float(self.values[n])
+        return Estimate(value, unit, (value - reach, value + reach))
+
+    def estimates(self, tests: Sequence[MeasuredCircle], both: bool) -> dict[str, Estimate]:
+        """Return the geometry with its intervals."""
+        first, second = tests[0].names
+        radius = tests[0].radius
+        found = {f"centre.{first}": self._quantity("centre.x.0", "m")}
+        found |= {f"centre.{second}": self._quantity("centre.y.0", "m")}
+        found |= {f"scale.{first}": self._quantity("scale.x", "1", 1 / radius, 1.0)}
+        found |= {f"scale.{second}": self._quantity("scale.y", "1", 1 / radius, 1.0)}
+        found |= {f"backlash.{first}": self._quantity("backlash.x", "m")}
+        found |= {f"backlash.{second}": self._quantity("backlash.y", "m")}
+        ellipse = self._quantity("mismatch", "m")
+        if both:
+            return found | {"mismatch": ellipse, "squareness": self._quantity("square", "rad", -2 / radius)}
+        if tests[0].instrument == "encoders":
+            return found | {"mismatch": ellipse, "squareness": Estimate(0.0, "rad", (-inf, inf), assumed=True)}
+        unknown = Estimate(float(ellipse), "m", (-inf, inf))
+        return found | {"mismatch": unknown, "squareness": Estimate(0.0, "rad", (-inf, inf), assumed=True)}
+
+    def amplitude(self, n: int) -> Estimate:
+        """Return the amplitude of what repeats along an axis [m]."""
+        i = len(self.names) - 2 * len(self.lines) + 2 * n
+        part, C = self.values[i : i + 2], self.covariance[i : i + 2, i : i + 2]
+        size = float(np.hypot(*part))
+        along = part / size if size > 0 else np.array([1.0, 0.0])
+        reach = float(stdtrit(max(self.freedom, 1), 0.975)) * float(np.sqrt(along @ C @ along))
+        return Estimate(size, "m", (max(size - reach, 0.0), size + reach))
+
+
+def columns_of(
+    turns: Revolutions, n: int, many: int, both: bool, lines: Sequence[Periodic] = ()
+) -> NDArray[np.float64]:
+    """Return the columns of `diagnose`'s table for one of its tests, shape (samples, parameters)."""
+    angle, s = turns.angle, float(turns.test.direction)
+    cos, sin = np.cos(angle), np.sin(angle)
+    centres = [column if k == n else np.zeros_like(angle) for k in range(many) for column in (cos, sin)]
+    shared = [
+        cos**2, sin**2, s / 2 * np.sign(sin) * cos, -s / 2 * np.sign(cos) * sin, s * np.sin(2 * angle),
+        *([np.sin(2 * angle)] if both else []),
+    ]  # fmt: skip
+    pitch = [line.columns(angle, turns.test.radius) for line in lines]
+    return np.column_stack([*centres, *shared, *pitch])
+
+
+def _names(many: int, both: bool, lines: int) -> tuple[str, ...]:
+    centres = [f"centre.{axis}.{k}" for k in range(many) for axis in ("x", "y")]
+    shared = ["scale.x", "scale.y", "backlash.x", "backlash.y", "mismatch", *(["square"] if both else [])]
+    return (*centres, *shared, *(f"pitch.{k}.{part}" for k in range(lines) for part in ("cos", "sin")))
+
+
+def quiet(turns: Revolutions, behind: Mapping[str, float]) -> NDArray[np.bool_]:
+    """Return which samples no glitch covers."""
+    good = np.ones(len(turns.angle), bool)
+    for n, name in enumerate(QUADRANTS):
+        phi = (turns.test.direction * (turns.angle - n * pi / 2) + pi) % (2 * pi) - pi
+        good &= (phi < -BEFORE) | (phi > behind[name])
+    return good
+
+
+def fit_geometry(
+    tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], lines: Sequence[Periodic], both: bool
+) -> Geometry:
+    """Return the geometry of one or two tests by least squares, with the tails of their glitches beside it.
+
+    Parameters
+    ----------
+    tests
+        Revolutions of each test.
+    behind
+        Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
+    lines
+        What repeats along an axis.
+    both
+        Whether both directions are there, which tells mismatch from squareness.
+    """
+    many = len(tests)
+    every = -(-sum(len(one.angle) for one in tests) // MOST)
+    parts = [_means(one, np.flatnonzero(quiet(one, behind[n])), every) for n, one in enumerate(tests)]
+    X = np.vstack([columns_of(one, n, many, both, lines) for n, (one, _) in enumerate(parts)])
+    d = np.concatenate([one.deviation for one, _ in parts])
+    p = X.shape[1]
+    basis = np.linalg.qr(X)[0]
+    beside = d - basis @ (basis.T @ d)
+
+    def with_tails(fade: float) -> NDArray[np.float64]:
+        tails = np.zeros((len(d), 4 * many))
+        end = 0
+        for n, (one, _) in enumerate(parts):
+            tails[end : end + len(one.angle), 4 * n : 4 * n + 4] = _tails(one, behind[n], fade)
+            end += len(one.angle)
+        return tails
+
+    def left(fade: float) -> float:
+        """Return the sum of squares that geometry and tails leave."""
+        tails = with_tails(fade)
+        tails -= basis @ (basis.T @ tails)
+        gram, score = tails.T @ tails, tails.T @ beside
+        gram += 1e-9 * (np.trace(gram) + 1e-300) * np.eye(len(gram))
+        return float(beside @ beside - score @ np.linalg.solve(gram, score))
+
+    best = int(np.argmin([left(fade) for fade in FADES]))
+    around = np.geomspace(FADES[max(best - 1, 0)], FADES[min(best + 1, len(FADES) - 1)], 9)
+    fade = float(around[np.argmin([left(one) for one in around])])
+    columns = np.hstack([X, with_tails(fade)])
+    values, *_ = np.linalg.lstsq(columns, d, rcond=None)
+    slope = (with_tails(fade * 1.01) - with_tails(fade / 1.01)) @ values[p:]
+    residual = d - columns @ values
+    if np.ptp(residual) <= 1e-12 * max(float(np.ptp(d)), 1e-15):
+        covariance = np.zeros((p, p))
+    else:
+        if np.linalg.norm(slope) > 3 * np.std(residual):  # how sure the fade is matters where there is a tail
+            columns = np.column_stack([columns, slope])
+        covariance = covariance_of(columns, residual, [length for _, pieces in parts for length in pieces])[:p, :p]
+    return Geometry(_names(many, both, len(lines)), values[:p], covariance, len(d) - p, tuple(lines), many, both, fade)
+
+
+def _means(turns: Revolutions, used: NDArray[np.intp], every: int) -> tuple[Revolutions, list[int]]:
+    """Return means over neighbouring samples, as many together, and the lengths of the stretches they are in."""
+    stretches = [part[: len(part) // every * every] for part in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
+    stretches = [part for part in stretches if len(part)]
+    index = np.concatenate(stretches).reshape(-1, every)
+    means = Revolutions(
+        turns.test, turns.angle[index].mean(axis=1), turns.deviation[index].mean(axis=1), turns.turn[index[:, 0]], {}
+    )
+    return means, [len(part) // every for part in stretches]
+
+
+def _tails(turns: Revolutions, behind: Mapping[str, float], fade: float) -> NDArray[np.float64]:
+    """Return the tails of the four glitches, each 1 where it begins, shape (n, 4)."""
+    tails = []
+    for n, name in enumerate(QUADRANTS):
+        phi = (turns.test.direction * (turns.angle - n * pi / 2)) % (2 * pi)
+        tails.append(np.exp(np.minimum((behind[name] - phi) / fade, 0.0)) * np.cos(phi) * (phi > behind[name]))
+    return np.column_stack(tails)

@@ -1,0 +1,199 @@
+"""Which columns of a foreign table are what of a circle test: by a mapping, by the header, or by what they hold."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.documents.mapping import Channel, MappingDocument
+from fric.errors import FricError
+from fric.identify.circle.revolutions import fit_circle
+from fric.io.channels import Origin, Plan, origin_of
+from fric.log import BALL_BAR
+from fric.notice import Notice
+from fric.units import factor
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.io.readers.base import Table
+
+AXES = "xyz"
+ROLES = {
+    "reference": ("reference", "ref", "cmd", "command", "commanded", "demand", "set", "setpoint", "target", "nominal",
+                  "soll"),
+    "position": ("encoder", "enc", "actual", "act", "measured", "meas", "feedback", "fb", "position", "pos", "ist", ""),
+}  # fmt: skip
+"""What headers call reference and position of an axis; of several the first in this order is taken."""
+VOLTAGES = ("input", "voltage", "u", "control", "output", "")
+FORCES = ("force", "motor", "thrust", "")
+ANGLES = ("angle", "theta", "position angle", "winkel")
+DEVIATIONS = ("deviation", "radial deviation", "radial error", "radius deviation", "error", "abweichung")
+
+
+def circle_plan(
+    table: Table, mapping: MappingDocument | None, sampling: float | None, fields: Mapping[str, str]
+) -> tuple[Plan, list[Notice]]:
+    """Return where each channel of a circle test comes from, and what had to be assumed for it.
+
+    Parameters
+    ----------
+    table
+        The table.
+    mapping
+        What its columns mean; None where the header says so itself, or there is none.
+    sampling
+        Samples a second of a trace without time [Hz].
+    fields
+        The ``{fields}`` of the file.
+
+    Raises
+    ------
+    FricError
+        When there are no two axes and no ball bar, or there is no time.
+    """
+    told: list[Notice] = []
+    if mapping is not None:
+        channels = dict(mapping.columns)
+    else:
+        channels = _by_header(table)
+        if not channels and all(re.fullmatch(r"column \d+", column.name) for column in table.columns):
+            return _by_content(table, sampling)
+    origins = {
+        name: origin_of(table, name if name != "deviation" else "ball-bar.deviation", channel, "linear", fields)
+        for name, channel in channels.items()
+    }
+    if sampling is not None:
+        origins["time"] = Origin(None, 1.0 / sampling)
+    axes = list(dict.fromkeys(name.partition(".")[0] for name in origins if "." in name))
+    whole = [axis for axis in axes if f"{axis}.position" in origins]
+    where, columns = str(table.path), table.listed(14)
+    if not set(BALL_BAR) <= origins.keys():
+        if len(whole) < 2:
+            raise FricError(
+                f"holds the position of {' and '.join(whole) or 'no axis'}, and a circle test takes two axes, or angle "
+                "and deviation of a ball bar",
+                where=where, mend=f"The columns are {columns}. Name them as in 'x_ref [mm]', 'x_pos [mm]', or in a "
+                "mapping (--map) with `kind: circle` as x.reference, x.position.",
+            )  # fmt: skip
+        if "time" not in origins:
+            raise FricError(
+                "no column is time", where=where,
+                mend="Say the rate: --sampling \"4 kHz\", or in a mapping `time: {rate: 4 kHz}`.",
+            )  # fmt: skip
+        if not any(name.endswith(".reference") for name in origins):
+            text = f"{where}: no reference was found: lag is not told, and a glitch is placed by the measured circle"
+            told.append(Notice(text, "no-reference", "note"))
+    wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
+    stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
+    return Plan("linear", origins, wanted, tuple(column.name for column in table.columns), False, stated), told
+
+
+def _by_header(table: Table) -> dict[str, Channel]:
+    """Return the channels that the header names, as ``x_ref [mm]`` or ``position x [µm]``."""
+    found: dict[str, tuple[int, int]] = {}  # channel: rank, column
+    names = [" ".join(re.split(r"[^0-9a-zµ]+", column.name.casefold())).strip() for column in table.columns]
+    for n, (name, column) in enumerate(zip(names, table.columns, strict=True)):
+        if name in ("time", "t", "zeit"):
+            _keep(found, "time", 0, n)
+        elif name in ANGLES and _fits(column.unit, "angle"):
+            _keep(found, "angle", 0, n)
+        elif name in DEVIATIONS and _fits(column.unit, "position"):
+            _keep(found, "deviation", 0, n)
+        else:
+            words = name.split() if " " in name else _parted(name)
+            axes = [word for word in words if word in AXES]
+            if len(axes) == 1:
+                rest = " ".join(word for word in words if word != axes[0])
+                _by_role(found, axes[0], rest, column.unit, n)
+    return {name: Channel(column=n) for name, (_, n) in found.items()}
+
+
+def _parted(name: str) -> list[str]:
+    """Return axis and role of a name that runs them together, as ``xref`` or ``posx``."""
+    roles = {role for words in ROLES.values() for role in words if role} | {"u", "force", "input", "voltage"}
+    if name[:1] in AXES and (name[1:] in roles or len(name) == 1):
+        return [name[0], name[1:]] if len(name) > 1 else [name]
+    if name[-1:] in AXES and name[:-1] in roles:
+        return [name[-1], name[:-1]]
+    return [name]
+
+
+def _by_role(found: dict[str, tuple[int, int]], axis: str, rest: str, unit: str | None, n: int) -> None:
+    if _fits(unit, "position"):
+        for role, words in ROLES.items():
+            if rest in words:
+                _keep(found, f"{axis}.{role}", words.index(rest), n)
+    elif _fits(unit, "input") and rest in VOLTAGES:
+        _keep(found, f"{axis}.input", VOLTAGES.index(rest), n)
+    elif _fits(unit, "force") and rest in FORCES:
+        _keep(found, f"{axis}.force", FORCES.index(rest), n)
+
+
+def _keep(found: dict[str, tuple[int, int]], channel: str, rank: int, n: int) -> None:
+    if channel not in found or rank < found[channel][0]:
+        found[channel] = (rank, n)
+
+
+def _fits(unit: str | None, dimension: str) -> bool:
+    if unit is None:
+        return False
+    try:
+        factor(unit, dimension)
+    except FricError:
+        return False
+    return True
+
+
+def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice]]:
+    """Return the columns of LinuxCNC's sampler text: a running number, then pairs of axes in mm, without a header."""
+    names = tuple(column.name for column in table.columns)
+    first = next(iter(table.blocks(range(len(names)))))
+    count = np.diff(first.columns[0])
+    numbered = len(count) > 0 and bool(np.all(count == np.round(count))) and bool(np.median(count) == 1.0)
+    if sampling is None:
+        raise FricError(
+            "has no header and no time", where=str(table.path),
+            mend="Say its rate, as in --sampling \"4 kHz\"; or what its columns are in a mapping (--map).",
+        )  # fmt: skip
+    first_column = 1 if numbered else 0
+    radii = {
+        n: radius
+        for n in range(first_column, len(names) - 1, 2)
+        if (radius := _is_circle(first.columns[n], first.columns[n + 1]))
+    }
+    pairs = [(n, n + 1) for n, radius in radii.items() if abs(radius / next(iter(radii.values())) - 1) < 0.01]
+    if not pairs:
+        raise FricError(
+            "has no header, and no two neighbouring columns run on a circle", where=str(table.path),
+            mend="Say what its columns are in a mapping (--map) with `kind: circle`.",
+        )  # fmt: skip
+    reference, position = (pairs[0], pairs[-1]) if len(pairs) > 1 else (None, pairs[0])
+    origins = {"time": Origin(0, 1.0 / sampling) if numbered else Origin(None, 1.0 / sampling)}
+    for axis, k in (("x", 0), ("y", 1)):
+        if reference is not None:
+            origins[f"{axis}.reference"] = Origin(reference[k], 1e-3)
+        origins[f"{axis}.position"] = Origin(position[k], 1e-3)
+    wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
+    taken = f"columns {reference[0]} and {reference[1]} are taken for the reference of x and y, " if reference else ""
+    notice = Notice(
+        f"{table.path}: there is no header: {taken}columns {position[0]} and {position[1]} for the position, in mm, "
+        "counted from 0. Say otherwise in a mapping, and where the voltage stands",
+        "columns-by-content", "doubt",
+    )  # fmt: skip
+    return Plan("linear", origins, wanted, names, False, frozenset()), [notice]
+
+
+def _is_circle(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
+    """Return the radius of the circle that two columns run on while they move; 0 where they do not."""
+    moving = np.hypot(np.gradient(x), np.gradient(y)) > 0
+    if np.count_nonzero(moving) < 100 or not (np.ptp(x) > 0 and np.ptp(y) > 0):
+        return 0.0
+    if not 0.9 < np.ptp(x) / np.ptp(y) < 1.1:
+        return 0.0
+    a, b, r = fit_circle(x[moving], y[moving])
+    off = np.abs(np.hypot(x[moving] - a, y[moving] - b) - r)
+    return r if np.quantile(off, 0.9) < 0.01 * r else 0.0

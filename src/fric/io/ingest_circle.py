@@ -1,0 +1,236 @@
+"""Foreign traces of circle tests in, one circle test file out: every arc of a trace that is a whole circle."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.documents.mapping import MappingDocument
+from fric.documents.provenance import provenance
+from fric.errors import FricError
+from fric.identify.circle.measured import AxisTrace, Instrument, MeasuredCircle
+from fric.identify.circle.revolutions import FoundCircle, find_circles, rounded
+from fric.io.audit import Clock
+from fric.io.circle import FORMAT, read_circles, write_circles
+from fric.io.circle_columns import circle_plan
+from fric.io.digest import digest_of
+from fric.io.ingest import Progress, refuse_foreign_name
+from fric.io.readers import tables
+from fric.io.rows import WholeRows
+from fric.log import BALL_BAR
+from fric.notice import Notice
+from fric.output import refuse_existing
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.io.channels import Plan
+    from fric.io.readers.base import Table
+
+
+@dataclass(frozen=True)
+class StatedCircle:
+    """What the user says of a circle; None is found from the trace.
+
+    Parameters
+    ----------
+    radius, feed
+        Nominal radius [m], and speed along the circle [m/s].
+    direction
+        1 counter-clockwise, -1 clockwise.
+    sampling
+        Samples a second of a trace without time [Hz].
+    instrument
+        What told the position.
+    """
+
+    radius: float | None = None
+    feed: float | None = None
+    direction: int | None = None
+    sampling: float | None = None
+    instrument: Instrument = ""
+
+
+@dataclass(frozen=True)
+class IngestedCircles:
+    """What was read: the tests, the file they are in, and what the user should know."""
+
+    output: str
+    tests: tuple[MeasuredCircle, ...]
+    samples: int
+    warnings: tuple[Notice, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what was read as a plain document, for programs."""
+        return {
+            "output": self.output,
+            "tests": [
+                {
+                    "name": test.name, "radius": test.radius, "feed": test.feed, "direction": test.direction,
+                    "axes": {name: list(trace.channels()) for name, trace in test.axes.items()},
+                    "instrument": test.instrument, "source": test.source, "sha256": test.sha256,
+                }
+                for test in self.tests
+            ],
+            "samples": self.samples,
+            "warnings": list(self.warnings),
+            "warnings_coded": [warning.as_dict() for warning in self.warnings],
+        }  # fmt: skip
+
+
+def ingest_circles(
+    paths: Iterable[Path] | Path,
+    output: Path,
+    *,
+    mapping: MappingDocument | None = None,
+    stated: StatedCircle | None = None,
+    append: bool = False,
+    bad_cells: str = "error",
+    force: bool = False,
+    progress: Progress | None = None,
+) -> IngestedCircles:
+    """Read traces of circle tests, or a ball bar's angle and radial deviation, into a circle test file.
+
+    Parameters
+    ----------
+    paths
+        Text (also ``.gz``, also LinuxCNC's sampler), MATLAB ``.mat``, Parquet. A trace may hold several circles.
+    output
+        The file that is written, whole or not at all.
+    mapping
+        What the columns mean. Without it the header must name axes and units, as in ``x_ref [mm], x_pos [mm]``.
+    stated
+        What is said of the circle and not found.
+    append
+        Add to the file.
+    bad_cells, force, progress
+        As in `fric.io.ingest.ingest`.
+
+    Raises
+    ------
+    FricError
+        When a file does not read, or there is no whole circle in it.
+    """
+    stated, output = stated or StatedCircle(), Path(output)
+    sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
+    refuse_foreign_name(output)
+    refuse_existing(None if append else output, force=force)
+    if not sources:
+        raise FricError("there is no file to ingest")
+    held = read_circles(output) if append and output.exists() else []
+    known = {test.sha256 for test in held}
+    found: list[MeasuredCircle] = []
+    warnings: list[Notice] = []
+    samples = 0
+    for source in sources:
+        digest = digest_of(source)
+        if digest in known:
+            warnings.append(Notice(f"{source} is there already: skipped", "there-already", "note"))
+            continue
+        for table in tables(source, mapping.format if mapping else None):
+            fields = {"stem": source.stem, "name": source.name, **table.constants}
+            fields = mapping.fields(fields, str(source)) if mapping else fields
+            chosen, told = circle_plan(table, mapping, stated.sampling, fields)
+            warnings += told
+            channels = _whole(table, chosen, bad_cells == "drop", progress or (lambda _: None))
+            samples += len(next(iter(channels.values())))
+            for test in _tests(channels, stated, str(source), digest):
+                found.append(test)
+    for test in found:
+        warnings += _guesses(test, stated)
+    write_circles(output, [*held, *found], json.dumps(provenance() | {"format": FORMAT}), force=force or append)
+    return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)))
+
+
+def _whole(table: Table, chosen: Plan, drop: bool, progress: Progress) -> dict[str, NDArray[np.float64]]:
+    """Return all channels of a table in SI."""
+    rows_of, clock, parts = WholeRows(table, chosen, drop), Clock(table.place), []
+    for block in table.blocks(chosen.wanted):
+        good, rows = rows_of.good(block)
+        channels = chosen.convert(good, rows)
+        if "time" in channels:
+            clock.tick(channels["time"], rows)
+        parts.append(channels)
+        progress(block.size)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _tests(
+    channels: dict[str, NDArray[np.float64]], stated: StatedCircle, source: str, digest: str
+) -> Iterator[MeasuredCircle]:
+    if set(BALL_BAR) <= channels.keys():
+        yield _ball_bar(channels, stated, source, digest)
+        return
+    names = list(dict.fromkeys(name.partition(".")[0] for name in channels if name.endswith(".position")))[:2]
+    time = channels["time"]
+    by = "reference" if all(f"{name}.reference" in channels for name in names) else "position"
+    circles = find_circles(time, channels[f"{names[0]}.{by}"], channels[f"{names[1]}.{by}"])
+    if not circles:
+        raise FricError(
+            "there is no whole circle in it", where=source,
+            mend="Record a whole revolution at steady feed, of both axes that make the circle.",
+        )  # fmt: skip
+    for n, circle in enumerate(circles, start=1):
+        axes = {
+            name: AxisTrace(
+                time[circle.samples] - time[circle.samples][0],
+                **{
+                    channel: channels[f"{name}.{channel}"][circle.samples]
+                    for channel in ("position", "reference", "input", "force")
+                    if f"{name}.{channel}" in channels
+                },
+            )
+            for name in names
+        }
+        yield _named(circle, axes, stated, source, digest, n, by == "reference")
+
+
+def _named(
+    circle: FoundCircle, axes: dict[str, AxisTrace], stated: StatedCircle, source: str, digest: str, n: int, exact: bool
+) -> MeasuredCircle:
+    radius = stated.radius or rounded(circle.radius, 1e-5 if exact else 2e-3)
+    feed = stated.feed or rounded(circle.feed)
+    return MeasuredCircle(
+        radius, feed, stated.direction or circle.direction, axes, instrument=stated.instrument,
+        name=f"{Path(source).stem}-{n}", source=source, sha256=digest,
+    )  # fmt: skip
+
+
+def _ball_bar(
+    channels: dict[str, NDArray[np.float64]], stated: StatedCircle, source: str, digest: str
+) -> MeasuredCircle:
+    angle = np.unwrap(channels["angle"])
+    if stated.radius is None:
+        raise FricError("a ball bar's deviation does not tell the radius", where=source, mend='Say --radius "150 mm".')
+    feed = stated.feed
+    if feed is None and "time" in channels:
+        time = channels["time"]
+        feed = rounded(abs(float(np.median(np.diff(angle) / np.diff(time)))) * stated.radius)
+    if feed is None:
+        raise FricError("a ball bar's deviation does not tell the feed", where=source, mend='Say --feed "100 mm/s".')
+    turned = float(angle[-1] - angle[0])
+    if abs(turned) < 2 * pi - 0.02:
+        raise FricError(
+            f"the angle covers {np.degrees(abs(turned)):.0f}°, and a whole revolution is needed", where=source,
+            mend="Is its unit right? Record a revolution and more.",
+        )  # fmt: skip
+    return MeasuredCircle(
+        stated.radius, feed, stated.direction or (1 if turned > 0 else -1), angle=angle,
+        deviation=channels["deviation"], instrument="ball-bar", name=Path(source).stem, source=source, sha256=digest,
+    )  # fmt: skip
+
+
+def _guesses(test: MeasuredCircle, stated: StatedCircle) -> Iterator[Notice]:
+    if test.is_ball_bar or stated.radius is not None or all(t.reference is not None for t in test.axes.values()):
+        return
+    yield Notice(
+        f"{test.source}: without a reference the nominal radius is taken to be {test.radius * 1e3:g} mm, the roundest "
+        "within 0.2 % of that measured. Say --radius if it is another: both scales hang on it",
+        "radius-assumed", "doubt",
+    )  # fmt: skip
