@@ -150,7 +150,7 @@ def table():
 
 
 def scheme(name):
-    from fric.compensation.base import PAPER_SCHEMES
+    from fric.control.scheme import PAPER_SCHEMES
 
     return PAPER_SCHEMES[name]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fric.compensation.base import Compensation
+from fric.control.scheme import Scheme
 from fric.contour import QUADRANTS
 from fric.errors import FricError
 from fric.identify.circle.diagnose import Diagnosis, diagnose
@@ -83,7 +83,7 @@ class Agreement:
 def predict(
     measured: Diagnosis,
     machine: Machine,
-    scheme: Compensation,
+    scheme: Scheme,
     intervals: Mapping[str, Intervals] | None = None,
     *,
     draws: int = DRAWS,
@@ -125,7 +125,7 @@ def predict(
     for n in range(draws):
         try:
             other, _ = draw_machine(machine, n, spreads={}, intervals=intervals)
-            drawn.append(run_circle(other, scheme, circle).circularity.quadrants)
+            drawn.append(run_circle(other, scheme, circle, accuracy=1e-8).circularity.quadrants)
         except FricError:  # one that is not stable, or needs more voltage than there is
             continue
         finally:
