@@ -10,7 +10,11 @@ import benchmarks
 
 
 def main(names: list[str]) -> None:
-    found = [module.name for module in iter_modules(benchmarks.__path__) if not module.name.startswith("_")]
+    found = [
+        module.name
+        for module in iter_modules(benchmarks.__path__)
+        if not module.name.startswith("_") and not module.ispkg
+    ]  # reality has a command of its own
     for name in names or found:
         print(f"\n{name}")
         for what, measured, target in import_module(f"benchmarks.{name}").run():

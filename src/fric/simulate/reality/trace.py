@@ -100,6 +100,7 @@ def _kept(rng: np.random.Generator, count: int, lost: float) -> NDArray[np.bool_
 def _averaged(values: Real, at: Real, width: int) -> Real:
     """Return the mean of ``width`` values, each held for a sample, around each of the places."""
     sums, n = np.concatenate([[0.0], np.cumsum(values)]), len(values)
+    at = np.maximum(at, 0.0)
     start, stop = np.clip(at - width // 2, 0, n), np.clip(at - width // 2 + width, 0, n)
     up_to = np.interp(np.concatenate([start, stop]), np.arange(n + 1), sums)
     return np.asarray((up_to[len(at) :] - up_to[: len(at)]) / (stop - start))

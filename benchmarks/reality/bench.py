@@ -1,0 +1,144 @@
+"""Every machine with every seed: what was covered, what was told, what was silent, and what the circle then is."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+
+from benchmarks.reality.judge import Number, Step, Verdict, identified
+from benchmarks.reality.session import Sessions, machine_with
+from fric.compensation.base import choose_schemes
+from fric.errors import FricError
+from fric.simulate.circle import run_circle
+from fric.simulate.machine import Believed, Machine
+from fric.simulate.reality.flaws import NONE
+
+STEPS = ("plant", "static", "gms")
+HOLDS = 0.9
+"""Share of the seeds in which a parameter is covered, or a warning says that it is wrong."""
+SCHEMES = ("a", "c")
+"""The schemes whose circle is predicted: none, and the feedforward of the GMS model that was identified."""
+
+
+@dataclass(frozen=True)
+class Glitches:
+    """Largest glitch by scheme [m]: as `simulate circle` predicts it, and as the machine then does."""
+
+    predicted: dict[str, float]
+    done: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One session on one machine: what each `identify` gave, and the circles where they were asked for."""
+
+    flaw: str
+    seed: int
+    steps: dict[str, Step]
+    glitches: Glitches | None
+
+
+@dataclass(frozen=True)
+class Row:
+    """All sessions on one machine."""
+
+    flaw: str
+    outcomes: tuple[Outcome, ...]
+
+    def names(self, step: str) -> list[str]:
+        """Return the parameters that a step gave, in their order."""
+        return list(dict.fromkeys(name for o in self.outcomes for name in o.steps[step].numbers))
+
+    def numbers(self, step: str, name: str) -> list[Number]:
+        """Return one parameter over the sessions."""
+        return [o.steps[step].numbers[name] for o in self.outcomes if name in o.steps[step].numbers]
+
+    def covered(self, step: str, name: str) -> float:
+        """Return the share of the sessions in which the interval of a parameter holds the truth."""
+        return sum(number.covered for number in self.numbers(step, name)) / max(len(self.numbers(step, name)), 1)
+
+    def holds(self, step: str, name: str) -> float:
+        """Return the share in which it does, or a warning of this step or the ones before says that it is wrong."""
+        fine = [
+            o.steps[step].numbers[name].covered or bool(_wrong(o, step))
+            for o in self.outcomes
+            if name in o.steps[step].numbers
+        ]
+        return sum(fine) / max(len(fine), 1)
+
+    def verdict(self, step: str) -> str:
+        """Return ``covered``, ``told`` or ``silent`` for a step."""
+        if any(o.steps[step].crash for o in self.outcomes):
+            return "silent"
+        failed = sum(bool(o.steps[step].failure) for o in self.outcomes)
+        names = self.names(step)
+        if failed > (1 - HOLDS) * len(self.outcomes):
+            return "told"
+        if all(self.covered(step, name) >= HOLDS for name in names):
+            return "covered"
+        return "told" if all(self.holds(step, name) >= HOLDS for name in names) else "silent"
+
+    def codes(self, severities: Sequence[str] = ("wrong", "doubt")) -> dict[str, float]:
+        """Return the codes of the warnings that came, the commonest first, with the share of the sessions."""
+        seen: Counter[str] = Counter()
+        for o in self.outcomes:
+            found = {n.code for step in o.steps.values() for n in step.notices if n.severity in severities and n.code}
+            seen.update(found)
+        return {code: count / len(self.outcomes) for code, count in seen.most_common()}
+
+    @property
+    def glitches(self) -> Glitches | None:
+        """The circles of the first session that has them."""
+        return next((o.glitches for o in self.outcomes if o.glitches is not None), None)
+
+
+def _wrong(outcome: Outcome, step: str) -> list[str]:
+    """Return what says that a step is wrong: it builds on those before it."""
+    before = STEPS[: STEPS.index(step) + 1]
+    return [code for name in before for code in outcome.steps[name].wrong]
+
+
+def run(flaw: str, seeds: Iterable[int]) -> list[Outcome]:
+    """Run the sessions of some seeds on one machine."""
+    sessions, found = Sessions(flaw), []
+    for seed in seeds:
+        verdict = identified(sessions.session(seed))
+        found.append(Outcome(flaw, seed, verdict.steps, glitches(flaw, verdict) if seed == 0 else None))
+    return found
+
+
+def run_all(flaws: Sequence[str], seeds: int, workers: int, share: int = 5) -> Iterator[list[Outcome]]:
+    """Run all machines in processes, and yield outcomes as they are ready."""
+    parts = [(flaw, range(first, min(first + share, seeds))) for first in range(0, seeds, share) for flaw in flaws]
+    if workers == 1:
+        yield from (run(*part) for part in parts)
+        return
+    with ProcessPoolExecutor(workers) as pool:
+        for done in as_completed([pool.submit(run, *part) for part in parts]):
+            yield done.result()
+
+
+def glitches(flaw: str, verdict: Verdict) -> Glitches | None:
+    """Return the glitch on a circle, by what was identified and of the machine; None where too little was."""
+    if verdict.plant is None or verdict.model is None:
+        return None
+    machine = machine_with(flaw)
+    believed = Believed({"gms": verdict.model}, 1.0)
+    true = replace(machine.axis("x"), believed=believed, nominal=verdict.plant)
+    seen = replace(
+        true, plant=verdict.plant, friction=verdict.model, load=verdict.offset, reality=NONE, second_mass=None
+    )
+    return Glitches(_glitch(machine, seen), _glitch(machine, true))
+
+
+def _glitch(machine: Machine, axis: object) -> dict[str, float]:
+    run_on = replace(machine, axes={**machine.axes, "x": axis})  # type: ignore[dict-item]
+    found = {}
+    for scheme in choose_schemes(",".join(SCHEMES)):
+        try:
+            found[scheme.name] = float(run_circle(run_on, scheme, only="x").circularity.glitch)
+        except FricError:
+            found[scheme.name] = float("nan")
+    return found

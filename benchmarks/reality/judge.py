@@ -1,0 +1,129 @@
+"""One session identified as a user would, and held against the effective truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from traceback import format_exc
+from typing import Any
+
+import numpy as np
+
+from benchmarks.reality.session import Session
+from benchmarks.reality.truth import gms_truth, plant_truth, static_truth, virgin_truth
+from fric.documents.friction import gms_tree, read_static, static_tree
+from fric.documents.plant import plant_tree, read_plant
+from fric.documents.yaml import write_document
+from fric.drive.plant import Plant
+from fric.errors import FricError
+from fric.friction.gms import GMS
+from fric.identify.dynamics.plant import identify_plant
+from fric.identify.loops.gms import identify_gms
+from fric.identify.strokes.static import identify_static
+from fric.notice import Notice
+
+INSIDE = 0.9
+"""Share of the virgin curve that lies inside its 95 % band, at least: neighbouring points err alike."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """One identified number, its interval, and the effective truth."""
+
+    value: float
+    low: float
+    high: float
+    truth: float
+
+    @property
+    def covered(self) -> bool:
+        """Whether the interval holds the truth."""
+        return self.low <= self.truth <= self.high
+
+
+@dataclass
+class Step:
+    """What one `identify` gave."""
+
+    numbers: dict[str, Number] = field(default_factory=dict)
+    notices: list[Notice] = field(default_factory=list)
+    failure: str = ""
+    crash: str = ""
+
+    @property
+    def wrong(self) -> list[str]:
+        """Codes of the warnings that say the result is wrong until mended; an error says so too."""
+        return [n.code or "(no code)" for n in self.notices if n.severity == "wrong"] + ["error"] * bool(self.failure)
+
+
+@dataclass
+class Verdict:
+    """What the `identify` of one session gave, by step; and the models, for the circle."""
+
+    steps: dict[str, Step]
+    plant: Plant | None = None
+    model: GMS | None = None
+    offset: float = 0.0
+
+
+def identified(session: Session) -> Verdict:
+    """Identify plant, static map and GMS model of a session's logs, each with what the step before it gave."""
+    logs, steps = session.logs, {name: Step() for name in ("plant", "static", "gms")}
+    verdict = Verdict(steps)
+    with TemporaryDirectory() as folder:
+        plant_file, friction_file = Path(folder) / "plant.yaml", Path(folder) / "friction.yaml"
+
+        def plant() -> None:
+            records = logs["frequency-response"]
+            tree = plant_tree(identify_plant(records), records)
+            write_document(plant_file, tree)
+            _enter(steps["plant"], tree, tree, plant_truth(session))
+            verdict.plant = read_plant(plant_file, axis="x", motion="linear")
+
+        def static() -> None:
+            records, known = logs["constant-velocity"], verdict.plant
+            fit = identify_static(records, plant=known)
+            tree = static_tree(fit, records)
+            write_document(friction_file, tree)
+            damping = known.K_f * known.A / known.B if known is not None else 0.0
+            _enter(steps["static"], tree, tree["static"], static_truth(session, damping))
+            verdict.offset = float(tree["static"]["offset"]["value"]) if "offset" in tree["static"] else 0.0
+
+        def gms() -> None:
+            records = [*logs["presliding-sine"], *logs["sliding-sine"]]
+            given = read_static(friction_file, axis="x", motion="linear") if friction_file.exists() else None
+            fit = identify_gms(records, static=given.static if given else None, plant=verdict.plant)
+            _enter(steps["gms"], {"warnings": fit.warnings}, gms_tree(fit, records)["gms"], gms_truth(session))
+            verdict.model = fit.model
+            z = fit.curve.displacement
+            half, expected = np.hypot(fit.curve.band, 1.96 * fit.curve.blur), virgin_truth(session, z)
+            within = float(np.mean(np.abs(fit.curve.force - expected) <= half))
+            steps["gms"].numbers["curve"] = Number(within, 0.0, within, INSIDE)
+
+        for name, step in (("plant", plant), ("static", static), ("gms", gms)):
+            _try(steps[name], step)
+    return verdict
+
+
+def _try(step: Step, action: Callable[[], None]) -> None:
+    try:
+        action()
+    except FricError as error:
+        step.failure = str(error)
+    except Exception as error:  # a bug of fric: it is told as one, and the other steps go on
+        step.crash = f"{type(error).__name__}: {error} ({format_exc().splitlines()[-3].strip()})"
+
+
+def _enter(step: Step, tree: Mapping[str, Any], section: Mapping[str, Any], truth: Mapping[str, float]) -> None:
+    """Enter the numbers of a document's section that have a truth, and its warnings."""
+    step.notices = [Notice.of(text) for text in tree["warnings"]]
+    for name, expected in truth.items():
+        given = section.get(name)
+        if not isinstance(given, dict):
+            continue
+        low, high = given.get("ci95") or (given["value"], given["value"])
+        limits = (-np.inf if low is None else low, np.inf if high is None else high)
+        if not given.get("assumed"):
+            step.numbers[name] = Number(given["value"], *limits, expected)
