@@ -48,6 +48,33 @@ class Reference:
             self.acceleration + other.acceleration,
         )
 
+    def ahead(self, lead: float) -> Reference:
+        """Return the motion that is asked for a lead later, at the same instants.
+
+        Between samples the position is the cubic of its values and velocities (Hermite), velocity and acceleration are
+        linear; beyond the end the acceleration stays as it is.
+
+        Parameters
+        ----------
+        lead
+            The lead [s], 0 or more.
+        """
+        if lead == 0.0:
+            return self
+        whole, s = divmod(lead * self.sampling, 1.0)
+        if s > 1.0 - 1e-9:  # the rounding of a whole number of samples
+            whole, s = whole + 1.0, 0.0
+        T, further = 1.0 / self.sampling, np.arange(1, int(whole) + 2) / self.sampling
+        z_end, v_end, a_end = (values[-1] for values in (self.position, self.velocity, self.acceleration))
+        z = np.append(self.position, z_end + further * (v_end + 0.5 * a_end * further))[int(whole) :]
+        v = np.append(self.velocity, v_end + a_end * further)[int(whole) :]
+        a = np.append(self.acceleration, np.full(further.size, a_end))[int(whole) :]
+        position = (
+            (1 + 2 * s) * (1 - s) ** 2 * z[:-1] + s**2 * (3 - 2 * s) * z[1:]
+            + T * s * (1 - s) * ((1 - s) * v[:-1] - s * v[1:])
+        )  # fmt: skip
+        return Reference(self.sampling, position, v[:-1] + s * (v[1:] - v[:-1]), a[:-1] + s * (a[1:] - a[:-1]))
+
 
 def smooth_step(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
     """Return S(x), its integral, and its first two derivatives.

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+
+from fric.units import parse
 
 LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG.h5…", help="Log files of one axis.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else.")]
@@ -35,6 +37,20 @@ BelievedFriction = Annotated[
 Gain = Annotated[
     float | None, typer.Option("--gain", help="Gain of the friction feedforward, instead of the machine's.")
 ]
+Lead = Annotated[
+    str | None,
+    typer.Option(
+        "--lead",
+        metavar="TIME",
+        help='How far feedforward goes ahead of the reference, as "0.6 ms", or auto for the delay of the plant that is '
+        "believed; instead of the machine's.",
+    ),
+]
 RunFile = Annotated[
     Path | None, typer.Option("-o", "--output", metavar="RUN.h5", help="Keep traces and metrics in this file.")
 ]
+
+
+def lead_given(text: str | None) -> Any:
+    """Return the lead that an option gives: seconds, ``auto``, or None."""
+    return text if text is None or text == "auto" else parse(text, "time")

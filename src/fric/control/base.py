@@ -49,6 +49,8 @@ class Setting:
         The friction that the scheme feeds forward; None for none.
     gain
         Share of the friction that is fed forward [1].
+    lead
+        How far feedforward goes ahead of the reference [s].
     K_f
         Force constant that the controller believes [N/V].
     reference
@@ -63,6 +65,7 @@ class Setting:
     cascade: Cascade
     friction: FrictionModel | None = None
     gain: float = 1.0
+    lead: float = 0.0
     K_f: float = float("nan")
     reference: Reference | None = None
     position: float = 0.0

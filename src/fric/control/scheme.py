@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from fric.control import block_type
 from fric.errors import FricError
 
 if TYPE_CHECKING:
     from fric.control.base import ControlBlock
+
+Lead = float | Literal["auto"]
+"""How far feedforward goes ahead of the reference [s]; ``auto`` for the delay T_d of the plant that is believed."""
 
 OBSERVER = "inverse-model"
 """The block that ``observer: true`` stands for."""
@@ -30,6 +33,8 @@ class Scheme:
         Name of the friction model that is fed forward (``static``, ``gms``, …); None for no feedforward.
     gain
         Gain of the friction feedforward; None for that of the machine.
+    lead
+        How far friction and inverse model are fed forward ahead of the reference; None for that of the machine.
     controller
         Name of the control block that takes the place of the cascade; the cascade itself where not given.
     blocks
@@ -45,6 +50,7 @@ class Scheme:
     title: str
     friction: str | None = None
     gain: float | None = None
+    lead: Lead | None = None
     controller: str = "cascade"
     blocks: tuple[str, ...] = ()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine import true_friction
@@ -36,7 +37,7 @@ class Identified:
     warnings: tuple[str, ...]
 
 
-def read_identified(path: Path, *, believed: Iterable[str] = (), gain: float | None = None) -> Identified:
+def read_identified(path: Path, *, believed: Iterable[str] = (), **instead: Any) -> Identified:
     """Read a machine file with the intervals of what was identified of it.
 
     What is identified of an axis is what its controller believes: the friction file given in ``believed``, or that of
@@ -45,7 +46,7 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), gain: float | N
 
     Parameters
     ----------
-    path, believed, gain
+    path, believed, instead
         As in `fric.documents.machine_files.read_machine`.
 
     Raises
@@ -54,7 +55,7 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), gain: float | N
         As `read_machine`; and when no parameter has an interval.
     """
     believed = tuple(believed)
-    machine = read_machine(path, believed=believed, gain=gain)
+    machine = read_machine(path, believed=believed, **instead)
     intervals: dict[str, Intervals] = {}
     axes, warnings = dict(machine.axes), []
     for name, part in read_machine_document(path, believed).axes.items():

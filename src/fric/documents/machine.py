@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 from fric.documents.base import AxisDocument, Document, Part, Physical, Quantity
 from fric.documents.controller import ControllerDocument, ControllerPart
 from fric.documents.friction import FrictionDocument
+from fric.documents.lead import LeadGiven, lead_of
 from fric.documents.observer import ObserverDocument, ObserverPart
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.documents.reality import RealityPart, SecondMassPart
@@ -55,6 +56,11 @@ class FeedforwardPart(Physical):
 
     gain: Quantity | None = Field(
         default=None, description="share of the believed friction that is fed forward; 1 if left out"
+    )
+    lead: LeadGiven = Field(
+        default=None,
+        description="how far friction and inverse model are fed forward ahead of the reference, as '0.6 ms'; "
+        "auto for the delay T_d of the nominal plant; none if left out",
     )
     friction: Annotated[FrictionDocument | None, _from_file(FrictionDocument)] = Field(
         default=None, description="a friction file, or its sections; the machine's own friction where left out"
@@ -204,7 +210,7 @@ def _axis(name: str, part: AxisPart) -> Axis:
             load=float(part.friction.estimates("static")["offset"])
             if "offset" in (part.friction.static or {})
             else 0.0,
-            believed=Believed(believed_models(believed), gain),
+            believed=Believed(believed_models(believed), gain, lead_of(part.feedforward.lead) or 0.0),
             nominal=nominal,
             observer=part.observer.observer(motion, G_n.A, G_n.B) if part.observer else None,
             encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),

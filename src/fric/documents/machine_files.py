@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+from fric.control.scheme import Lead
 from fric.documents.base import AxisDocument
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
@@ -26,7 +28,12 @@ BELIEVED: dict[str, type[AxisDocument | FrictionDocument]] = {
 
 
 def read_machine(
-    path: Path, *, believed: Iterable[str] = (), gain: float | None = None, friction_model: str | None = None
+    path: Path,
+    *,
+    believed: Iterable[str] = (),
+    gain: float | None = None,
+    lead: Lead | None = None,
+    friction_model: str | None = None,
 ) -> Machine:
     """Read a machine file, and the files that it names.
 
@@ -39,6 +46,8 @@ def read_machine(
         plant, a controller, an observer. What the axis truly is stays as it is.
     gain
         Gain of the friction feedforward on all axes, instead of the machine's.
+    lead
+        Lead of the feedforward on all axes [s], or ``auto``, instead of the machine's.
     friction_model
         Name of the model, of those in the machine's own friction, that the axes have; the richest where not given.
 
@@ -56,9 +65,8 @@ def read_machine(
             machine = replace(machine, axes=axes)
     except FricError as error:
         raise error.at(str(path)) from None
-    if gain is None:
-        return machine
-    axes = {name: replace(axis, believed=replace(axis.believed, gain=gain)) for name, axis in machine.axes.items()}
+    instead: dict[str, Any] = {key: value for key, value in (("gain", gain), ("lead", lead)) if value is not None}
+    axes = {name: replace(axis, believed=replace(axis.believed, **instead)) for name, axis in machine.axes.items()}
     return replace(machine, axes=axes)
 
 

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from fric.control.scheme import Scheme
 from fric.documents.base import Document, Part
+from fric.documents.lead import LeadGiven, lead_of
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 
@@ -20,6 +21,7 @@ class SchemePart(Part):
     friction: str | None = Field(None, description="friction model to feed forward: static, gms, …; none if left out")
     observer: bool = Field(False, description="true where the axis' disturbance observer is on")
     gain: float | None = Field(None, description="gain of the feedforward; the machine's where left out")
+    lead: LeadGiven = Field(None, description="lead of the feedforward; the machine's where left out")
     controller: str = Field("cascade", description="the control block in place of the cascade")
     blocks: list[str] = Field(default_factory=list, description="further control blocks: observers, feedforward")
 
@@ -33,7 +35,7 @@ class SchemePart(Part):
 
     def scheme(self, name: str) -> Scheme:
         """Return the scheme."""
-        return Scheme.of({"name": name, **self.model_dump()})
+        return Scheme.of({"name": name, **self.model_dump(), "lead": lead_of(self.lead)})
 
 
 class SchemesDocument(Document):

@@ -142,11 +142,12 @@ def _loop_arguments(
     controller, *others = blocks_of(axis, scheme, setting)
     require_stable(axis, controller, others)
     step, state, parameters, constants = true_axis(axis, float(reference.position[0]), began)
-    model = inverse_model(setting.plant, reference)
+    ahead = reference.ahead(setting.lead)
+    model = inverse_model(setting.plant, ahead)
     tolerance = velocity_tolerance(accuracy, cascade.K_v * cascade.K_p * plant.B, cascade.T_s)
     against = np.zeros(len(reference))
     if setting.friction is not None:
-        against = friction_feedforward(setting.friction, reference, setting.K_f, setting.gain)
+        against = friction_feedforward(setting.friction, ahead, setting.K_f, setting.gain)
     return (
         step,
         state,
@@ -156,7 +157,7 @@ def _loop_arguments(
         [block.ready(setting) for block in (controller, *others)],
         Commands(
             reference.position, reference.velocity, reference.acceleration,
-            model if excitation is None else model + excitation, against, reference.position, reference.velocity,
+            model if excitation is None else model + excitation, against, ahead.position, ahead.velocity,
         ),
     )  # fmt: skip
 
@@ -170,11 +171,18 @@ def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
         When the scheme feeds friction forward that the axis' controller does not believe in.
     """
     nominal, start = axis.nominal or axis.plant, float(reference.position[0])
+    lead = axis.believed.lead if scheme.lead is None else scheme.lead
     return Setting(
-        nominal, axis.cascade, _friction(axis, scheme), axis.believed.gain if scheme.gain is None else scheme.gain,
-        nominal.K_f, reference, position=start,
+        nominal,
+        axis.cascade,
+        friction=_friction(axis, scheme),
+        gain=axis.believed.gain if scheme.gain is None else scheme.gain,
+        lead=nominal.T_d if lead == "auto" else lead,
+        K_f=nominal.K_f,
+        reference=reference,
+        position=start,
         seen=reading(start, axis.encoder.resolution, sensing_of(axis)),
-    )  # fmt: skip
+    )
 
 
 def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock]:

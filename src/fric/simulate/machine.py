@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from math import isclose
 from typing import TYPE_CHECKING
 
+from fric.control.scheme import Lead
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.simulate.reality.flaws import NONE, Reality, SecondMass
@@ -29,10 +30,14 @@ class Believed:
         Friction models by name, as a scheme asks for them.
     gain
         Share of the believed friction that is fed forward.
+    lead
+        By how much friction and inverse model are fed forward ahead of the reference [s]; ``auto`` for the delay T_d of
+        the plant that the controller believes, which is when the drive answers.
     """
 
     models: Mapping[str, FrictionModel] = field(default_factory=dict)
     gain: float = 1.0
+    lead: Lead = 0.0
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,19 @@ import typer
 
 import fric
 from fric.cli.console import print_json, print_table, print_warnings, progress
-from fric.cli.options import BelievedFriction, Force, Gain, Json, MachineFile, Plot, RunFile, SchemeNames, SchemesFile
+from fric.cli.options import (
+    BelievedFriction,
+    Force,
+    Gain,
+    Json,
+    Lead,
+    MachineFile,
+    Plot,
+    RunFile,
+    SchemeNames,
+    SchemesFile,
+    lead_given,
+)
 from fric.cli.simulate import monte_carlo as many
 from fric.units import parse, readable
 
@@ -27,6 +39,7 @@ def circle(
     ] = None,
     friction: BelievedFriction = None,
     gain: Gain = None,
+    lead: Lead = None,
     friction_model: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="Model that the machine has, of those in its file; else the richest."),
@@ -56,14 +69,11 @@ def circle(
     fric.refuse_existing(output, plot, plot_reversal, force=force)
     if monte_carlo is None and (spread or from_intervals or workers or scheduler):
         raise typer.BadParameter("--spread, --from-intervals, --workers and --scheduler go with --monte-carlo")
-    identified = fric.read_identified(machine, believed=friction or (), gain=gain) if from_intervals else None
+    given: dict[str, Any] = {"believed": friction or (), "gain": gain, "lead": lead_given(lead)}
+    identified = fric.read_identified(machine, **given) if from_intervals else None
     if friction_model and from_intervals:
         raise typer.BadParameter("--friction-model does not go with --from-intervals")
-    subject = (
-        identified.machine
-        if identified
-        else fric.read_machine(machine, believed=friction or (), gain=gain, friction_model=friction_model)
-    )
+    subject = identified.machine if identified else fric.read_machine(machine, **given, friction_model=friction_model)
     spreads = fric.read_spreads(spread) if spread else None
     test = fric.Circle(parse(radius, "position"), parse(velocity, "velocity"), revolutions, -1 if clockwise else 1)
     chosen = fric.choose_schemes(scheme, fric.read_schemes(schemes) if schemes else None)

@@ -10,7 +10,19 @@ import typer
 
 import fric
 from fric.cli.console import print_json, print_table, print_warnings, progress
-from fric.cli.options import BelievedFriction, Force, Gain, Json, MachineFile, Plot, RunFile, SchemeNames, SchemesFile
+from fric.cli.options import (
+    BelievedFriction,
+    Force,
+    Gain,
+    Json,
+    Lead,
+    MachineFile,
+    Plot,
+    RunFile,
+    SchemeNames,
+    SchemesFile,
+    lead_given,
+)
 from fric.units import parse, readable
 
 
@@ -21,6 +33,7 @@ def path(
     velocity: Annotated[str, typer.Option("--velocity", help="Feed along the path.")] = "100 mm/s",
     friction: BelievedFriction = None,
     gain: Gain = None,
+    lead: Lead = None,
     schemes: SchemesFile = None,
     output: RunFile = None,
     plot: Plot = None,
@@ -29,7 +42,7 @@ def path(
 ) -> None:
     """Follow a contour given by points under compensation schemes: the glitch at each reversal of an axis."""
     fric.refuse_existing(output, plot, force=force)
-    subject = fric.read_machine(machine, believed=friction or (), gain=gain)
+    subject = fric.read_machine(machine, believed=friction or (), gain=gain, lead=lead_given(lead))
     followed = fric.read_path(points, parse(velocity, "velocity"))
     chosen = fric.choose_schemes(scheme, fric.read_schemes(schemes) if schemes else None)
     runs = []
