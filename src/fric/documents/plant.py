@@ -13,6 +13,7 @@ from fric.documents.base import AxisDocument, CovarianceBlock, Part, Physical, Q
 from fric.documents.of_axis import read_of_axis
 from fric.documents.yaml import read_document
 from fric.drive.plant import LinearPlant, Plant
+from fric.drive.resonance import Resonance
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel
@@ -137,11 +138,27 @@ class PlantFitPart(Part):
     covariance: CovarianceBlock | None = Field(None, description="how the parameters err together")
 
 
+class SecondMassPart(Physical):
+    """A table on a spring behind the motor, as the response shows it."""
+
+    dimensions: ClassVar[dict[str, str]] = {"frequency": "frequency", "ratio": "ratio", "damping": "ratio"}
+
+    frequency: Quantity = Field(description="free resonance of the two masses [Hz]")
+    ratio: Quantity = Field(description="mass of the table over that of both [1]; assumed where the encoder is there")
+    damping: Quantity = Field(description="damping ratio of the resonance [1]")
+    encoder: Literal["motor", "table"] = Field("motor", description="where the encoder is")
+
+    def resonance(self, motion: Motion) -> Resonance:
+        """Return it in SI; raise a `FricError` where it is not physical."""
+        return Resonance(**self.values(motion), encoder=self.encoder)
+
+
 class PlantDocument(AxisDocument, PlantPart):
     """A plant file: eq. (1) of one axis."""
 
     type: ClassVar[str] = "plant"
 
+    second_mass: SecondMassPart | None = Field(None, description="a second mass; left out where none is seen")
     fit: PlantFitPart | None = Field(None, description="how well the plant fits what it was identified from")
 
     def coulomb(self) -> tuple[FrictionModel, float]:
@@ -224,6 +241,9 @@ def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Log | FrequencyRespo
     )
     content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion, "fit": told}
     content |= {name: estimates[name] for name in PlantPart.dimensions if name in estimates}
+    if not isinstance(fit, MotionFit) and fit.second_mass is not None:
+        second = {name: estimate.as_dict() for name, estimate in fit.second_mass.items()}
+        content["second_mass"] = second | {"encoder": fit.solution.form.encoder}
     return PlantDocument.made(content, notices=fit.warnings, logs=records).tree()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -92,11 +93,10 @@ def _phase(G: NDArray[np.complex128]) -> NDArray[np.float64]:
 def _model(top: Axes, middle: Axes, fit: PlantFit) -> None:
     from_, to = _range(fit)
     f = np.geomspace(from_, to, 400)
-    first, values = fit.responses[0], fit.solution.values[:3]
-    G, draws = first.of(values, f), _draws(fit, f)
+    G, draws = fit.responses[0].of(fit.solution, f, friction=False), _draws(fit, f)
     if fit.friction.differs:
         for n, response in enumerate(fit.responses):
-            seen = response.of(fit.solution.values, f)
+            seen = response.of(fit.solution, f)
             top.plot(f, 20 * np.log10(np.abs(seen)), color=CYCLE[n % len(CYCLE)], linewidth=0.8, linestyle="--")
             middle.plot(f, np.degrees(_phase(seen)), color=CYCLE[n % len(CYCLE)], linewidth=0.8, linestyle="--")
     top.plot(f, 20 * np.log10(np.abs(G)), color=BLACK, label="eq. (1), 95 %", zorder=4)
@@ -119,12 +119,12 @@ def _range(fit: PlantFit) -> tuple[float, float]:
 def _draws(fit: PlantFit, f: NDArray[np.float64], count: int = 200) -> NDArray[np.complex128]:
     """Return responses of parameters drawn from their joint normal distribution, shape (count, n)."""
     values = np.random.default_rng(0).multivariate_normal(fit.solution.values, fit.solution.covariance, count)
-    return np.array([fit.responses[0].of(v[:3], f) for v in values])
+    return np.array([fit.responses[0].of(replace(fit.solution, values=v), f, friction=False) for v in values])
 
 
 def _left(axes: Axes, fit: PlantFit, response: ResponseFit, colour: str, marker: str, *, label: bool) -> None:
     f = response.measured.table.frequency[response.used]
-    ratio = np.log(response.measured.response[response.used] / response.of(fit.solution.values, f))
+    ratio = np.log(response.measured.response[response.used] / response.of(fit.solution, f))
     axes.plot(f, 100 * ratio.real, marker, markersize=2.5, color=colour, label="magnitude [%]" if label else None)
     axes.plot(
         f, np.degrees(ratio.imag), marker, markersize=2.5, color=colour, markerfacecolor="none", alpha=0.8,

@@ -132,6 +132,9 @@ def _print(document: dict[str, Any], output: Path, plot: Path | None) -> None:
     fit = document["fit"]
     columns = ("", "value", "95 % interval", "unit")
     print_table(columns, fric.estimate_rows({key: document[key] for key in _VALUES if key in document}))
+    if "second_mass" in document:
+        second = {name: entry for name, entry in document["second_mass"].items() if name != "encoder"}
+        print_table(columns, fric.estimate_rows(second), title="second mass")
     if "parameters" in fit:
         print_table(
             (*columns, "deviation"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from scipy import fft, signal
@@ -11,6 +11,7 @@ from scipy import fft, signal
 from fric.errors import FricError
 from fric.identify.dynamics.spectra import (
     coherence_of,
+    distortion,
     drift,
     estimate,
     excited,
@@ -25,6 +26,7 @@ from fric.identify.dynamics.spectra import (
 from fric.identify.records.conditioning import zero_phase
 from fric.identify.records.sampling import even_sampling
 from fric.log import FrequencyResponse, Log
+from fric.notice import Notice
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,13 +34,26 @@ if TYPE_CHECKING:
 SEGMENTS = 8
 """Length of the record over that of a Welch segment, unless another is asked for."""
 
-DIRECT = (
+DIRECT = Notice(
     "no reference that drives the axis was logged: if the loop was closed, noise that it feeds back draws the response "
-    "towards the controller's inverse; log the reference, or excite periodically"
+    "towards the controller's inverse; log the reference, or excite periodically",
+    "loop-feeds-back",
+    "doubt",
 )
+
+DISTORTED = 1.5
+"""Noise of a line from which on what repeats itself at its neighbours is more than noise."""
 
 COHERENT = 0.5
 """Coherence from which on one signal counts as driven by the other."""
+
+
+class QuietLines(NamedTuple):
+    """Lines that are not driven: frequency [Hz], mean complex amplitude of input [V] and position [m], shape (n,)."""
+
+    frequency: NDArray[np.float64]
+    input: NDArray[np.complex128]
+    position: NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -65,6 +80,8 @@ class MeasuredResponse:
         motion never reverses; None for a table.
     speed
         Root mean square of v' [m/s]; None for a table.
+    quiet
+        What repeats itself at lines that are not driven; None where there is no telling.
     warnings
         What the record cannot tell.
     """
@@ -77,6 +94,7 @@ class MeasuredResponse:
     sampling: float | None = None
     reversing: float | None = None
     speed: float | None = None
+    quiet: QuietLines | None = None
     warnings: tuple[str, ...] = ()
 
     @property
@@ -136,13 +154,13 @@ def _table(record: FrequencyResponse) -> MeasuredResponse:
         )  # fmt: skip
     if not np.all(record.magnitude > 0):
         raise FricError("a magnitude is not positive", where=record.where, mend="Leave these frequencies out.")
-    deviation, warnings = record.deviation, []
+    deviation, warnings = record.deviation, list[str]()
     if deviation is None and record.coherence is not None:
         coherence = np.clip(record.coherence, 1e-6, 1 - 1e-9)
         deviation = np.sqrt((1 - coherence) / (2 * coherence))
     elif deviation is None:
         deviation = np.full(record.frequency.size, 1.0)
-        warnings = ["the table has no coherence: every frequency weighs the same"]
+        warnings = [Notice("the table has no coherence: every frequency weighs the same", "no-coherence", "note")]
     table = replace(record, phase=np.unwrap(record.phase), deviation=deviation)
     return MeasuredResponse(table, "table", "a table", 0, warnings=tuple(warnings))
 
@@ -166,13 +184,16 @@ def _over_periods(
         spectra = period_spectra(u, z, period, sampling)
     except FricError as error:
         raise error.at(record.where) from None
-    lines = excited(spectra)
-    if record.reference is not None and _accelerates(record.reference):
-        lines &= _driven(record.reference, period)
+    known = _driven(record.reference, period) if record.reference is not None else None
+    lines = excited(spectra, known)
     if np.count_nonzero(lines) < 3:
         raise FricError("fewer than three frequencies are excited", where=record.where, mend="Excite more of them.")
+    repeating = distortion(spectra, lines)
+    means = (np.mean(x[:, ~lines], axis=0) for x in (spectra.input, spectra.position))
+    quiet = QuietLines(spectra.frequency[~lines], *means) if np.any(~lines) else None
     spectra = spectra.at(lines)
     G, deviation, coherence = estimate(spectra)
+    deviation = np.where(repeating > DISTORTED * deviation, np.hypot(repeating, deviation), deviation)
     count = len(spectra.input)
     mean = np.zeros(period // 2 + 1, complex)
     mean[1 : len(lines) + 1][lines] = spectra.position.mean(axis=0) * 2j * np.pi * spectra.frequency * period
@@ -185,16 +206,19 @@ def _over_periods(
         spectra.correlation,
         sampling,
         *_motion(fft.irfft(mean, period) + drift(z[-count * period :], period) * sampling),
-        (f"{count} periods tell little of the variance; log ten",) if count < 4 else (),
+        quiet,
+        (Notice(f"{count} periods tell little of the variance; log ten", "few-periods"),) if count < 4 else (),
     )
 
 
-def _driven(reference: NDArray[np.float64], period: int) -> NDArray[np.bool_]:
-    """Return the lines that the reference drives; all of them where it drives none, but moves slowly besides."""
+def _driven(reference: NDArray[np.float64], period: int) -> NDArray[np.bool_] | None:
+    """Return the lines that the reference drives; None where it drives none, but moves slowly besides."""
+    if not _accelerates(reference):
+        return None
     lines = np.abs(periods(reference, period))
     steady = lines.min(axis=0) > 0.5 * lines.max(axis=0)
     driven = steady & (lines.mean(axis=0) > 1e-3 * np.max(lines.mean(axis=0), where=steady, initial=0.0))
-    return driven if np.count_nonzero(driven) >= 3 else np.ones_like(driven)
+    return driven if np.count_nonzero(driven) >= 3 else None
 
 
 def _over_segments(
@@ -231,6 +255,7 @@ def _over_segments(
         spectra.correlation,
         sampling,
         *_motion(np.gradient(smooth, 1 / sampling)),
+        None,
         (DIRECT,) if driver is u else (),
     )
 

@@ -14,7 +14,9 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.dynamics.force_constant import against_mass, force_constant
 from fric.identify.dynamics.frequency_response import MeasuredResponse, measure_response
-from fric.identify.dynamics.response_fit import Lines, Solution, modelled, select, solve
+from fric.identify.dynamics.mode_fit import at, solve_with_modes
+from fric.identify.dynamics.plant_warnings import told_of
+from fric.identify.dynamics.response_fit import Lines, Solution, select, solve
 from fric.log import FrequencyResponse, Log
 from fric.threads import one_blas_thread
 from fric.units import Motion
@@ -43,23 +45,28 @@ class ResponseFit:
         A, ln B, T_d of this response alone.
     hold
         Sampling rate of the hold in front of the plant [Hz]; None for a continuous response.
+    stand_off
+        Frequencies of lines that stand off all others, and had no part in the fit [Hz].
     """
 
     measured: MeasuredResponse
     used: NDArray[np.bool_]
     solution: Solution
     hold: float | None
+    stand_off: tuple[float, ...] = ()
 
     def model(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Return the fitted response [m/V] at frequencies [Hz], shape (n,)."""
-        return modelled(self.solution.plant(), frequency, self.hold)
+        return self.solution.response(frequency, self.hold)
 
-    def of(self, values: NDArray[np.float64], frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Return what eq. (1) with other parameters, as in `Solution`, shows of this experiment [m/V], shape (n,)."""
-        friction = float(values[3]) * (self.measured.reversing or 0.0) if len(values) > 3 else 0.0
-        shortest = 0.0 if self.hold is None else 0.5 / self.hold
-        plant = LinearPlant(max(float(values[0]) + friction, 0.0), float(np.exp(values[1])), max(values[2], shortest))
-        return modelled(plant, frequency, self.hold)
+    def of(
+        self, solution: Solution, frequency: NDArray[np.float64], *, friction: bool = True
+    ) -> NDArray[np.complex128]:
+        """Return what another solution shows of this experiment [m/V], shape (n,), with friction or without."""
+        values = solution.values.copy()
+        values[2] = max(values[2], 0.0 if self.hold is None else 0.5 / self.hold)
+        reversing = (self.measured.reversing or 0.0) if friction else 0.0
+        return solution.form.response(values, frequency, self.hold, reversing)
 
 
 @dataclass(frozen=True)
@@ -110,6 +117,8 @@ class PlantFit:
         Sampling rate of the hold [Hz]; None for a continuous response.
     transport
         What is left of T_d without half a sample of hold [s].
+    second_mass
+        Frequency, ratio and damping of a table on a spring, see `fric.drive.resonance`; None where none is seen.
     warnings
         What the data cannot tell.
     """
@@ -122,6 +131,7 @@ class PlantFit:
     friction: FrictionInfluence
     hold: float | None
     transport: Estimate
+    second_mass: dict[str, Estimate] | None = None
     warnings: tuple[str, ...] = ()
 
     @property
@@ -178,11 +188,12 @@ def identify_plant(
         rate = None if continuous else hold or measured.sampling
         lines, used = select(measured, hold=rate, coherence=coherence, band=band)
         try:
-            solution = solve([lines])
+            solution, kept = solve_with_modes(lines)
         except FricError as error:
             raise error.at(measured.table.where) from None
-        fits.append(ResponseFit(measured, used, solution, rate))
-        sets.append(lines)
+        used[np.flatnonzero(used)[~kept]] = False
+        fits.append(ResponseFit(measured, used, solution, rate, tuple(float(f) for f in lines.frequency[~kept])))
+        sets.append(at(lines, kept))
     solution, influence = _joined(fits, sets)
     motion = fits[0].measured.table.motion
     rates = [fit.hold for fit in fits if fit.hold is not None]
@@ -199,8 +210,24 @@ def identify_plant(
         transport = replace(transport, value=float(transport) - half, ci95=(low - half, high - half))  # type: ignore[operator]
     return PlantFit(
         fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
-        (*_warnings(fits, solution, influence, estimates, rate), *told),
+        _second_mass(solution),
+        (*told_of(fits, solution, influence, estimates, rate), *told),
     )  # fmt: skip
+
+
+def _second_mass(solution: Solution) -> dict[str, Estimate] | None:
+    found = solution.form.resonance(solution.values)
+    if found is None:
+        return None
+    half = solution.half_widths()[3 + solution.form.friction :]
+    f, zeta, ratio = found.frequency, found.damping, found.ratio
+    told = len(half) > 2
+    limits = (ratio - float(half[2]), ratio + float(half[2])) if told else None
+    return {
+        "frequency": Estimate(f, "Hz", (f * float(np.exp(-half[0])), f * float(np.exp(half[0])))),
+        "ratio": Estimate(ratio, "1", limits, assumed=not told),
+        "damping": Estimate(zeta, "1", (zeta * float(np.exp(-half[1])), zeta * float(np.exp(min(half[1], 20.0))))),
+    }
 
 
 def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solution, FrictionInfluence]:
@@ -212,10 +239,12 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
     if len(fits) == 1:
         return fits[0].solution, alone
     misfits = [fit.solution.misfit for fit in fits]
-    together = solve(sets, misfits=misfits)
+    seen_modes = [fit.solution for fit in fits if fit.solution.form.encoder]
+    mode = seen_modes[0].form.resonance(seen_modes[0].values) if seen_modes else None
+    together = solve(sets, misfits=misfits, resonance=mode)
     if np.any(np.isnan(gains)) or np.ptp(gains) <= APART * np.max(np.abs(gains)):
         return together, alone
-    split = solve(sets, friction=True, misfits=misfits)
+    split = solve(sets, friction=True, misfits=misfits, resonance=mode)
     value, deviation = float(split.values[3]), float(np.sqrt(split.covariance[3, 3]))
     reach = float(stats.t.ppf(0.975, split.freedom)) * deviation
     length = "rad" if fits[0].measured.table.motion == "rotary" else "m"
@@ -223,63 +252,3 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
     differs = abs(value) > float(stats.t.ppf((1 + SURE) / 2, split.freedom)) * deviation
     found = FrictionInfluence(gains, seen, half, differs=differs, compared=True, coulomb=coulomb)
     return (split if differs and value > 0 else together), found
-
-
-def _warnings(
-    fits: Sequence[ResponseFit], solution: Solution, friction: FrictionInfluence, estimates: dict[str, Estimate],
-    hold: float | None,
-) -> list[str]:  # fmt: skip
-    told = [f"{fit.measured.table.name}: {warning}" for fit in fits for warning in fit.measured.warnings]
-    told += _friction_warnings(fits, friction, estimates)
-    for fit in fits:
-        s = fit.solution
-        if s.misfit > 0:
-            f = fit.measured.table.frequency[fit.used]
-            off = np.abs(np.log(fit.measured.response[fit.used] / fit.model(f)))
-            told.append(
-                f"{fit.measured.table.name}: eq. (1) leaves {100 * s.misfit:.2g} % that noise does not explain, "
-                f"most at {f[int(np.argmax(off))]:.4g} Hz; the intervals allow for it"
-            )
-    if float(estimates["A"]) <= float(solution.half_widths()[0]):
-        lowest = min(float(fit.measured.table.frequency[fit.used].min()) for fit in fits)
-        told.append(
-            f"A is not told from 0: excite below its corner (the lowest frequency used is {lowest:.3g} Hz), and harder"
-        )
-    edge = 0.5 / hold if hold else 0.0
-    if float(estimates["T_d"]) <= edge * (1 + 1e-6):
-        told.append(
-            "T_d ended at its bound, "
-            + ("the hold alone" if hold else "zero")
-            + ": input and position are not logged at "
-            "one instant, or the response is not behind the hold that is assumed (--hold)"
-        )
-    told.append("A holds the guideway's viscous friction, over the moving mass, besides the drive's own damping")
-    if "K_f" not in estimates:
-        told.append("K_f is not known: no record has force and input both; give it with --force-constant")
-    return told
-
-
-def _friction_warnings(
-    fits: Sequence[ResponseFit], friction: FrictionInfluence, estimates: dict[str, Estimate]
-) -> list[str]:
-    gains = friction.gains
-    if friction.differs and friction.coulomb is not None:
-        if float(friction.coulomb) < 0:
-            return ["A rises with the amplitude, which Coulomb friction does not do; the records differ in another way"]
-        return [
-            f"friction is seen: A is {friction.seen.min():.4g} to {friction.seen.max():.4g} 1/s at these amplitudes; "
-            f"without the describing function of a Coulomb friction of {float(friction.coulomb):.3g} "
-            f"{friction.coulomb.unit} times the moving mass it is {float(estimates['A']):.4g} 1/s"
-        ]
-    if friction.compared or not np.any(np.nan_to_num(gains) > 0):
-        return []
-    gain = float(np.nanmax(gains))
-    B = float(estimates["B"])
-    each = f"each volt of Coulomb friction adds {gain * B:.3g} 1/s to it"
-    if "K_f" in estimates:
-        each = f"each {'N*m' if estimates['K_f'].unit.startswith('N*m') else 'N'} of Coulomb friction adds "
-        each += f"{gain * B / float(estimates['K_f']):.3g} 1/s to it"
-    return [
-        f"the axis reverses while it is excited, and A holds friction: {each}; log a second amplitude, "
-        "or excite around a steady motion"
-    ]

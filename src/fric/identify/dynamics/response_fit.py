@@ -11,6 +11,7 @@ import numpy as np
 from scipy import optimize, stats
 
 from fric.drive.plant import LinearPlant
+from fric.drive.resonance import Encoder, Resonance
 from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 COARSEST = 0.3
 """Relative deviation up to which the logarithm of a response is as good as unbiased."""
+
+UNTOLD = 0.5
+"""Share of the table in the moving mass, where it is not told."""
 
 MISFIT = 0.99
 """Quantile of chi-squared from which on the residuals are more than noise."""
@@ -58,14 +62,49 @@ class Lines(NamedTuple):
     known: bool
 
 
+class Form(NamedTuple):
+    """Which parameters there are: A, ln B, T_d; F_c/M of Coulomb friction; ln f, ln ζ and the ratio of a second mass.
+
+    Where the encoder is at the table the ratio is not told, and not fitted: the response depends on it by A/ω alone.
+    """
+
+    friction: bool = False
+    encoder: Encoder | None = None
+    """Where the encoder is, where there is a second mass."""
+
+    def plant(self, x: NDArray[np.float64], reversing: float = 0.0) -> LinearPlant:
+        """Return eq. (1), with what friction adds to A along a motion with this gain [s/m]."""
+        A = float(x[0]) + (float(x[3]) * reversing if self.friction else 0.0)
+        return LinearPlant(max(A, 0.0), float(np.exp(x[1])), max(float(x[2]), 0.0))
+
+    def resonance(self, x: NDArray[np.float64]) -> Resonance | None:
+        """Return the second mass, where there is one."""
+        if self.encoder is None:
+            return None
+        tail = [float(value) for value in x[3 + self.friction :]]
+        return Resonance(
+            float(np.exp(tail[0])), tail[2] if len(tail) > 2 else UNTOLD, float(np.exp(tail[1])), self.encoder
+        )
+
+    def response(
+        self, x: NDArray[np.float64], frequency: NDArray[np.float64], hold: float | None, reversing: float = 0.0
+    ) -> NDArray[np.complex128]:
+        """Return Z/U [m/V] of these parameters at frequencies [Hz], shape (n,)."""
+        return modelled(self.plant(x, reversing), frequency, hold, self.resonance(x))
+
+
+EQUATION_1 = Form()
+
+
 @dataclass(frozen=True)
 class Solution:
-    """Parameters of eq. (1), and of Coulomb friction where it was asked for.
+    """Parameters of eq. (1), and of Coulomb friction and a second mass where they were asked for.
 
     Parameters
     ----------
     values
-        A [1/s], ln B, T_d [s], and F_c/M [m/s²] where friction was fitted; shape (p,).
+        A [1/s], ln B, T_d [s], F_c/M [m/s²] where friction was fitted, and those of a second mass as in `Form`;
+        shape (p,).
     covariance
         Covariance of these, shape (p, p).
     chi2
@@ -74,6 +113,8 @@ class Solution:
         Relative deviation that has to be added to the measured ones to explain the residuals; 0 where noise does.
     freedom
         Degrees of freedom, correlated lines counted once.
+    form
+        Which parameters there are.
     """
 
     values: NDArray[np.float64]
@@ -81,12 +122,17 @@ class Solution:
     chi2: float
     misfit: float
     freedom: float
+    form: Form = EQUATION_1
 
     def plant(self, reversing: float = 0.0) -> LinearPlant:
         """Return eq. (1), with what friction adds to A along a motion with this gain [s/m]."""
-        A, log_B, T_d = (float(v) for v in self.values[:3])
-        friction = float(self.values[3]) * reversing if len(self.values) > 3 else 0.0
-        return LinearPlant(max(A + friction, 0.0), float(np.exp(log_B)), max(T_d, 0.0))
+        return self.form.plant(self.values, reversing)
+
+    def response(
+        self, frequency: NDArray[np.float64], hold: float | None, reversing: float = 0.0
+    ) -> NDArray[np.complex128]:
+        """Return Z/U [m/V] at frequencies [Hz], shape (n,), as in `Form.response`."""
+        return self.form.response(self.values, frequency, hold, reversing)
 
     def half_widths(self) -> NDArray[np.float64]:
         """Return half the 95 % intervals, shape (p,)."""
@@ -104,7 +150,9 @@ class Solution:
         }
 
 
-def modelled(plant: LinearPlant, frequency: NDArray[np.float64], hold: float | None) -> NDArray[np.complex128]:
+def modelled(
+    plant: LinearPlant, frequency: NDArray[np.float64], hold: float | None, resonance: Resonance | None = None
+) -> NDArray[np.complex128]:
     """Return Z/U [m/V]: eq. (1), or from sample to sample behind a zero-order hold, exactly.
 
     The hold's half sample is in T_d, and only the rest of it is transport; what the hold and the sampling do besides
@@ -118,7 +166,11 @@ def modelled(plant: LinearPlant, frequency: NDArray[np.float64], hold: float | N
         Frequencies [Hz], shape (n,).
     hold
         Sampling rate of the hold [Hz], None for the continuous response.
+    resonance
+        A second mass, where there is one.
     """
+    if resonance is not None:
+        return resonance.response(plant, frequency, hold)
     if hold is None:
         return plant.response(frequency)
     return SampledPlant.of(plant, hold).response(frequency, hold)
@@ -173,7 +225,14 @@ def select(
     return lines, used
 
 
-def solve(sets: Sequence[Lines], *, friction: bool = False, misfits: Sequence[float] | None = None) -> Solution:
+def solve(
+    sets: Sequence[Lines],
+    *,
+    friction: bool = False,
+    misfits: Sequence[float] | None = None,
+    resonance: Resonance | None = None,
+    start: NDArray[np.float64] | None = None,
+) -> Solution:
     """Fit eq. (1) to the lines of one or more responses by weighted least squares on log magnitude and phase.
 
     The residual is ``ln(G_m/G)``, its real part the log magnitude, its imaginary part the phase, both over the relative
@@ -187,53 +246,61 @@ def solve(sets: Sequence[Lines], *, friction: bool = False, misfits: Sequence[fl
         Fit F_c/M besides.
     misfits
         Relative deviation to be added for each response; found where not given.
+    resonance
+        Where the search for a second mass begins; eq. (1) alone where there is none.
+    start
+        A, ln B, T_d where the search begins, from a grid where not given.
     """
-    start = _start(sets[0])
+    form = Form(friction, resonance.encoder if resonance else None)
+    start = near(sets[0])[0] if start is None else np.array(start, float)
     holds = [lines.hold for lines in sets if lines.hold is not None]
     lower = [0.0, -np.inf, 0.5 / min(holds) if holds else 0.0]
     start[2] = max(start[2], lower[2] * (1 + 1e-6))
-    if friction:
-        start, lower = np.append(start, 0.0), [*lower, -np.inf]
     top = max(float(lines.frequency.max()) for lines in sets)
-    scale = np.array([2 * np.pi * top * 0.05, 0.1, 0.05 / top, 1.0][: len(start)])
+    upper, scale = [np.inf] * 3, [2 * np.pi * top * 0.05, 0.1, 0.05 / top]
+    if friction:
+        start, lower, upper, scale = np.append(start, 0.0), [*lower, -np.inf], [*upper, np.inf], [*scale, 1.0]
+    if resonance is not None:
+        n = 3 if resonance.encoder == "motor" else 2
+        second = [float(np.log(resonance.frequency)), float(np.log(resonance.damping)), resonance.ratio]
+        start, scale = np.append(start, second[:n]), scale + [0.05, 0.3, 0.05][:n]
+        lower, upper = lower + [second[0] - 2.0, -9.0, 1e-3][:n], upper + [second[0] + 2.0, 0.0, 0.999][:n]
     correlation = max(lines.correlation for lines in sets)
     rows = sum(2 * len(lines.frequency) for lines in sets)
     freedom = max(rows / correlation - len(start), 1.0)
 
-    def fitted(added: Sequence[float]) -> optimize.OptimizeResult:
+    def fitted(added: Sequence[float], start: NDArray[np.float64]) -> optimize.OptimizeResult:
         def residual(x: NDArray[np.float64]) -> NDArray[np.float64]:
-            return np.concatenate([_residual(x, lines, a) for lines, a in zip(sets, added, strict=True)])
+            return np.concatenate([_residual(form, x, lines, a) for lines, a in zip(sets, added, strict=True)])
 
         return optimize.least_squares(
-            residual, start, jac="3-point", bounds=(lower, np.inf), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12,
+            residual, start, jac="3-point", bounds=(lower, upper), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12,
         )  # fmt: skip
 
     added = [0.0] * len(sets) if misfits is None else list(misfits)
-    found = fitted(added)
+    found = fitted(added, start)
     plain = chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
     unexplained = chi2 * freedom > stats.chi2.ppf(MISFIT, freedom)
     if misfits is None and unexplained and all(lines.known for lines in sets):
         for _ in range(60):  # the misfit with which chi-squared is its freedom
-            added = [_misfit(found.x, lines) for lines in sets]
-            last, found = found.x, fitted(added)
+            added = [_misfit(form, found.x, lines) for lines in sets]
+            last, found = found.x, fitted(added, found.x)
             if np.allclose(found.x, last, rtol=1e-6, atol=1e-12):
                 break
         chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * chi2 * correlation
-    return Solution(found.x, covariance, plain, max(added), freedom)
+    return Solution(found.x, covariance, plain, max(added), freedom, form)
 
 
-def _residual(x: NDArray[np.float64], lines: Lines, misfit: float) -> NDArray[np.float64]:
-    A = x[0] + (x[3] * lines.reversing if len(x) > 3 else 0.0)
-    plant = LinearPlant(max(float(A), 0.0), float(np.exp(x[1])), float(x[2]))
-    ratio = np.log(lines.response / modelled(plant, lines.frequency, lines.hold))
+def _residual(form: Form, x: NDArray[np.float64], lines: Lines, misfit: float) -> NDArray[np.float64]:
+    ratio = np.log(lines.response / form.response(x, lines.frequency, lines.hold, lines.reversing))
     weight = 1 / np.hypot(lines.deviation, misfit)
     return np.concatenate([ratio.real * weight, ratio.imag * weight])
 
 
-def _misfit(x: NDArray[np.float64], lines: Lines) -> float:
+def _misfit(form: Form, x: NDArray[np.float64], lines: Lines) -> float:
     """Return the relative deviation that makes chi-squared of one response its freedom."""
-    squares = _residual(x, lines, 0.0).reshape(2, -1) ** 2 * lines.deviation**2
+    squares = _residual(form, x, lines, 0.0).reshape(2, -1) ** 2 * lines.deviation**2
     n = max(squares.size - len(x), 1)
 
     def excess(misfit: float) -> float:
@@ -243,9 +310,26 @@ def _misfit(x: NDArray[np.float64], lines: Lines) -> float:
     return 0.0 if excess(0.0) <= 0 else float(optimize.brentq(excess, 0.0, top, xtol=1e-9 * top))
 
 
-def _start(lines: Lines) -> NDArray[np.float64]:
-    """Return A, ln B, T_d near the best, from a grid: the phase is wrapped, so that no unwrapping can go wrong."""
-    thin = slice(None, None, -(-len(lines.frequency) // 200))
+def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[NDArray[np.float64], float]:
+    """Return A, ln B, T_d near the best, and what is left of the squares.
+
+    They are from a grid: the phase is wrapped, so that no unwrapping can go wrong.
+
+    Parameters
+    ----------
+    lines
+        The lines.
+    dampings
+        Values of A that are tried.
+    most
+        Lines that are looked at.
+
+    Raises
+    ------
+    FricError
+        When the response is that of eq. (1) with the sign turned.
+    """
+    thin = slice(None, None, -(-len(lines.frequency) // most))
     f, response, deviation = lines.frequency[thin], lines.response[thin], lines.deviation[thin]
     weight = 1 / np.maximum(deviation, 1e-3) ** 2
     weight = weight / weight.sum()
@@ -253,7 +337,7 @@ def _start(lines: Lines) -> NDArray[np.float64]:
     T_d = np.arange(0, 20 / f.max(), 0.2 / f.max())
     back = np.exp(1j * np.outer(T_d, omega))
     best, at = np.inf, np.zeros(3)
-    for A in (0.0, *np.geomspace(0.05 * omega.min(), 2 * omega.max(), 60)):
+    for A in (0.0, *np.geomspace(0.05 * omega.min(), 2 * omega.max(), dampings)):
         ratio = response * 1j * omega * (1j * omega + A)
         log_B = float(weight @ np.log(np.abs(ratio)))
         cost = weight @ (np.log(np.abs(ratio)) - log_B) ** 2 + np.angle(ratio * back) ** 2 @ weight
@@ -266,4 +350,4 @@ def _start(lines: Lines) -> NDArray[np.float64]:
             raise FricError(
                 "the response is that of eq. (1) with the sign turned", mend="Set sign: -1 for input or position."
             )
-    return at
+    return at, best

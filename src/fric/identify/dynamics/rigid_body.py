@@ -17,6 +17,7 @@ from fric.identify.dynamics.force_constant import force_constant as slope_of_for
 from fric.identify.records.conditioning import Conditioning, kept, thinned, zero_phase
 from fric.identify.records.force_lag import acting_force
 from fric.identify.records.sampling import even_sampling
+from fric.notice import Notice
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -260,25 +261,36 @@ def _warnings(
     raw: Sequence[_Columns], estimates: dict[str, Estimate], lag: float, plain: NDArray[np.float64],
     honest: NDArray[np.float64], K_f: Estimate | None, delay: float | None,
 ) -> list[str]:  # fmt: skip
-    told = []
+    told: list[str] = []
     if lag > 0.3:
-        told.append(
+        told.append(Notice(
             f"neighbouring residuals are alike (autocorrelation {lag:.2f}): the fit leaves something out, and the "
-            f"intervals are up to {np.max(honest / plain):.1f} times those of independent residuals"
-        )
+            f"intervals are up to {np.max(honest / plain):.1f} times those of independent residuals",
+            "residuals-alike", "note",
+        ))  # fmt: skip
     speed = np.concatenate([np.abs(columns.velocity) for columns in raw])
     resting = float(np.mean(speed < REST * speed.max()))
     if resting > 0.1:
-        told.append(
+        told.append(Notice(
             f"the axis rests in {resting:.0%} of the samples, where Coulomb friction takes any value: "
-            "F_c is drawn towards zero"
-        )
+            "F_c is drawn towards zero", "axis-rests", "doubt",
+        ))  # fmt: skip
     for name, estimate in estimates.items():
         if (name == "M" or name.startswith(("F_v", "F_c"))) and float(estimate) <= 0:
-            told.append(f"{name} is {float(estimate):.3g} {estimate.unit}, which no axis has; check the force's sign")
-    told.append("A holds all viscous friction: a motion does not tell the drive's own damping from the guideway's")
+            text = f"{name} is {float(estimate):.3g} {estimate.unit}, which no axis has; check the force's sign"
+            told.append(Notice(text, "not-physical", "wrong"))
+    told.append(Notice(
+        "A holds all viscous friction: a motion does not tell the drive's own damping from the guideway's",
+        "A-holds-viscous", "note",
+    ))  # fmt: skip
     if delay is None:
-        told.append("T_d is not seen in a motion: half a sample, the hold alone, is assumed; give it with --delay")
+        told.append(Notice(
+            "T_d is not seen in a motion: half a sample, the hold alone, is assumed; give it with --delay",
+            "T_d-assumed", "doubt",
+        ))  # fmt: skip
     if K_f is None:
-        told.append("K_f is not known: no record has force and input both; give it with --force-constant")
+        told.append(Notice(
+            "K_f is not known: no record has force and input both; give it with --force-constant",
+            "K_f-missing", "note",
+        ))  # fmt: skip
     return told

@@ -251,25 +251,63 @@ def _smoothed(variance: Real, freedom: int, reach: int = 4) -> Real:
     return np.where(np.isfinite(log), np.exp(mean - bias), np.inf)
 
 
-def excited(spectra: Spectra, tall: float = 0.05) -> NDArray[np.bool_]:
+def excited(
+    spectra: Spectra, driven: NDArray[np.bool_] | None = None, tall: float = 0.05, surely: float = 0.3
+) -> NDArray[np.bool_]:
     """Return which lines of a periodic excitation are driven.
 
     At a line that is not driven a closed loop shows the controller, the encoder's steps or friction's harmonics, and
     these may repeat themselves as exactly as the excitation. A driven line is tall among its neighbours in input and
-    position together, not small against the input at any lower frequency, and above the noise.
+    position together, not small against the input at any lower frequency, and above the noise. A line that is less than
+    surely tall must take power from the voltage, ``Re(u*·jωz) > 0``: friction's harmonics bring it.
 
     Parameters
     ----------
     spectra
         Spectra of whole periods.
-    tall
-        Share of the tallest that a driven line has at least.
+    driven
+        The lines that the reference drives, shape (n,), where it is known: it settles the question.
+    tall, surely
+        Share of the tallest that a driven line has at least, and from which on it is taken for one as it is.
     """
     U, Z = (np.abs(np.mean(x, axis=0)) for x in (spectra.input, spectra.position))
     variance = np.var(spectra.input, axis=0, ddof=1) / len(spectra.input)
     noise = np.sqrt(ndimage.median_filter(variance, size=21, mode="nearest"))
+    if driven is not None:
+        return driven
     both = np.sqrt(U * Z)
     reach = np.maximum(2, np.arange(len(U)) // 4)
     around = np.array([both[max(0, k - r) : k + r + 1].max() for k, r in enumerate(reach)])
-    driven: NDArray[np.bool_] = (both > tall * around) & (tall * np.maximum.accumulate(U) < U) & (5 * noise < U)
-    return driven
+    power = np.real(1j * np.mean(spectra.position, axis=0) * np.mean(spectra.input, axis=0).conj())
+    seen = (both > surely * around) | ((both > tall * around) & (power > 0))
+    return np.asarray(seen & (tall * np.maximum.accumulate(U) < U) & (5 * noise < U))
+
+
+def distortion(spectra: Spectra, driven: NDArray[np.bool_], neighbours: int = 12, reach: float = 1.5) -> Real:
+    """Return the relative deviation that what repeats itself without being driven brings to each driven line.
+
+    Friction's harmonics and an encoder's steps repeat themselves from period to period, and no scatter over periods
+    shows them. The lines between the driven ones do (Pintelon and Schoukens, System Identification, 2nd ed., section
+    4.3): at line k they are worth ``|Z_j/Z_k - U_j/U_k|``, the median over the nearest lines j that are not driven.
+
+    Parameters
+    ----------
+    spectra
+        Spectra of whole periods.
+    driven
+        Which lines are driven, shape (n,).
+    neighbours
+        Lines that are looked at.
+    reach
+        Ratio of frequencies up to which a line is a neighbour; with fewer than four of them there is no telling: 0.
+    """
+    U, Z = np.mean(spectra.input, axis=0), np.mean(spectra.position, axis=0)
+    at, quiet = np.flatnonzero(driven), np.flatnonzero(~driven)
+    found = np.zeros(len(at))
+    for n, k in enumerate(at):
+        first, last = np.searchsorted(quiet, [(k + 1) / reach - 1, (k + 1) * reach - 1])
+        near = quiet[first:last]
+        near = near[np.argsort(np.abs(near - k))[:neighbours]]
+        if len(near) >= 4 and Z[k] != 0 and U[k] != 0:
+            found[n] = np.sqrt(np.median(np.abs(Z[near] / Z[k] - U[near] / U[k]) ** 2) / np.log(2.0) / 2)
+    return found

@@ -1,0 +1,96 @@
+"""A second mass on a spring behind the motor, as a frequency response shows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from fric.drive.sampled import SampledPlant
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.drive.plant import LinearPlant
+
+Encoder = Literal["motor", "table"]
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """A table on a spring behind the motor, relative to the rigid axis of eq. (1), which holds at low frequency.
+
+    With the shares m_1 = 1 - ratio and m_2 = ratio of the moving mass, spring and damper ``k = ω²·m_1·m_2``,
+    ``c = 2·ζ·ω·m_1·m_2`` (ω: the free resonance), and the drive's damping A at the motor,
+
+        Z_1/U = B·(m_2·s² + c·s + k) / D,  Z_2/U = B·(c·s + k) / D,
+        D = s·((m_1·s + A)·(m_2·s² + c·s + k) + m_2·s·(c·s + k))
+
+    Parameters
+    ----------
+    frequency
+        Resonance ω/2π of the free masses [Hz].
+    ratio
+        Mass of the table over that of both [1].
+    damping
+        Damping ratio ζ of the resonance [1].
+    encoder
+        Whether the position is that of the motor (Z_1) or of the table (Z_2).
+
+    Raises
+    ------
+    FricError
+        When a value is out of its range.
+    """
+
+    frequency: float
+    ratio: float
+    damping: float
+    encoder: Encoder = "motor"
+
+    def __post_init__(self) -> None:
+        if not (self.frequency > 0 and 0 < self.ratio < 1 and self.damping >= 0):
+            raise FricError(
+                f"a second mass with resonance {self.frequency:g} Hz, ratio {self.ratio:g} and damping "
+                f"{self.damping:g} is not physical", mend="The ratio is between 0 and 1, the others are positive.",
+            )  # fmt: skip
+
+    @property
+    def antiresonance(self) -> float:
+        """Frequency at which the table holds the motor still [Hz]."""
+        return float(self.frequency * np.sqrt(1 - self.ratio))
+
+    def factor(self, A: float, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Return what the second mass makes of Z/U of eq. (1) with this A [1/s], at frequencies [Hz], shape (n,)."""
+        s = 2j * np.pi * np.asarray(frequency, float)
+        omega, m1, m2 = 2 * np.pi * self.frequency, 1 - self.ratio, self.ratio
+        link = m1 * m2 * omega * (omega + 2 * self.damping * s)
+        table = m2 * s**2 + link
+        above = table if self.encoder == "motor" else link
+        return np.asarray(above * (s + A) / ((m1 * s + A) * table + m2 * s * link))
+
+    def response(
+        self, plant: LinearPlant, frequency: NDArray[np.float64], hold: float | None
+    ) -> NDArray[np.complex128]:
+        """Return Z/U [m/V], continuous, or from sample to sample behind a zero-order hold.
+
+        The images of a sampled response are far above the resonance, where the factor is 1/m_1 of the motor and 0 of
+        the table: they are taken from the rigid axis, which is sampled exactly.
+
+        Parameters
+        ----------
+        plant
+            Eq. (1).
+        frequency
+            Frequencies [Hz], shape (n,).
+        hold
+            Sampling rate of the hold [Hz], None for the continuous response.
+        """
+        factor = self.factor(plant.A, frequency)
+        if hold is None:
+            return plant.response(frequency) * factor
+        far = 1 / (1 - self.ratio) if self.encoder == "motor" else 0.0
+        base = np.sinc(np.asarray(frequency) / hold) * plant.response(frequency)
+        return far * SampledPlant.of(plant, hold).response(frequency, hold) + (factor - far) * base

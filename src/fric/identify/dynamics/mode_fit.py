@@ -1,0 +1,147 @@
+"""Eq. (1) alone or with a second mass: which of them a response shows, and which of its lines belong to neither."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from fric.drive.resonance import Encoder, Resonance
+from fric.errors import FricError
+from fric.identify.dynamics.response_fit import UNTOLD, Lines, Solution, near, solve
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Mask = NDArray[np.bool_]
+
+UNLIKE = 0.02
+"""Misfit of eq. (1) from which on a second mass is looked for [1]."""
+
+OFF = 6.0
+"""Usual residuals from which on a line stands off all others."""
+
+VISIBLE = 0.05
+"""Relative residual that a line which stands off has at least."""
+
+MOST = 0.35
+"""Share of the lines that may stand off: where more do, it is the model that is wrong."""
+
+ROUGH = 0.03
+"""Misfit that is allowed for while the best start is looked for [1]."""
+
+GAIN = 40.0
+"""How much less the sum of bounded squared residuals is with a second mass that is taken."""
+
+
+class Found(NamedTuple):
+    """A fit and the lines that it was made of."""
+
+    solution: Solution
+    kept: Mask
+    """Which lines belong to the fit, shape (n,)."""
+
+
+def solve_with_modes(lines: Lines) -> Found:
+    """Fit eq. (1), and with a second mass where the response shows one, without the lines that stand off.
+
+    A line that is not driven, but moved by friction's harmonics, answers like the controller's inverse: it stands off
+    what all others lie on. Such lines are left out one form at a time; a second mass is taken where it explains the
+    lines better by far, each residual counted up to a bound.
+
+    Parameters
+    ----------
+    lines
+        Lines of one response.
+
+    Raises
+    ------
+    FricError
+        When the sign of input or position is turned.
+    """
+    rigid = _without_outliers(lines, None)
+    if rigid.solution.misfit < UNLIKE and np.all(rigid.kept):
+        return rigid
+    found = _best_mode(lines)
+    if found is None:
+        return rigid
+    scale = max(_usual(lines, found), 1e-3)
+    bounded = [float(np.sum(np.minimum(np.abs(_off(lines, one.solution)) / scale, OFF) ** 2)) for one in (rigid, found)]
+    return found if bounded[0] - bounded[1] > GAIN and _is_told(found.solution) else rigid
+
+
+def _is_told(solution: Solution) -> bool:
+    """Say whether frequency and ratio of a second mass are told by the lines."""
+    half, values = solution.half_widths()[3:], solution.values[3:]
+    ratio = len(values) < 3 or bool(half[2] < values[2] < 0.99)
+    return ratio and bool(half[0] < 0.1)
+
+
+def _best_mode(lines: Lines) -> Found | None:
+    """Return the best fit with a second mass, of motor and table encoder; None where there are too few lines."""
+    if len(lines.frequency) < 10:
+        return None
+    low, high = float(lines.frequency.min()), float(lines.frequency.max())
+    if high < 4 * low:
+        return None
+    encoders: tuple[Encoder, ...] = ("motor", "table")
+    starts = [one for encoder in encoders for one in _starts(lines, encoder, np.geomspace(3 * low, 1.2 * high, 24))[:2]]
+    rough = [solve([lines], resonance=resonance, start=start, misfits=[ROUGH]) for resonance, start in starts]
+    if not rough:
+        return None
+    best = min(rough, key=lambda solution: _score(lines, solution))
+    return _without_outliers(lines, best.form.resonance(best.values), best.values[:3])
+
+
+def _score(lines: Lines, solution: Solution) -> float:
+    """Return the mean of log residuals, which no line that stands off can draw."""
+    return float(np.mean(np.log(np.abs(_off(lines, solution)) + 1e-3)))
+
+
+def _starts(
+    lines: Lines, encoder: Encoder, frequencies: NDArray[np.float64]
+) -> list[tuple[Resonance, NDArray[np.float64]]]:
+    """Return second masses by how well eq. (1) explains what they leave, the best first."""
+    tried = []
+    for frequency in frequencies:
+        for ratio in (0.15, 0.4, 0.7) if encoder == "motor" else (UNTOLD,):
+            resonance = Resonance(float(frequency), ratio, 0.03, encoder)
+            without = lines._replace(response=lines.response / resonance.factor(0.0, lines.frequency))
+            try:
+                start, cost = near(without, 12, 60)
+            except FricError:
+                continue
+            tried.append((cost, resonance, start))
+    tried.sort(key=lambda one: one[0])
+    return [(resonance, start) for _, resonance, start in tried]
+
+
+def _without_outliers(lines: Lines, resonance: Resonance | None, start: NDArray[np.float64] | None = None) -> Found:
+    kept = np.ones(len(lines.frequency), bool)
+    solution = solve([lines], resonance=resonance, start=start)
+    for _ in range(6):
+        off = np.abs(_off(lines, solution))
+        usual = 1.4826 * float(np.median(off[kept]))
+        stands = off > np.maximum(OFF * np.hypot(usual, lines.deviation), VISIBLE)
+        if np.count_nonzero(stands) > MOST * len(stands) or np.array_equal(~stands, kept):
+            break
+        kept = ~stands
+        start = solution.values[:3]
+        again = solution.form.resonance(solution.values)
+        solution = solve([at(lines, kept)], resonance=again, start=start)
+    return Found(solution, kept)
+
+
+def _off(lines: Lines, solution: Solution) -> NDArray[np.complex128]:
+    return np.asarray(np.log(lines.response / solution.response(lines.frequency, lines.hold)))
+
+
+def _usual(lines: Lines, found: Found) -> float:
+    return 1.4826 * float(np.median(np.abs(_off(lines, found.solution)[found.kept])))
+
+
+def at(lines: Lines, kept: Mask) -> Lines:
+    """Return some of the lines."""
+    return lines._replace(
+        frequency=lines.frequency[kept], response=lines.response[kept], deviation=lines.deviation[kept]
+    )

@@ -1,0 +1,102 @@
+"""Responses of axes that are not eq. (1): a second mass, sparse lines, friction's harmonics at lines not driven."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from fric.drive.plant import LinearPlant
+from fric.drive.resonance import Encoder, Resonance
+from fric.errors import FricError
+from fric.identify.dynamics.frequency_response import measure_response
+from fric.identify.dynamics.plant import identify_plant
+from fric.notice import Notice
+from tests.identify.flawed_axis import RATE, Machine, shaken
+
+
+@pytest.mark.parametrize("encoder", ["motor", "table"])
+def test_two_masses_are_as_a_state_space_of_four_states_has_them(encoder: Encoder) -> None:
+    """Continuous to rounding, and sampled behind a hold to a thousandth up to a fifth of the sampling rate."""
+    A, B, ratio, omega, zeta = 14.6, 2.5, 0.3, 2 * np.pi * 120, 0.02
+    m1, m2 = 1 - ratio, ratio
+    k, c = omega**2 * m1 * m2, 2 * zeta * omega * m1 * m2
+    F = np.array(
+        [[0, 1, 0, 0], [-k / m1, -(c + A) / m1, k / m1, c / m1], [0, 0, 0, 1], [k / m2, c / m2, -k / m2, -c / m2]]
+    )
+    G, C = np.array([[0], [B / m1], [0], [0]]), np.eye(4)[[0 if encoder == "motor" else 2]]
+    f = np.array([2.0, 20, 100, 119, 125, 300, 800])
+    s, T = 2j * np.pi * f, 1 / RATE
+    found = Resonance(120, ratio, zeta, encoder)
+    exact = np.array([(C @ np.linalg.solve(one * np.eye(4) - F, G))[0, 0] for one in s])
+    np.testing.assert_allclose(found.response(LinearPlant(A, B, 0.0), f, None), exact, rtol=1e-10)
+    Phi, Gamma, *_ = signal.cont2discrete((F, G, C, np.zeros((1, 1))), T)
+    exact = np.array([(C @ np.linalg.solve(z * np.eye(4) - Phi, Gamma))[0, 0] for z in np.exp(s * T)])
+    np.testing.assert_allclose(found.response(LinearPlant(A, B, T / 2), f, RATE), exact, rtol=2e-3)
+    with pytest.raises(FricError, match="not physical"):
+        Resonance(120, 1.2, 0.02)
+
+
+SECOND = [
+    (Machine(mode=120, damping=0.02), 20),
+    (Machine(mode=120, on_table=True, damping=0.05), 6),
+    (Machine(mode=60, on_table=True, ratio=0.5, damping=0.05), 3),
+    (Machine(mode=250, ratio=0.5, damping=0.01, F_c=40, F_s=60), 20),
+]
+
+
+@pytest.mark.parametrize(("machine", "crossover"), SECOND, ids=["motor", "table", "soft table", "stiff, rubbing"])
+def test_a_second_mass_is_fitted_as_such(machine: Machine, crossover: float) -> None:
+    """The resonance within 2 %, A and B of the rigid axis within 3 %, seen and said."""
+    fit = identify_plant([shaken(machine, seed=1, crossover=crossover)])
+    assert fit.second_mass is not None
+    assert float(fit.second_mass["frequency"]) == pytest.approx(machine.mode, rel=0.02)
+    assert fit.solution.form.encoder == ("table" if machine.on_table else "motor")
+    if not machine.on_table:
+        assert float(fit.second_mass["ratio"]) == pytest.approx(machine.ratio, rel=0.05)
+        assert float(fit.second_mass["damping"]) == pytest.approx(machine.damping, rel=0.1)
+    assert float(fit.estimates["A"]) == pytest.approx(machine.A, rel=0.03)
+    assert float(fit.estimates["B"]) == pytest.approx(machine.B, rel=0.03)
+    codes = {w.code: w.severity for w in fit.warnings if isinstance(w, Notice)}
+    assert codes["second-mass"] == "note"
+    assert codes.get("response-misfit") != "wrong"
+
+
+@pytest.mark.parametrize("machine", [Machine(), Machine(F_c=60, F_s=90)], ids=["smooth", "rubbing"])
+@pytest.mark.parametrize("count", [10, 15, 25])
+def test_sparse_lines_of_an_axis_in_motion(machine: Machine, count: int) -> None:
+    for seed in range(2):
+        fit = identify_plant([shaken(machine, seed=seed, count=count)])
+        assert fit.second_mass is None
+        assert float(fit.estimates["A"]) == pytest.approx(machine.A, rel=0.03)
+        assert float(fit.estimates["B"]) == pytest.approx(machine.B, rel=0.03)
+
+
+@pytest.mark.parametrize("swing", [2e-3, 5e-3])
+def test_lines_that_friction_brings_are_not_taken_as_driven(swing: float) -> None:
+    """Around rest, the driving reference not logged: hardly a line between those that are driven is left."""
+    driven = np.unique(np.rint(np.geomspace(2, 400, 15)))
+    log = replace(shaken(Machine(F_c=60, F_s=90), seed=1, mean=0, swing=swing, count=15), reference=None)
+    fit = identify_plant([log])
+    used = fit.responses[0].measured.table.frequency[fit.responses[0].used]
+    assert len(set(np.rint(used)) & set(driven)) >= 12
+    assert len(set(np.rint(used)) - set(driven)) <= 1
+    assert "wrong" in {w.severity for w in fit.warnings if isinstance(w, Notice) and w.code == "A-holds-friction"}
+
+
+def test_what_repeats_itself_between_the_lines_widens_those_that_are_driven() -> None:
+    """An encoder's steps that fall alike in each period show in no scatter, and in the lines between."""
+    log = shaken(Machine(mode=60, on_table=True, ratio=0.5, damping=0.05), seed=1, crossover=3, position_noise=0.0)
+    table = measure_response(log).table
+    high = table.frequency > 200
+    assert np.all(np.asarray(table.deviation)[high] > 0.5)
+
+
+def test_the_band_is_kept_to_on_both_sides() -> None:
+    log = shaken(Machine(mode=120), seed=1, crossover=20)
+    fit = identify_plant([log], band=(5.0, 50.0))
+    used = fit.responses[0].measured.table.frequency[fit.responses[0].used]
+    assert used.min() >= 5
+    assert used.max() <= 50
