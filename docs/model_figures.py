@@ -19,8 +19,8 @@ from fric.friction.leuven import Leuven
 from fric.friction.lugre import LuGre
 from fric.friction.maxwell_slip import MaxwellSlip
 from fric.friction.stribeck import StaticMap
+from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import compare_models
-from fric.identify.replay.replayed import replayed
 from fric.identify.replay.splits import split_by_cycles
 from fric.io.hdf5 import read_logs
 
@@ -88,7 +88,7 @@ def draw_creep() -> None:
 
 def draw_rig() -> None:
     """Draw the comparison on the bundled loops of the virtual rig."""
-    records = replayed(read_logs([ROOT / "data/presliding-sine.h5"]))
+    records = prepared(read_logs([ROOT / "data/presliding-sine.h5"]))
     names = ["static", "dahl", "lugre", "leuven", "maxwell_slip", "gms"]
     comparison = compare_models(names, records, split_by_cycles(records, 2))
     save_figure(draw_comparison(comparison), ROOT / "docs/figures/models-rig.png", force=True)

@@ -77,14 +77,14 @@ from .identify.dynamics.choose import plant_records as plant_records
 from .identify.dynamics.frequency_response import measure_response as measure_response
 from .identify.dynamics.plant import identify_plant as identify_plant
 from .identify.dynamics.rigid_body import identify_motion as identify_motion
-from .identify.loops.gms import identify_gms as identify_gms
-from .identify.loops.gms_fit import GMSFit as GMSFit
+from .identify.gms.fit import GMSFit as GMSFit
+from .identify.gms.identify import identify_gms as identify_gms
 from .identify.records.inspection import Inspection as Inspection
 from .identify.records.inspection import ResponseInspection as ResponseInspection
 from .identify.records.inspection import inspect as inspect
+from .identify.records.prepared import prepared as prepared
 from .identify.replay.compare import compare_models as compare_models
 from .identify.replay.replay_fit import identify_by_replay as identify_by_replay
-from .identify.replay.replayed import replayed as replayed
 from .identify.replay.splits import split_by_cycles as split_by_cycles
 from .identify.replay.splits import split_by_folds as split_by_folds
 from .identify.replay.splits import split_by_record as split_by_record

@@ -21,11 +21,11 @@ FIT = """
 import new_model_plugin
 from fric.friction import models
 from fric.identify.replay.replay_fit import identify_by_replay
-from fric.identify.replay.replayed import replayed
+from fric.identify.records.prepared import prepared
 from tests.identify.virtual_logs import logs_of
 
 truth = models()["bouc_wen"].typical()
-fit = identify_by_replay("bouc_wen", replayed(logs_of(truth, 1)))
+fit = identify_by_replay("bouc_wen", prepared(logs_of(truth, 1)))
 assert abs(fit.model.F_c / truth.F_c - 1) < 0.01 and abs(fit.model.k / truth.k - 1) < 0.01, fit.model
 """
 

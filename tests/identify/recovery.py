@@ -6,9 +6,9 @@ import numpy as np
 from scipy.signal import lfilter
 
 from fric.friction import models
+from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.replay.replay_search import STEP, Search
-from fric.identify.replay.replayed import replayed
 from tests.identify.virtual_logs import logs_of
 
 FITTED = [name for name, model in models().items() if model.identified]
@@ -81,7 +81,7 @@ def recover(name, seeds, memory=0.0):
     The noise is white, or remembers a share of the sample before.
     """
     model = models()[name].typical()
-    clean = replayed(logs_of(model, 0, noise=0.0))
+    clean = prepared(logs_of(model, 0, noise=0.0))
     exact = identify_by_replay(name, clean, blocks=BLOCKS, start=model)
     weights, before = _weights(exact, model), Search(exact.coordinates, exact.records).residual(exact.x)
     labels, errors, linear = set(), [], []

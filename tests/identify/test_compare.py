@@ -7,9 +7,9 @@ import pytest
 
 from fric.errors import FricError
 from fric.friction import models
+from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import compare_models
 from fric.identify.replay.near_reversals import near_reversals, presliding_length
-from fric.identify.replay.replayed import replayed
 from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.hdf5 import read_logs
 from tests.identify.virtual_logs import logs_of
@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def records():
-    return replayed(logs_of(models()["lugre"].typical(), 11))
+    return prepared(logs_of(models()["lugre"].typical(), 11))
 
 
 def test_what_is_scored_is_not_fitted(records):
@@ -42,7 +42,7 @@ def test_the_model_that_made_the_logs_wins(records):
 
 def test_models_that_are_the_same_there_have_no_winner():
     """Without a Stribeck effect and without damping, LuGre is Dahl's model."""
-    records = replayed(logs_of(models()["dahl"].typical(), 12))
+    records = prepared(logs_of(models()["dahl"].typical(), 12))
     comparison = compare_models(["dahl", "lugre"], records, split_by_folds(records, 2))
     assert comparison.winner is None
     lead, error = next(iter(comparison.leads.values()))
@@ -52,7 +52,7 @@ def test_models_that_are_the_same_there_have_no_winner():
 def test_presliding_length_of_an_exponential_hysteresis():
     """Dahl: the force turns from -F_c to F_c as exp(-z·sigma_0/F_c), by nine tenths after ln(10)·F_c/sigma_0."""
     model = models()["dahl"].typical()
-    record = replayed(logs_of(model, 1, noise=0.0, motions=("large",)))[0]
+    record = prepared(logs_of(model, 1, noise=0.0, motions=("large",)))[0]
     expected = np.log(10.0) * model.F_c / model.sigma_0
     step = np.abs(np.diff(record.motion.position)).max()
     assert presliding_length(record) == pytest.approx(expected, abs=step)
@@ -63,7 +63,7 @@ def test_presliding_length_of_an_exponential_hysteresis():
 @pytest.mark.long
 def test_bundled_loops_of_the_rig_tell_slip_blocks_from_a_single_bristle():
     """GMS and Leuven under a third of LuGre's error on the 15 and 450 µm loops; the static map worst at reversals."""
-    records = replayed(read_logs([ROOT / "data/presliding-sine.h5"]))
+    records = prepared(read_logs([ROOT / "data/presliding-sine.h5"]))
     names = ["static", "lugre", "leuven", "gms"]
     comparison = compare_models(names, records, split_by_cycles(records, 2))
     scores = {score.name: score for score in comparison.scores}

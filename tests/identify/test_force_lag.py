@@ -11,8 +11,8 @@ import pytest
 from fric.drive.plant import Plant
 from fric.identify.dynamics.force_constant import force_constant
 from fric.identify.dynamics.plant import identify_plant
-from fric.identify.loops.gms_records import taken_off
 from fric.identify.records.force_lag import acting_force
+from fric.identify.records.prepared import prepared
 from fric.log import Log
 from fric.notice import Notice
 from tests.identify.flawed_axis import RATE, Machine, run, shaken
@@ -92,6 +92,7 @@ def test_the_plant_takes_the_lag_off_where_friction_is_identified() -> None:
     force, late = 10 * np.sin(7 * t), 3e-3
     logged = 10 * np.sin(7 * (t + 0.65e-3 - late))  # the voltage runs ahead by T_d, and is logged late
     plant = Plant(A=0.0, B=548e6, T_d=0.65e-3, K_f=548.0, force_lag=late)
-    _, acting, _ = taken_off(Log(t, 1e-4 * np.sin(3 * t), force=logged), plant)
+    (record,) = prepared([Log(t, 1e-4 * np.sin(3 * t), force=logged)], plant)
+    acting = record.force + plant.M * record.motion.acceleration
     np.testing.assert_allclose(acting[10:-10], force[10:-10], atol=0.01)
     np.testing.assert_array_equal(acting_force(t, force, 0.0), force)

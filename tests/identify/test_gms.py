@@ -88,8 +88,8 @@ def test_the_plant_is_taken_off_and_its_share_told():
     assert rms_error(fit.model) < 0.5
     low, high = fit.C.ci95
     assert low < 1e4 < high
-    large = fit.shares[1]
-    assert large.damping == pytest.approx(plant.damping * 283e-6 / 158, rel=0.1)
+    large = fit.records[1].record.done
+    assert large.damping_share == pytest.approx(plant.damping * 283e-6 / 158, rel=0.1)
     assert not told(fit, "too fast")
     # the same loop at 12 Hz: M·A·w² is 31 N of 165
     fast = record(45e-6, frequency=12.0, cycles=20, dt=2e-4, **settings)

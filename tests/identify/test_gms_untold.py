@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from fric.drive.plant import Plant
-from fric.identify.loops.gms import ASSUMED_C, identify_gms
+from fric.identify.gms.identify import ASSUMED_C, identify_gms
 from fric.identify.strokes.static import identify_static
 from fric.io.hdf5 import read_logs
 

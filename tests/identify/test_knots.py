@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric import FricError
-from fric.identify.loops.knots import Blocks, blocks_from_knots, choose_blocks, fit_blocks
-from fric.identify.loops.virgin_curve import VirginCurve
+from fric.identify.gms.knots import Blocks, blocks_from_knots, choose_blocks, fit_blocks
+from fric.identify.gms.virgin_curve import VirginCurve
 from tests.identify.presliding import APART, TABLE_1
 
 BLOCKS = st.integers(1, 7).flatmap(

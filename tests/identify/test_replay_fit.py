@@ -10,8 +10,8 @@ from fric.estimate import Estimate
 from fric.friction import models
 from fric.friction.gms import GMS
 from fric.friction.lugre import LuGre
+from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import identify_by_replay
-from fric.identify.replay.replayed import replayed
 from tests.identify.recovery import FITTED, flattened
 from tests.identify.virtual_logs import logs_of
 
@@ -19,7 +19,7 @@ from tests.identify.virtual_logs import logs_of
 @pytest.mark.parametrize("name", FITTED)
 def test_a_model_is_found_from_nothing_but_its_logs(name):
     model = models()[name].typical()
-    fit = identify_by_replay(name, replayed(logs_of(model, 1, noise=0.5)), blocks=3)
+    fit = identify_by_replay(name, prepared(logs_of(model, 1, noise=0.5)), blocks=3)
     assert fit.rmse == pytest.approx(0.5, rel=0.1)
     for label, value, (low, high), truth in flattened(fit, model):
         assert low < high, label
@@ -30,7 +30,7 @@ def test_a_flat_gradient_is_found_and_told():
     """C has no effect where the level is the same at all speeds: its gradient is zero."""
     flat = replace(GMS.typical(), static=replace(GMS.typical().static, F_s=100.0))
     given = {p.name: Estimate(getattr(flat.static, p.name), "") for p in flat.static.parameters}
-    fit = identify_by_replay("gms", replayed(logs_of(flat, 3, noise=0.0)), static=given, blocks=3, start=flat)
+    fit = identify_by_replay("gms", prepared(logs_of(flat, 3, noise=0.0)), static=given, blocks=3, start=flat)
     assert fit.estimates["gms"]["C"].assumed
     assert any("gradient over C is flat" in warning for warning in fit.warnings)
     for label, value, _, truth in flattened(fit, flat):
@@ -42,7 +42,7 @@ def test_far_below_break_away_the_stiffness_is_told_and_the_limit_is_open():
     (log,) = logs_of(lugre, 3, noise=0.0, motions=("small",))
     position = 1e-4 * log.position
     force = lugre.sigma_0 * position
-    fit = identify_by_replay("lugre", replayed([replace(log, position=position, force=force)]))
+    fit = identify_by_replay("lugre", prepared([replace(log, position=position, force=force)]))
     assert fit.estimates["lugre"]["sigma_0"].value == pytest.approx(lugre.sigma_0, rel=0.1)
     assert any("edge" in warning or "flat" in warning for warning in fit.warnings)
     assert fit.estimates["static"]["F_c"].ci95[1] == float("inf")
@@ -51,14 +51,14 @@ def test_far_below_break_away_the_stiffness_is_told_and_the_limit_is_open():
 def test_a_static_map_that_is_given_stays():
     model = GMS.typical()
     given = {p.name: Estimate(getattr(model.static, p.name), "N") for p in model.static.parameters}
-    fit = identify_by_replay("gms", replayed(logs_of(model, 2)), blocks=3, static=given, start=model)
+    fit = identify_by_replay("gms", prepared(logs_of(model, 2)), blocks=3, static=given, start=model)
     assert fit.estimates["static"] == given
     assert fit.model.static == model.static
 
 
 def test_a_parameter_is_fixed_or_freed_by_name():
     model = models()["dahl"].typical()
-    records = replayed(logs_of(model, 5))
+    records = prepared(logs_of(model, 5))
     fixed = identify_by_replay("dahl", records, fix={"sigma": 40.0}, start=model).estimates["dahl"]
     assert fixed["sigma"].fixed
     assert fixed["sigma"].value == 40.0
@@ -73,7 +73,7 @@ def test_offset_and_inertia_of_a_record_are_found_beside_the_model():
     log = logs_of(model, 7, noise=0.1, motions=("fast",))[0]
     acceleration = np.gradient(np.gradient(log.position, log.time), log.time)
     log = replace(log, kind="motion", force=log.force + 50.0 * acceleration - 3.0)
-    fit = identify_by_replay("lugre", replayed([log]), start=model)
+    fit = identify_by_replay("lugre", prepared([log]), start=model)
     assert fit.own[0] == pytest.approx((-3.0, 50.0), rel=0.05)
 
 
@@ -88,4 +88,4 @@ def test_offset_and_inertia_of_a_record_are_found_beside_the_model():
 )
 def test_what_cannot_be_fitted_is_refused(arguments, told):
     with pytest.raises(FricError, match=told):
-        identify_by_replay(records=replayed(logs_of(models()["dahl"].typical(), 1)), **arguments)
+        identify_by_replay(records=prepared(logs_of(models()["dahl"].typical(), 1)), **arguments)

@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric import FricError
-from fric.identify.loops.loops import find_loops
-from fric.identify.loops.virgin_curve import virgin_curve
-from fric.identify.records.motion import smooth_motion
+from fric import FricError, Log
+from fric.identify.gms.cycles import find_loops
+from fric.identify.gms.virgin_curve import virgin_curve
+from fric.identify.records.prepared import prepared
 from tests.identify.presliding import PAPER, TABLE_1, pair, record
 
 Z = np.linspace(0.0, 100e-6, 1001)[1:]
 
 
 def loops_of(logs, cycles=None):
-    return [find_loops(log.name, smooth_motion(log.time, log.position), log.force, cycles) for log in logs]
+    return [find_loops(record, cycles) for record in prepared(logs)]
 
 
 def rms(curve):
@@ -69,16 +69,15 @@ def test_a_small_loop_alone_does_not_saturate():
 
 
 def test_three_encoder_steps_are_too_few():
-    log = record(0.7e-6, noise=0.1)
-    motion = replace(smooth_motion(log.time, record(0.7e-6, step=0.0).position), step=0.25e-6)
+    (smooth,) = prepared([record(0.7e-6, step=0.0, noise=0.1)])
     with pytest.raises(FricError, match="steps of the encoder"):
-        find_loops(log.name, motion, log.force)
+        find_loops(replace(smooth, motion=replace(smooth.motion, step=0.25e-6)))
 
 
 def test_a_ramp_has_no_cycle():
     t = np.arange(0.0, 5.0, 1e-3)
     with pytest.raises(FricError, match="no whole cycle"):
-        find_loops("ramp", smooth_motion(t, 1e-5 * t), t)
+        loops_of([Log(t, position=1e-5 * t, force=t)])
 
 
 def test_cycles_are_chosen():

@@ -49,7 +49,7 @@ def compare(
     records = fric.read_logs(logs)
     axis, motion = records[0].axis, records[0].motion
     kept = fric.read_friction(static, axis=axis, motion=motion).estimates("static") if static else None
-    ready = fric.replayed(records, fric.read_plant(plant, axis=axis, motion=motion) if plant else None)
+    ready = fric.prepared(records, fric.read_plant(plant, axis=axis, motion=motion) if plant else None)
     if fit_on:
         splits = fric.split_by_record(ready, fit_on)
     elif cycles:

@@ -11,6 +11,21 @@ from fric.documents.base import CovarianceBlock, Part, Quantity
 from fric.documents.plant import PlantPart
 
 
+class PreparedPart(Part):
+    """What was made of a record before a model was replayed along it."""
+
+    source: Literal["force", "input"] = Field(description="the channel that the force is from")
+    delay: Quantity = Field(description="by how much later the force acts than it is logged")
+    timing: Quantity = Field(description="how surely force and position belong to one instant, standard deviation")
+    encoder: Quantity = Field(description="the encoder's step; 0 where none is visible")
+    mass: Quantity | None = Field(None, description="mass whose inertia was taken off")
+    damping: Quantity | None = Field(None, description="the drive's own linear damping, taken off")
+    inertia_share: float | None = Field(None, description="size of the inertia relative to the logged force")
+    damping_share: float | None = Field(None, description="size of the drive's damping relative to the logged force")
+    own: list[str] = Field(default_factory=list, description="what the record adds of its own, fitted beside the model")
+    every: int = Field(1, description="one sample of so many was taken")
+
+
 class FitRecord(Part):
     """One record that a model was fitted to."""
 
@@ -20,7 +35,9 @@ class FitRecord(Part):
     rmse_held_out: Quantity | None = Field(None, description="the same over the cycles that the fit did not see")
     inertia_share: float | None = Field(None, description="size of the inertia relative to the logged force")
     damping_share: float | None = Field(None, description="size of the drive's damping relative to the logged force")
+    prepared: PreparedPart | None = None
     offset: Quantity | None = Field(None, description="constant force of this record alone")
+    damping: Quantity | None = Field(None, description="force over velocity that was fitted beside the friction")
     mass: Quantity | None = Field(None, description="mass that was fitted beside the friction")
 
 
@@ -52,7 +69,8 @@ class Fit(Part):
         if not isinstance(given, Mapping) or "taken_off" in given:
             return given
         records = given.get("records")
-        if isinstance(records, list) and any(isinstance(one, Mapping) and "inertia_share" in one for one in records):
+        ready = [one.get("prepared", one) for one in records or () if isinstance(one, Mapping)]
+        if any(isinstance(one, Mapping) and "inertia_share" in one for one in ready):
             return {**given, "taken_off": ["inertia", "damping"]}
         if "drive damping taken off" in str(given.get("method", "")):
             return {**given, "taken_off": ["damping"]}

@@ -22,7 +22,7 @@ from fric.units import Motion, parse, si_unit
 
 if TYPE_CHECKING:
     from fric.drive.plant import Plant
-    from fric.identify.loops.gms_fit import GMSFit
+    from fric.identify.gms.fit import GMSFit
     from fric.identify.replay.replay_fit import ReplayFit
     from fric.identify.strokes.map_fit import MapFit
     from fric.identify.strokes.static import StaticFit
@@ -256,15 +256,13 @@ def _quality(fit: MapFit, unit: str) -> dict[str, Any]:
 def gms_tree(fit: GMSFit, logs: Sequence[Log], given: GivenStatic | None = None) -> dict[str, Any]:
     """Return the friction document of an identified GMS model, the static map carried over."""
     force = si_unit("force", fit.motion)
-    shares = {one.name: one for one in fit.shares}
     records = [
         known(
             record=record.name,
             kind=record.kind,
             rmse=Estimate(record.rmse, force),
             rmse_held_out=None if record.rmse_held_out is None else Estimate(record.rmse_held_out, force),
-            inertia_share=shares[record.name].inertia if record.name in shares else None,
-            damping_share=shares[record.name].damping if record.name in shares else None,
+            prepared=record.record.done.as_dict(fit.motion),
         )
         for record in fit.records
     ]
@@ -316,7 +314,7 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
     kept
         The file that its static map is from: its sections stay.
     """
-    name, force, mass = fit.model.name, si_unit("force", fit.motion), si_unit("mass", fit.motion)
+    name, force = fit.model.name, si_unit("force", fit.motion)
     content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion}
     content |= {} if kept is None else kept.content()
     content |= {key: section for key, section in fit.estimates.items() if key == name or kept is None}
@@ -324,11 +322,10 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
         "rmse": Estimate(fit.rmse, force),
         "r2": fit.r2,
         "samples": sum(int(record.used.sum()) for record in fit.records),
-        "method": "replay along the measured motion; CRS2, then least squares; intervals by Newey and West",
+        "method": "replay along the measured motion; CRS2, then least squares; intervals by Newey and West, and cycles",
         "records": [
-            {"record": record.log.name, "offset": Estimate(own[0], force)}
-            | ({"mass": Estimate(own[1], mass)} if len(own) > 1 else {})
-            for record, own in zip(fit.records, fit.own, strict=True)
+            {"record": record.log.name, "prepared": record.done.as_dict(fit.motion), **own}
+            for record, own in zip(fit.records, fit.own_estimates, strict=True)
         ],
     }
     return _built_upon(kept, content, fit.warnings, [record.log for record in fit.records])

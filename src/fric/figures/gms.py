@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.loops.gms_fit import GMSFit, Replayed
-    from fric.identify.loops.loops import Loops
+    from fric.identify.gms.cycles import Loops
+    from fric.identify.gms.fit import GMSFit
+    from fric.identify.replay.measured import Replay
 
 Scale = tuple[float, str]
 
@@ -30,7 +31,7 @@ def draw_gms(fit: GMSFit) -> Figure:
     Parameters
     ----------
     fit
-        What `fric.identify.loops.gms.identify_gms` found.
+        What `fric.identify.gms.identify.identify_gms` found.
     """
     loops = sorted(fit.loops, key=lambda one: one.amplitude)
     rows = 2 + len(fit.records)
@@ -103,7 +104,7 @@ def _curve(axes: Axes, fit: GMSFit, force: Scale, *, logarithmic: bool) -> None:
     axes.legend(loc="lower right")
 
 
-def _replay(axes: Axes, record: Replayed, force: Scale, *, legend: bool) -> None:
+def _replay(axes: Axes, record: Replay, force: Scale, *, legend: bool) -> None:
     """Draw measured and replayed force over time, and what is left."""
     t = record.time
     axes.plot(t, record.measured * force[0], color=GREY, lw=1.6, label="measured")

@@ -15,9 +15,9 @@ from fric.documents.plant import PlantDocument, PlantPart
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
-from fric.identify.loops.gms_records import taken_off
-from fric.identify.loops.loops import Loops, find_loops
-from fric.identify.loops.virgin_curve import VirginCurve, virgin_curve
+from fric.identify.gms.cycles import Loops, find_loops
+from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
+from fric.identify.records.prepared import prepared
 from fric.identify.strokes.static import identify_static, steady_points
 from fric.log import Log
 
@@ -257,8 +257,8 @@ def _measured(waves: Sequence[Log], plant: Plant | None, model: GMS) -> tuple[tu
     found: list[Loops] = []
     loops = []
     for log in waves:
-        motion, force, _ = taken_off(log, plant)
-        one = find_loops(log.name, motion, force)
+        one = find_loops(prepared([log], plant)[0])
+        motion, force = one.motion, one.force
         found.append(one)
         replayed = model.replay(log.time, motion.position, motion.velocity)
         start = int(one.turns[0])  # the state before the first reversal is not known

@@ -24,7 +24,7 @@ from fric.figures.static_map import draw_static_map
 from fric.figures.style import save_figure
 from fric.identify.dynamics.frequency_response import measure_response
 from fric.identify.dynamics.plant import identify_plant
-from fric.identify.loops.gms import identify_gms
+from fric.identify.gms.identify import identify_gms
 from fric.identify.strokes.static import identify_static
 from fric.io.hdf5 import read_logs, write_logs
 from fric.reproduce.workshop import Workshop

@@ -68,7 +68,7 @@ def command(name: str | None = None) -> Callable[..., None]:
         records = fric.read_logs(logs)
         axis, motion = records[0].axis, records[0].motion
         kept = fric.read_friction(static, axis=axis, motion=motion) if static else None
-        ready = fric.replayed(records, fric.read_plant(plant, axis=axis, motion=motion) if plant else None)
+        ready = fric.prepared(records, fric.read_plant(plant, axis=axis, motion=motion) if plant else None)
         with progress(f"fitting {model}"):
             fit = fric.identify_by_replay(
                 model,

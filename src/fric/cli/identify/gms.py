@@ -101,8 +101,8 @@ def _print(document: dict[str, Any], output: Path, plot: Path | None) -> None:
         told = f"{record['record']}: rms of measured less replayed force {readable(**record['rmse'])}"
         if "rmse_held_out" in record:
             told += f", {readable(**record['rmse_held_out'])} over the cycles held out"
-        if "inertia_share" in record:
-            told += f"; inertia {record['inertia_share']:.1%}, damping {record['damping_share']:.1%} of the force"
+        if "inertia_share" in (done := record["prepared"]):
+            told += f"; inertia {done['inertia_share']:.1%}, damping {done['damping_share']:.1%} of the force"
         OUT.print(told)
     if "assumed" in document["static"]["F_c"]:
         print_table(

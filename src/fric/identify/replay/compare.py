@@ -11,9 +11,9 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fric.errors import FricError
+from fric.identify.records.prepared import Prepared
 from fric.identify.replay.near_reversals import near_reversals, presliding_length
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
-from fric.identify.replay.replayed import Replayed
 from fric.identify.replay.splits import Masks, Split
 from fric.threads import one_blas_thread
 
@@ -92,7 +92,7 @@ class Comparison:
     """
 
     scores: tuple[Score, ...]
-    records: tuple[Replayed, ...]
+    records: tuple[Prepared, ...]
     near: Masks
     presliding: tuple[float, ...]
     winner: str | None
@@ -103,7 +103,7 @@ class Comparison:
 @one_blas_thread()
 def compare_models(
     names: Sequence[str],
-    records: Sequence[Replayed],
+    records: Sequence[Prepared],
     splits: Sequence[Split],
     *,
     static: Mapping[str, Estimate] | None = None,
@@ -122,7 +122,7 @@ def compare_models(
     names
         Models to compare.
     records
-        See `fric.identify.replayed.replayed`.
+        See `fric.identify.records.prepared.prepared`.
     splits
         What is fitted and scored.
     static, blocks, seed
@@ -153,7 +153,7 @@ def compare_models(
 
 def _scored(
     name: str,
-    records: Sequence[Replayed],
+    records: Sequence[Prepared],
     splits: Sequence[Split],
     near: Masks,
     static: Mapping[str, Estimate] | None,
@@ -204,14 +204,14 @@ def _rms(values: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
 
 
-def _seconds(model: FrictionModel, records: Sequence[Replayed]) -> float:
+def _seconds(model: FrictionModel, records: Sequence[Prepared]) -> float:
     begin = perf_counter()
     for record in records:
         record.replay(model)
     return perf_counter() - begin
 
 
-def _lead(records: Sequence[Replayed], best: Score, other: Score) -> tuple[float, float]:
+def _lead(records: Sequence[Prepared], best: Score, other: Score) -> tuple[float, float]:
     """Return by how much the mean squared residual of the best is lower, and half the 95 % interval of that [N²].
 
     The strokes between reversals are the independent pieces (thirty equal pieces where there are few strokes).

@@ -16,16 +16,20 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.friction.base import Parameter
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.friction import FrictionModel, Parameter
+    from fric.friction import FrictionModel
 
 Ranges = Mapping[str, tuple[float, float]]
 """By dimension (see `fric.units`), the least and the largest value in SI that the records could show."""
 
 Scale = Literal["log", "linear", "ratio", "share"]
+
+LEVEL = Parameter("level", "ratio", doc="friction level of the records relative to the static map", typical=1.0)
+"""What scales F_c and F_s of a static map that is held, where the records show their own level."""
 
 
 @dataclass(frozen=True)
@@ -82,9 +86,15 @@ class Coordinates:
 
     @classmethod
     def of(
-        cls, model: type[FrictionModel], ranges: Ranges, *, blocks: int, held: Mapping[tuple[str, str], float]
+        cls,
+        model: type[FrictionModel],
+        ranges: Ranges,
+        *,
+        blocks: int,
+        held: Mapping[tuple[str, str], float],
+        level: bool = False,
     ) -> Coordinates:
-        """Return the coordinates of a model where all is free that is not held.
+        """Return the coordinates of a model where all is free that is not held, and the level where it is asked for.
 
         Raises
         ------
@@ -99,6 +109,8 @@ class Coordinates:
                 scale, lower, upper = _searched(p, ranges)
                 numbers: list[int | None] = [None] if not p.per_block else list(range(blocks - p.shares))
                 free += [Coordinate(section, p, n, scale, lower, upper) for n in numbers]
+        if level:
+            free.append(Coordinate("static", LEVEL, None, "log", -log(5.0), log(5.0)))
         if not free:
             raise FricError(f"every parameter of {model.name} is given, and none is left to fit")
         return cls(model, tuple(free), dict(held), blocks)
@@ -145,6 +157,10 @@ class Coordinates:
                 assert isinstance(base, float)
                 out = [min(max(at if scale == "linear" else base * exp(at), p.lower), p.upper) for at in at_all]
                 found[section][p.name] = tuple(out) if p.per_block else out[0]
+        if ("static", LEVEL.name) in given:
+            level = exp(given["static", LEVEL.name][0])
+            found["static"] |= {name: level * found["static"][name] for name in ("F_c", "F_s")}  # type: ignore[operator]
+            found["static"][LEVEL.name] = level
         return found
 
     def build(self, x: NDArray[np.float64]) -> FrictionModel:

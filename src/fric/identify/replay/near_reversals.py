@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.identify.replay.replayed import Replayed
+from fric.identify.records.prepared import Prepared
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -17,7 +17,7 @@ LENGTHS = 10.0
 """Pre-sliding lengths after a reversal that count as near it."""
 
 
-def presliding_length(record: Replayed) -> float:
+def presliding_length(record: Prepared) -> float:
     """Return the way after a reversal [m] on which the force has made nine tenths of its turn, the median of all.
 
     Where a record has no two reversals, a hundredth of its way.
@@ -35,7 +35,7 @@ def presliding_length(record: Replayed) -> float:
     return float(np.median(found)) if found else 0.01 * float(np.ptp(z))
 
 
-def near_reversals(record: Replayed, presliding: float) -> NDArray[np.bool_]:
+def near_reversals(record: Prepared, presliding: float) -> NDArray[np.bool_]:
     """Return which samples come within 0.3 s or ten pre-sliding lengths [m] after a reversal, shape (n,)."""
     near = np.zeros(len(record.force), bool)
     t, z = record.motion.time, record.motion.position

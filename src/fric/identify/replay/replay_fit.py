@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,10 +12,11 @@ from scipy.special import stdtrit
 from fric.errors import FricError
 from fric.estimate import Estimate, Interval
 from fric.friction import models
-from fric.identify.replay.coordinates import Coordinates
+from fric.identify.records.prepared import DIMENSIONS, Own, Prepared
+from fric.identify.replay.coordinates import LEVEL, Coordinates
+from fric.identify.replay.ranges import search_ranges
 from fric.identify.replay.replay_intervals import correlated, covariance_of, edges, limits, order
 from fric.identify.replay.replay_search import Point, Search
-from fric.identify.replay.replayed import Replayed, search_ranges
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
@@ -39,8 +40,10 @@ class ReplayFit:
         Its parameters with their 95 % intervals, by section of a friction file and name.
     records
         The records, and which of their samples were fitted.
+    level
+        Level of the records relative to a static map that was held, where it was fitted; else 1.
     own
-        What each record adds of its own: offset [N], and mass [kg] where inertia was fitted.
+        What each record adds of its own, in the order of its `Preparation.own`.
     rmse
         Root of the mean squared residual [N].
     r2
@@ -57,7 +60,8 @@ class ReplayFit:
     axis: str
     motion: Motion
     estimates: dict[str, dict[str, Estimate]]
-    records: tuple[Replayed, ...]
+    records: tuple[Prepared, ...]
+    level: Estimate
     own: tuple[tuple[float, ...], ...]
     rmse: float
     r2: float
@@ -66,11 +70,20 @@ class ReplayFit:
     x: NDArray[np.float64]
     warnings: tuple[str, ...] = ()
 
+    @property
+    def own_estimates(self) -> list[dict[Own, Estimate]]:
+        """What each record adds of its own, by name, with units."""
+        return [
+            {name: Estimate(value, si_unit(DIMENSIONS[name], self.motion)) for name, value in
+             zip(record.done.own, own, strict=True)}
+            for record, own in zip(self.records, self.own, strict=True)
+        ]  # fmt: skip
+
 
 @one_blas_thread()
 def identify_by_replay(
     name: str,
-    records: Sequence[Replayed],
+    records: Sequence[Prepared],
     *,
     static: Mapping[str, Estimate] | None = None,
     blocks: int = 4,
@@ -78,19 +91,21 @@ def identify_by_replay(
     free: Sequence[str] = (),
     seed: int = 0,
     start: FrictionModel | None = None,
+    with_level: bool = False,
 ) -> ReplayFit:
     """Fit a friction model to records by replay: a coarse global search (NLopt's CRS2), then least squares.
 
-    What each record adds of its own enters linearly and is projected out. The intervals hold for residuals that hang
-    together in time (see `covariance_of`). A parameter without effect on these records is found by its flat gradient,
-    left at its typical value, and told.
+    What each record adds of its own enters linearly and is projected out. After a first fit each sample is weighed by
+    its spread (`fric.identify.replay.replay_search.spread`). The intervals hold for residuals that hang together in
+    time (see `covariance_of`), and allow for force and position that do not belong to one instant. A parameter without
+    effect on these records is found by its flat gradient, left at its typical value, and told.
 
     Parameters
     ----------
     name
         Name of the model.
     records
-        See `fric.identify.replayed.replayed`.
+        See `fric.identify.records.prepared.prepared`.
     static
         Static map to keep, for a model that stands on one; it is fitted too where it is not given.
     blocks
@@ -103,6 +118,8 @@ def identify_by_replay(
         Seed of the coarse search.
     start
         A model to start from; there is no coarse search then.
+    with_level
+        Whether the records have a level of their own, which then scales F_c and F_s of the static map that is kept.
 
     Raises
     ------
@@ -111,12 +128,16 @@ def identify_by_replay(
     """
     model = _known(name)
     records = [record.trimmed() for record in records if record.used.any()]
+    if static is not None:
+        records = [_as_it_tells_the_lag(record) for record in records]
     held = _held(model, fix or {}, free, static)
-    coordinates = Coordinates.of(model, search_ranges(records), blocks=blocks, held=held)
+    coordinates = Coordinates.of(model, search_ranges(records), blocks=blocks, held=held, level=with_level)
     if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
         raise FricError("there are too few samples to compare", where=records[0].log.where)
     search = Search(coordinates, records)
-    best = search.at(search.fine(search.coarse(seed) if start is None else _coordinates_of(coordinates, start)))
+    x = search.fine(search.coarse(seed) if start is None else _coordinates_of(coordinates, start))
+    search = search.weighed(x)
+    best = search.at(search.fine(x))
     warnings: list[str] = []
     assumed: set[tuple[str, str]] = set()
     while flat := [
@@ -131,11 +152,17 @@ def identify_by_replay(
         elif not low <= value <= high:
             value = float(np.sqrt(low * high)) if c.scale == "log" else low
         left = left or f"{value:.3g} {si_unit(p.dimension, records[0].log.motion)}"
-        search = Search(search.coordinates.without(n, value), records)
+        search = replace(search, coordinates=search.coordinates.without(n, value))
         best = search.at(search.fine(np.delete(best.x, n)))
         assumed.add((c.section, p.name))
         warnings.append(f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}")
     return _told(search, best, warnings, assumed, static)
+
+
+def _as_it_tells_the_lag(record: Prepared) -> Prepared:
+    """Return a record in sliding one way as it tells the lag; another one as it is."""
+    of_lag = record.log.kind == "sliding-sine" and not record.slides and not len(record.turns)
+    return record.in_sliding() if of_lag else record
 
 
 def _known(name: str) -> type[FrictionModel]:
@@ -174,6 +201,9 @@ def _coordinates_of(coordinates: Coordinates, model: FrictionModel) -> NDArray[n
     x = np.empty(len(coordinates.free))
     for n, c in enumerate(coordinates.free):
         owner = model if c.section == model.name else getattr(model, c.section)
+        if c.parameter is LEVEL:
+            x[n] = np.log(getattr(owner, "F_s") / coordinates.held["static", "F_s"])  # noqa: B009
+            continue
         value = getattr(owner, c.parameter.name)
         if c.scale == "share":
             x[n] = np.log(value[c.block] / value[-1])
@@ -194,22 +224,22 @@ def _told(
     """Return the fit with intervals, and what the records cannot tell."""
     coordinates, records = search.coordinates, tuple(search.records)
     motion = records[0].log.motion
-    x, residual, seen = best.x, best.residual, search.seen(best)
+    x, seen = best.x, search.seen(best)
+    reach = float(stdtrit(max(len(best.residual) - len(x), 1), 0.975))
     covariance = np.full((len(x), len(x)), np.nan)
     if seen.any():
-        lengths = [int(record.used.sum()) for record in records]
-        covariance[np.ix_(seen, seen)] = covariance_of(best.gradient[:, seen], residual, lengths)
-    reach = float(stdtrit(max(len(residual) - len(x), 1), 0.975))
+        slopes = best.gradient[:, seen]
+        covariance[np.ix_(seen, seen)] = covariance_of(slopes, best.residual, records, reach) + _of_timing(
+            search, x, slopes
+        )
     values, within = coordinates.values(x), limits(coordinates, x, covariance, seen, reach)
     blocks = order(coordinates, values)
     estimates: dict[str, dict[str, Estimate]] = {}
+    scaled: dict[str, dict[str, Estimate]] = {}
     for section, parameters in coordinates.model.declared().items():
-        estimates[section] = {}
+        estimates[section], scaled[section] = {}, {}
         for p in parameters:
             key, value, fitted = (section, p.name), values[section][p.name], within.get((section, p.name))
-            if section == "static" and static is not None and fitted is None and p.name in static:
-                estimates[section][p.name] = static[p.name]
-                continue
             interval: Interval | tuple[Interval, ...] | None = None
             if isinstance(value, tuple):
                 value = tuple(value[n] for n in blocks)
@@ -217,11 +247,15 @@ def _told(
             elif fitted:
                 interval = fitted[0]
             unit, untold = si_unit(p.dimension, motion), key in assumed
-            estimates[section][p.name] = Estimate(
-                value, unit, interval, fixed=interval is None and not untold, assumed=untold
-            )
-    model = coordinates.model.from_sections(estimates)
+            found = Estimate(value, unit, interval, fixed=interval is None and not untold, assumed=untold)
+            kept = section == "static" and static is not None and fitted is None and p.name in static
+            estimates[section][p.name], scaled[section][p.name] = (static[p.name] if kept else found), found  # type: ignore[index]
+    model = coordinates.model.from_sections(scaled)
+    level = Estimate(1.0, "1")
+    if (of_level := ("static", LEVEL.name)) in within:
+        level = Estimate(values["static"][LEVEL.name], "1", within[of_level][0])
     warnings += edges(coordinates, x, seen, covariance) + correlated(coordinates, covariance)
+    residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])
     rmse = float(np.sqrt(np.mean(residual**2)))
     r2 = 1.0 - rmse**2 / float(np.var(force))
@@ -232,6 +266,18 @@ def _told(
     independent = len(residual) * (1 - rho) / (1 + rho)
     own = tuple(tuple(float(c) for c in r.own_part(r.force - r.replay(model))) for r in records)
     return ReplayFit(
-        model, records[0].log.axis, motion, estimates, records, own, rmse, r2, independent, coordinates, x,
+        model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
         tuple(warnings),
     )  # fmt: skip
+
+
+def _of_timing(search: Search, x: NDArray[np.float64], slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what the covariance (p, p) gains since force and position belong to one instant to within a sample.
+
+    The channels of a log are aligned to ±dt/2, which no number of cycles shows: all records are moved by one standard
+    deviation of that, to first order.
+    """
+    model = search.coordinates.build(x)
+    late = [record.done.timing * np.gradient(record.replay(model), record.motion.time) for record in search.records]
+    moved = np.linalg.lstsq(slopes, search.projected(late), rcond=None)[0]
+    return np.asarray(np.outer(moved, moved))

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import chdtrc, expit
+from scipy.special import chdtrc, expit, stdtrit
 
 from fric.identify.dynamics.covariance import hac_covariance
 from fric.identify.replay.replay_search import STEP
@@ -14,6 +14,7 @@ from fric.identify.replay.replay_search import STEP
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fric.identify.records.prepared import Prepared
     from fric.identify.replay.coordinates import Coordinates
 
 LAGS = 10
@@ -21,30 +22,87 @@ LAGS = 10
 
 
 def covariance_of(
-    gradient: NDArray[np.float64], residual: NDArray[np.float64], lengths: Sequence[int]
+    gradient: NDArray[np.float64], residual: NDArray[np.float64], records: Sequence[Prepared], reach: float
 ) -> NDArray[np.float64]:
     """Return the covariance (p, p) of a least-squares fit.
 
     Where the residuals cannot be told from white noise (Ljung and Box, Biometrika 65, 1978, at 1 %), it is that of
-    ordinary least squares; else that of `hac_covariance`, which is right for any residuals but itself less sure.
+    ordinary least squares. Else it is that of `hac_covariance`, which is right for any residuals but itself less sure,
+    and widened where one of two resamplings tells more of a parameter: leaving out cycles tells how the drive repeats
+    (`jackknife`), and weighing the parts of a cycle how much the model misses in the same place each time (`sandwich`).
+    So where a model has fewer blocks than the machine, the interval is of the block that stands for several.
 
     Parameters
     ----------
     gradient, residual
         Derivatives (n, p) and residuals (n,) of all records one after the other.
-    lengths
-        Samples of each record.
+    records
+        The records.
+    reach
+        Half widths are this many standard deviations.
     """
     n, p = gradient.shape
+    lengths = [int(record.used.sum()) for record in records]
     statistic = 0.0
     for part in np.split(residual, np.cumsum(lengths)[:-1]):
         lags = min(LAGS, len(part) // 4)
         rho = [float(part[lag:] @ part[:-lag]) / max(float(part @ part), 1e-300) for lag in range(1, lags + 1)]
         statistic += len(part) * (len(part) + 2) * sum(r * r / (len(part) - k) for k, r in enumerate(rho, start=1))
-    if chdtrc(LAGS * len(lengths), statistic) < 0.01:
-        return hac_covariance(gradient, residual, lengths)
-    back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
-    return np.asarray(back @ back.T * float(residual @ residual) / (n - p))
+    if chdtrc(LAGS * len(lengths), statistic) >= 0.01:
+        back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
+        return np.asarray(back @ back.T * float(residual @ residual) / (n - p))
+    covariance = hac_covariance(gradient, residual, lengths)
+    resampled = [
+        by(gradient, residual, np.concatenate([1000 * i + one for i, one in enumerate(labels)]))
+        for by, labels in (
+            (jackknife, [record.cycle[record.used] for record in records]),
+            (sandwich, [record.phase[record.used] for record in records]),
+        )
+    ]
+    own = np.sqrt(np.diag(covariance))
+    widest = np.max([own, *(np.sqrt(np.diag(one)) / reach for one in resampled)], axis=0)
+    widen = np.divide(widest, own, out=np.ones_like(own), where=own > 0)
+    return np.asarray(covariance * np.outer(widen, widen))
+
+
+def jackknife(
+    gradient: NDArray[np.float64], residual: NDArray[np.float64], label: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Return the squared half widths (p, p) of 95 % intervals that leaving out each group of samples gives.
+
+    Each is one Gauss–Newton step from the solution, and counts by Student's t: a percentile bootstrap of five cycles
+    covers some 80 %, not 95.
+
+    Parameters
+    ----------
+    gradient, residual
+        As in `covariance_of`.
+    label
+        The group that each sample belongs to, shape (n,).
+    """
+    normal, groups = gradient.T @ gradient, np.unique(label)
+    left_out = []
+    for group in groups:
+        J, r = gradient[label == group], residual[label == group]
+        left_out.append(np.linalg.lstsq(normal - J.T @ J, J.T @ r, rcond=1e-12)[0])
+    count, moved = len(groups), np.array(left_out)
+    moved = moved - moved.mean(axis=0)
+    t = float(stdtrit(max(count - 1, 1), 0.975))
+    return np.asarray(t**2 * (count - 1) / count * moved.T @ moved)
+
+
+def sandwich(
+    gradient: NDArray[np.float64], residual: NDArray[np.float64], label: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Return the squared half widths (p, p) of 95 % intervals where residuals of one group belong together.
+
+    The infinitesimal jackknife, or sandwich (White, Econometrica 50, 1982); see `jackknife`.
+    """
+    groups = np.unique(label)
+    scores = np.array([gradient[label == group].T @ residual[label == group] for group in groups])
+    moved = np.linalg.lstsq(gradient.T @ gradient, scores.T, rcond=1e-12)[0]
+    t = float(stdtrit(max(len(groups) - 1, 1), 0.975))
+    return np.asarray(t**2 * moved @ moved.T)
 
 
 def limits(
@@ -118,12 +176,12 @@ def _near(coordinates: Coordinates, covariance: NDArray[np.float64]) -> NDArray[
 
 
 def order(coordinates: Coordinates, values: Mapping[str, Mapping[str, float | tuple[float, ...]]]) -> list[int]:
-    """Return the blocks from the stiffest to the softest."""
+    """Return the blocks in the order in which they slip: by their limit over their stiffness."""
     for section, parameters in coordinates.model.declared().items():
-        for p in parameters:
-            value = values[section][p.name]
-            if p.dimension == "stiffness" and isinstance(value, tuple):
-                return [int(n) for n in np.argsort(-np.asarray(value), kind="stable")]
+        blocks = {p.dimension: np.asarray(values[section][p.name]) for p in parameters if p.per_block}
+        if "stiffness" in blocks and len(blocks) == 2:
+            (limit,) = (value for dimension, value in blocks.items() if dimension != "stiffness")
+            return [int(n) for n in np.argsort(limit / blocks["stiffness"], kind="stable")]
     return list(range(coordinates.blocks))
 
 

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import nlopt
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, nnls
 
+from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import Coordinates
-from fric.identify.replay.replayed import Replayed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from fric.friction import FrictionModel
 
 COARSE = 4_000
 """Samples that the coarse search replays."""
@@ -36,7 +39,7 @@ class Point:
     x
         Coordinates, shape (p,).
     residual
-        What is left of the force there [N], shape (n,).
+        What is left of the force there, weighted [N], shape (n,).
     gradient
         The derivatives of the residual, shape (n, p).
     """
@@ -56,15 +59,46 @@ class Search:
         What is searched.
     records
         What it is compared with.
+    weights
+        What each sample used weighs, one array a record; the same where not given. Their mean square is 1.
     """
 
     coordinates: Coordinates
-    records: Sequence[Replayed]
+    records: Sequence[Prepared]
+    weights: tuple[NDArray[np.float64], ...] | None = None
+
+    @cached_property
+    def _weighted(self) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """The weights of each record, and an orthonormal basis of what it adds of its own."""
+        given = self.weights or tuple(np.ones(int(record.used.sum())) for record in self.records)
+        bases = [
+            np.linalg.qr(record.own[record.used] / np.abs(record.own).max(axis=0) * weight[:, None])[0]
+            for record, weight in zip(self.records, given, strict=True)
+        ]
+        return list(zip(given, bases, strict=True))
+
+    def projected(self, forces: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+        """Return a force of each record (n,), weighted, at the samples used, less what the record can add of its own.
+
+        What enters linearly is so projected out (variable projection: Golub, Pereyra 1973).
+        """
+        parts = []
+        for record, force, (weight, basis) in zip(self.records, forces, self._weighted, strict=True):
+            rest = force[record.used] * weight
+            parts.append(rest - basis @ (basis.T @ rest))
+        return np.concatenate(parts)
 
     def residual(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return measured minus replayed force [N] of all records one after the other, shape (n,)."""
+        """Return measured minus replayed force, weighted [N], of all records one after the other, shape (n,)."""
         model = self.coordinates.build(x)
-        return np.concatenate([record.residual(model) for record in self.records])
+        return self.projected([record.force - record.replay(model) for record in self.records])
+
+    def weighed(self, x: NDArray[np.float64]) -> Search:
+        """Return the search with each sample weighed by its spread at a point, see `spread`."""
+        model = self.coordinates.build(x)
+        weights = [1.0 / spread(record, model) for record in self.records]
+        size = float(np.sqrt(np.mean(np.concatenate(weights) ** 2)))
+        return replace(self, weights=tuple(weight / size for weight in weights))
 
     def cost(self, x: NDArray[np.float64]) -> float:
         """Return the sum of squared residuals [N²]."""
@@ -92,7 +126,7 @@ class Search:
 
     def seen(self, point: Point) -> NDArray[np.bool_]:
         """Return which coordinates change the residual, over their whole range, by more than its standard error."""
-        force = np.linalg.norm(np.concatenate([record.force[record.used] for record in self.records]))
+        force = np.linalg.norm(self.projected([record.force for record in self.records]))
         effect = np.linalg.norm(point.gradient, axis=0) * (self.coordinates.upper - self.coordinates.lower)
         error = float(np.linalg.norm(point.residual)) / np.sqrt(len(point.residual))
         return np.asarray(effect > max(error, 1e-9 * float(force)))
@@ -157,3 +191,32 @@ class Search:
             if (found := self.cost(hopped)) < (1 - 1e-3) * best:
                 x, best = hopped, found
         return x
+
+
+def spread(record: Prepared, model: FrictionModel) -> NDArray[np.float64]:
+    """Return the standard deviation of each residual [N] at the samples used: ``σ² = σ_F² + (σ_z·dF/dz)²``.
+
+    What is left of the encoder's steps in the motion is magnified by the stiffness of the contact (effective variance:
+    Orear, Am. J. Phys. 50 (1982) 912). σ_F and σ_z are fitted to the squared residuals, and σ_z is no more than
+    ``step/√12``, that of a bare count: what a model misses near a reversal is not taken for the encoder's.
+    """
+    replayed = record.replay(model)
+    residual = (record.force - replayed - record.own @ record.own_part(record.force - replayed))[record.used]
+    squares = residual**2
+    floor = max(0.01 * float(squares.mean()), 1e-12 * float(np.mean(record.force[record.used] ** 2)), 1e-300)
+    if record.motion.step == 0.0:
+        return np.full(len(residual), np.sqrt(max(float(squares.mean()), floor)))
+    stiffness = _stiffness(record, replayed)[record.used]
+    size = max(float(stiffness.max()), 1e-300)
+    shape = (stiffness / size) ** 2
+    by_step = min(float(nnls(np.column_stack([np.ones_like(shape), shape]), squares)[0][1]),
+                  (record.motion.step * size) ** 2 / 12.0)  # fmt: skip
+    by_noise = max(float(np.mean(squares - by_step * shape)), 0.0)
+    return np.asarray(np.sqrt(np.maximum(by_noise + by_step * shape, floor)))
+
+
+def _stiffness(record: Prepared, force: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``|dF/dz|`` of a replayed force [N/m], shape (n,): the greater of the two steps around each sample."""
+    dz, dF = np.abs(np.diff(record.motion.position)), np.abs(np.diff(force))
+    slope = np.divide(dF, dz, out=np.zeros_like(dz), where=dz > 1e-6 * float(dz.max()))
+    return np.maximum(np.append(slope, 0.0), np.append(0.0, slope))

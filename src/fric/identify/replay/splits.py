@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.errors import FricError
-from fric.identify.replay.replayed import Replayed
+from fric.identify.records.prepared import Prepared
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,7 +31,7 @@ class Split:
     scored: Masks
 
 
-def split_by_record(records: Sequence[Replayed], fitted: Sequence[str]) -> tuple[Split, ...]:
+def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple[Split, ...]:
     """Return one split: fit the records of these names, score the others.
 
     Raises
@@ -51,7 +51,7 @@ def split_by_record(records: Sequence[Replayed], fitted: Sequence[str]) -> tuple
     return (Split(tuple(chosen), tuple(others)),)
 
 
-def split_by_cycles(records: Sequence[Replayed], cycles: int) -> tuple[Split, ...]:
+def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Split, ...]:
     """Return one split: fit the first cycles of every record after its first reversal, score the rest of it.
 
     Raises
@@ -72,7 +72,7 @@ def split_by_cycles(records: Sequence[Replayed], cycles: int) -> tuple[Split, ..
     return (Split(tuple(fitted), tuple(scored)),)
 
 
-def split_by_folds(records: Sequence[Replayed], folds: int) -> tuple[Split, ...]:
+def split_by_folds(records: Sequence[Prepared], folds: int) -> tuple[Split, ...]:
     """Return so many splits: each record is cut into as many parts, and each part is scored by a fit to the others.
 
     Raises

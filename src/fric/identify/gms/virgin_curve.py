@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import stdtrit
 
-from fric.identify.loops.loops import Loops
+from fric.identify.gms.cycles import Loops
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -3,77 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fric.estimate import Estimate
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.loops.knots import Blocks, Choice
-from fric.identify.loops.loops import Loops
-from fric.identify.loops.virgin_curve import VirginCurve
+from fric.identify.gms.cycles import Loops
+from fric.identify.gms.knots import Blocks, Choice
+from fric.identify.gms.virgin_curve import VirginCurve
+from fric.identify.replay.measured import Replay
 from fric.units import Motion
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-
-@dataclass(frozen=True)
-class Shares:
-    """What inertia and linear damping take of the force of a record; None where no plant is known.
-
-    Parameters
-    ----------
-    name
-        Name of the record.
-    inertia, damping
-        Size of each (99 % quantile) relative to that of the logged force.
-    """
-
-    name: str
-    inertia: float | None = None
-    damping: float | None = None
-
-
-@dataclass(frozen=True)
-class Replayed:
-    """One record, measured against replayed.
-
-    Parameters
-    ----------
-    name, kind
-        Name of the record, and ``presliding`` or ``sliding``.
-    time, position
-        Instants [s] and motion [m], shape (n,).
-    measured, replayed
-        Friction force [N]: what is left of the logged one, and the model's along the motion, shape (n,).
-    used
-        Samples that the fit used, shape (n,).
-    held_out
-        Samples after the chosen cycles, which the fit did not see, shape (n,).
-    """
-
-    name: str
-    kind: str
-    time: NDArray[np.float64]
-    position: NDArray[np.float64]
-    measured: NDArray[np.float64]
-    replayed: NDArray[np.float64]
-    used: NDArray[np.bool_]
-    held_out: NDArray[np.bool_]
-
-    @property
-    def rmse(self) -> float:
-        """Residual over the samples used [N]."""
-        return float(np.sqrt(np.mean((self.measured - self.replayed)[self.used] ** 2)))
-
-    @property
-    def rmse_held_out(self) -> float | None:
-        """Residual over the samples that the fit did not see [N]; None where there are none."""
-        if not self.held_out.any():
-            return None
-        return float(np.sqrt(np.mean((self.measured - self.replayed)[self.held_out] ** 2)))
 
 
 @dataclass(frozen=True)
@@ -102,8 +42,6 @@ class GMSFit:
         True where the user gave the knots; where the parameters are from replay.
     records
         Each record, measured against replayed.
-    shares
-        What inertia and linear damping take of the force, by record.
     warnings
         What the data cannot tell.
     """
@@ -123,8 +61,7 @@ class GMSFit:
     asked: int | None
     knots_given: bool
     refined: bool
-    records: tuple[Replayed, ...]
-    shares: tuple[Shares, ...]
+    records: tuple[Replay, ...]
     warnings: tuple[str, ...]
 
     @property
@@ -164,6 +101,5 @@ class GMSFit:
         start = (
             "concave piecewise-linear virgin curve" if self.choice or not self.knots_given else "eq. (6) at given knots"
         )
-        return (
-            start + (", refined by replay of all records" if self.refined else "") + "; intervals by leaving out cycles"
-        )
+        refined = ", refined by replay of all records" if self.refined else ""
+        return f"{start}{refined}; intervals by leaving out cycles, and by misfit that comes again"

@@ -12,8 +12,8 @@ from fric.units import readable, si_unit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.identify.loops.gms_fit import GMSFit
-    from fric.identify.loops.knots import Blocks
+    from fric.identify.gms.fit import GMSFit
+    from fric.identify.gms.knots import Blocks
 
 INERTIA = 0.1
 """Share of the force from which on the inertia makes a sine too fast."""
@@ -65,14 +65,13 @@ def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[st
                 f"{readable(float(displacement[n + 1]), length)}: one block in their place changes the virgin curve "
                 f"by {readable(float(gap), newton, 2)} at most, so the data cannot separate them"
             )
-    for share in fit.shares:
-        if share.inertia is not None and share.inertia > INERTIA:
-            sliding = any(one.name == share.name and one.kind == "sliding" for one in fit.records)
-            if not sliding:
-                yield (
-                    f"inertia is {share.inertia:.0%} of the force in record '{share.name}': the sine is too fast; "
-                    f"log it at a frequency lower by {np.sqrt(share.inertia / INERTIA):.2g} or more"
-                )
+    for one in fit.loops:
+        share = one.record.done.inertia_share or 0.0
+        if share > INERTIA:
+            yield (
+                f"inertia is {share:.0%} of the force in record '{one.name}': the sine is too fast; "
+                f"log it at a frequency lower by {np.sqrt(share / INERTIA):.2g} or more"
+            )
     if fit.C.assumed:
         why = (
             "no static map is given"

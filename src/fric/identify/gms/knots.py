@@ -19,7 +19,7 @@ from fric.errors import FricError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.identify.loops.virgin_curve import VirginCurve
+    from fric.identify.gms.virgin_curve import VirginCurve
 
 MOST_BLOCKS = 6
 """Blocks that the information criterion may choose where the user sets no limit."""

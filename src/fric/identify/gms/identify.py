@@ -1,0 +1,232 @@
+"""Identification of the GMS model (Section 3.2.1): from pre-sliding records to alpha, k and C."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.special import expit, logit, stdtrit
+
+from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.friction.gms import GMS
+from fric.friction.stribeck import StaticMap
+from fric.identify.gms.cycles import find_loops
+from fric.identify.gms.fit import GMSFit
+from fric.identify.gms.knots import (
+    MOST_BLOCKS,
+    Blocks,
+    Choice,
+    blocks_from_knots,
+    choose_blocks,
+    fit_blocks,
+    fit_without_cycles,
+)
+from fric.identify.gms.notices import told
+from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
+from fric.identify.records.prepared import Prepared, prepared
+from fric.identify.replay.measured import Replay
+from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.threads import one_blas_thread
+from fric.units import Motion, si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.drive.plant import Plant
+    from fric.friction import FrictionModel
+    from fric.log import Log
+
+ASSUMED_C = 1e4
+"""Attraction parameter [N/s] where no record in sliding tells it: a lag s/C of 10 to 16 ms for Table 1."""
+UNTOLD = float(np.log(10.0))
+"""Half width of the interval of log C from which on the sliding record does not tell it: a factor of ten."""
+
+
+@one_blas_thread()
+def identify_gms(
+    logs: Sequence[Log],
+    *,
+    static: StaticMap | None = None,
+    plant: Plant | None = None,
+    blocks: int | None = None,
+    most_blocks: int = MOST_BLOCKS,
+    knots: Sequence[float] | None = None,
+    refined: bool = True,
+    cycles: tuple[int, int] | None = None,
+) -> GMSFit:
+    """Identify alpha, k and C of the GMS model.
+
+    The virgin curve is taken from the pre-sliding records, its knots give the blocks by eq. (6), and a replay of the
+    GMS step along the measured motion refines them. C is fitted where a ``sliding-sine`` record is among the logs.
+
+    Parameters
+    ----------
+    logs
+        Records of one axis. Those of kind ``presliding-sine`` are used; where there are none, those of kind
+        ``motion`` or of no kind.
+    static
+        The static map; without it the plateau gives F_c = F_s.
+    plant
+        The plant, whose inertia and linear damping are taken off the force.
+    blocks
+        Number of blocks; None leaves it to the information criterion.
+    most_blocks
+        Number of blocks that the criterion may choose.
+    knots
+        Displacements of the knots [m] (the paper's way): eq. (6) is solved for them.
+    refined
+        Whether to refine by replay.
+    cycles
+        First and last cycle of the pre-sliding records to fit, from 1; what is after them is held out.
+
+    Raises
+    ------
+    FricError
+        When no record has whole cycles, an amplitude is under three encoder steps, a channel was not logged, or the
+        knots do not suit the curve.
+    """
+    presliding, sliding = sorted_by_kind(logs)
+    for log in presliding:
+        log.require("position", "the virgin curve")
+    ready = prepared([*presliding, *sliding], plant)
+    loops = [find_loops(record, cycles) for record in ready[: len(presliding)]]
+    curve = virgin_curve(loops, static)
+    if static is not None and not curve.saturates:
+        curve = replace(curve, level=static.F_s)
+    motion = presliding[0].motion
+    choice, found, without = _blocks(curve, blocks, most_blocks, knots, si_unit("force", motion))
+    base = static or StaticMap(found.limit.sum(), found.limit.sum(), 1e-3)
+    cycled = [one.for_replay() for one in loops]
+    slides = [record.in_sliding() for record in ready[len(presliding) :]] if static is not None else []
+    records = [*cycled, *slides]
+
+    model: FrictionModel
+    if refined:
+        start = _at_level(base, found, ASSUMED_C, curve.saturates)
+        fit = _refined(records, base, start, with_level=curve.saturates, with_C=bool(slides))
+        alpha, k, C = (fit.estimates["gms"][name] for name in ("alpha", "k", "C"))
+        level, model = fit.level, fit.model
+        if C.fixed:
+            C = replace(C, fixed=False, assumed=True)
+    else:
+        alpha, k, level = _by_leaving_out(found, without, base, motion)
+        C = Estimate(ASSUMED_C, si_unit("force rate", motion), assumed=True)
+        level = level if curve.saturates else Estimate(1.0, "1")
+        model = _at_level(base, found, ASSUMED_C, curve.saturates)
+    if static is None:
+        base = replace(base, F_c=base.F_c * float(level), F_s=base.F_s * float(level))
+        level = _relative(level)
+    replays = [_replayed(record, model, cycles) for record in records]
+    result = GMSFit(
+        presliding[0].axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(loops), found, choice,
+        blocks, knots is not None, refined, tuple(replays), (),
+    )  # fmt: skip
+    return replace(result, warnings=tuple(told(result, sliding_logged=bool(sliding), plant_given=plant is not None)))
+
+
+def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
+    """Return the pre-sliding records and those in sliding."""
+    presliding = [log for log in logs if log.kind == "presliding-sine"]
+    if not presliding:
+        presliding = [log for log in logs if log.kind in {None, "motion"}]
+    if not presliding:
+        raise FricError(
+            "there is no pre-sliding record among the logs",
+            mend="Log slow sines of small amplitude, and ingest them with --kind presliding-sine.",
+        )
+    return presliding, [log for log in logs if log.kind == "sliding-sine"]
+
+
+def _at_level(static: StaticMap, blocks: Blocks, C: float, with_level: bool) -> GMS:
+    """Return the model of some blocks on a static map, scaled to their level where they slide."""
+    level = float(blocks.limit.sum()) / static.F_s if with_level else 1.0
+    alpha = blocks.limit / blocks.limit.sum()
+    k = alpha * static.F_s * level / blocks.displacement
+    return GMS(replace(static, F_c=static.F_c * level, F_s=static.F_s * level), tuple(alpha), tuple(k), C)
+
+
+def _refined(
+    records: Sequence[Prepared], static: StaticMap, start: GMS, *, with_level: bool, with_C: bool
+) -> ReplayFit:
+    """Return the fit by replay from the blocks of the virgin curve; C is assumed where the records do not tell it."""
+    given = {p.name: Estimate(getattr(static, p.name), "") for p in StaticMap.parameters}
+
+    def fitted(**fix: float) -> ReplayFit:
+        return identify_by_replay(
+            "gms", records, static=given, blocks=len(start.alpha), start=start, fix=fix, with_level=with_level
+        )
+
+    fit = fitted() if with_C else fitted(C=ASSUMED_C)
+    low, high = fit.estimates["gms"]["C"].ci95 or (0.0, 0.0)
+    if with_C and not (low and high and np.log(np.divide(high, low)) < 2.0 * UNTOLD):
+        fit = fitted(C=ASSUMED_C)
+    return fit
+
+
+def _blocks(
+    curve: VirginCurve, count: int | None, most: int, knots: Sequence[float] | None, unit: str
+) -> tuple[Choice | None, Blocks, list[Blocks]]:
+    """Return how the number of blocks was chosen, the blocks, and the blocks without each cycle in turn."""
+    if knots is not None:
+        at = np.asarray(knots, float)
+        if at[-1] > curve.displacement[-1]:
+            raise FricError(
+                f"the last knot is beyond the virgin curve, which ends at {curve.displacement[-1] * 1e6:.3g} µm",
+                mend="Choose knots within it, or add a record of larger amplitude.",
+            )
+        found = blocks_from_knots(at, curve(at))
+        without = []
+        for other in curve.without_cycles():
+            try:
+                without.append(blocks_from_knots(at, other(at)))
+            except FricError:  # without this cycle the curve is not concave at the knots
+                without.append(found)
+        return None, found, without
+    choice = choose_blocks(curve, most, unit=unit) if count is None else None
+    found = choice.blocks if choice else fit_blocks(curve, count or 1)
+    return choice, found, fit_without_cycles(curve, found)
+
+
+def _by_leaving_out(
+    found: Blocks, without: Sequence[Blocks], static: StaticMap, motion: Motion
+) -> tuple[Estimate, Estimate, Estimate]:
+    """Return alpha, k and the level of the virgin curve's blocks, with intervals from the curve without each cycle."""
+
+    def quantities(blocks: Blocks) -> NDArray[np.float64]:
+        share = np.clip(blocks.limit / blocks.limit.sum(), 1e-15, 1.0 - 1e-15)  # a single block has alpha = 1
+        return np.concatenate([logit(share), np.log(blocks.k), [np.log(blocks.limit.sum() / static.F_s)]])
+
+    value, n = quantities(found), len(found)
+    intervals: Any = (None, None, None)
+    if (count := len(without)) > 1:
+        moved = np.array([quantities(one) for one in without])
+        moved = moved - moved.mean(axis=0)
+        half = stdtrit(count - 1, 0.975) * np.sqrt((count - 1) / count * np.sum(moved**2, axis=0))
+        low, high = value - half, value + half
+        pairs = np.exp([low, high]).T.tolist()
+        shares = expit([low, high]).T.tolist()
+        intervals = tuple(map(tuple, shares[:n])), tuple(map(tuple, pairs[n : 2 * n])), tuple(pairs[-1])
+    share = tuple(float(one) for one in found.limit / found.limit.sum())
+    return (
+        Estimate(share, "1", intervals[0]),
+        Estimate(tuple(float(one) for one in found.k), si_unit("stiffness", motion), intervals[1]),
+        Estimate(float(found.limit.sum() / static.F_s), "1", intervals[2]),
+    )
+
+
+def _relative(level: Estimate) -> Estimate:
+    """Return a level relative to itself: the plateau is the static map."""
+    if level.ci95 is None:
+        return Estimate(1.0, level.unit)
+    low, high = level.ci95
+    return Estimate(1.0, level.unit, (low / float(level), high / float(level)))  # type: ignore[operator]
+
+
+def _replayed(record: Prepared, model: FrictionModel, cycles: tuple[int, int] | None) -> Replay:
+    held_out = np.zeros(len(record.force), dtype=bool)
+    if cycles is not None and not record.slides:
+        held_out[np.flatnonzero(record.used)[-1] + 1 :] = True
+    return Replay(record, record.fitted(model), held_out)

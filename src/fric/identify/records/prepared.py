@@ -1,0 +1,317 @@
+"""One record, made ready for a replay: the motion behind the encoder's counts, and the friction force along it.
+
+Whatever replays a friction model – `identify gms`, the replay fits, `compare`, the report – takes its records from
+here, so that all of them see the same force at the same instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.identify.records.force_lag import acting_force
+from fric.identify.records.motion import Motion, smooth_motion
+from fric.identify.records.turns import reversals
+from fric.units import si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.drive.plant import Plant
+    from fric.friction import FrictionModel
+    from fric.log import Log
+
+MOST = 400_000
+"""Samples of all records together that a fit replays; of more, one in so many is taken."""
+
+PARTS = 16
+"""Parts of a stroke, in either sense, in which what a model misses is taken for one."""
+
+CYCLES = 3
+"""Whole cycles from which on they are what is resampled; of fewer, pieces of equal length are."""
+
+PIECES = 10
+"""Pieces of equal length that are resampled where there are no cycles."""
+
+Own = Literal["offset", "damping", "mass"]
+"""What a record adds of its own: a constant force, a force over the velocity, and one over the acceleration."""
+
+DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "mass"}
+"""The dimension of the coefficient of each (see `fric.units`)."""
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """What was made of a record before the replay, as data.
+
+    Parameters
+    ----------
+    source
+        The channel that the force is from: ``force``, or ``input`` times the force constant.
+    delay
+        By how much later the force acts than it is logged [s]; negative where it is logged late.
+    timing
+        How surely force and position belong to one instant, as a standard deviation [s].
+    encoder
+        The encoder's step [m]; 0 where none is visible.
+    mass, damping
+        Inertia [kg] and the drive's own linear damping [N·s/m] that were taken off; None where no plant is known.
+    inertia_share, damping_share
+        Size of each (99 % quantile) relative to that of the force.
+    own
+        What the record adds of its own, and the fit finds beside the model.
+    every
+        One sample of so many was taken.
+    """
+
+    source: Literal["force", "input"]
+    delay: float
+    timing: float
+    encoder: float
+    mass: float | None = None
+    damping: float | None = None
+    inertia_share: float | None = None
+    damping_share: float | None = None
+    own: tuple[Own, ...] = ("offset",)
+    every: int = 1
+
+    def as_dict(self, motion: Literal["linear", "rotary"]) -> dict[str, Any]:
+        """Return it as it stands in a document: quantities with units; what is not known is left out."""
+        dimensions = {"delay": "time", "timing": "time", "encoder": "position", "mass": "mass", "damping": "viscous"}
+        entry: dict[str, Any] = {"source": self.source}
+        for name, dimension in dimensions.items():
+            if (value := getattr(self, name)) is not None:
+                entry[name] = {"value": value, "unit": si_unit(dimension, motion)}
+        shares = {name: getattr(self, name) for name in ("inertia_share", "damping_share")}
+        entry |= {name: share for name, share in shares.items() if share is not None}
+        return entry | {"own": list(self.own), "every": self.every}
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """One record to replay a model along.
+
+    Parameters
+    ----------
+    log
+        The record.
+    motion
+        Its motion, without the encoder's steps.
+    force
+        Friction force [N], shape (n,): what drove the axis at that instant, less inertia and linear damping where a
+        plant is known.
+    used
+        Samples that are compared, shape (n,). What comes before the first reversal is not among them, since the
+        state in which the record begins is not known.
+    turns
+        Samples at which the motion turns, shape (r,); of a record in sliding, at which its velocity does.
+    done
+        What was made of the record.
+    """
+
+    log: Log
+    motion: Motion
+    force: NDArray[np.float64]
+    used: NDArray[np.bool_]
+    turns: NDArray[np.intp]
+    done: Preparation
+
+    @property
+    def name(self) -> str:
+        """Name of the record."""
+        return self.log.name
+
+    @property
+    def slides(self) -> bool:
+        """True for a record in sliding, which tells the frictional lag alone; see `in_sliding`."""
+        return "damping" in self.done.own
+
+    @cached_property
+    def own(self) -> NDArray[np.float64]:
+        """What the record adds of its own, a column each, shape (n, m)."""
+        m = self.motion
+        columns = {"offset": np.ones_like(m.time), "damping": m.velocity, "mass": m.acceleration}
+        return np.column_stack([columns[name] for name in self.done.own])
+
+    def replay(self, model: FrictionModel) -> NDArray[np.float64]:
+        """Return the force of a model along the motion [N], shape (n,)."""
+        return model.replay(self.motion.time, self.motion.position, self.motion.velocity)
+
+    def own_part(self, rest: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the coefficients of ``own`` that explain most of a force (n,), by least squares, shape (m,)."""
+        size = np.abs(self.own[self.used]).max(axis=0, initial=1e-300)
+        return np.asarray(np.linalg.lstsq(self.own[self.used] / size, rest[self.used], rcond=None)[0] / size)
+
+    def fitted(self, model: FrictionModel) -> NDArray[np.float64]:
+        """Return the replayed force with what the record adds of its own [N], shape (n,)."""
+        replayed = self.replay(model)
+        return np.asarray(replayed + self.own @ self.own_part(self.force - replayed))
+
+    @cached_property
+    def way(self) -> NDArray[np.float64]:
+        """Half of the way since the last reversal [m], as on the virgin curve; infinite in sliding, shape (n,)."""
+        if self.slides or not len(self.turns):
+            return np.full(len(self.force), np.inf)
+        last = np.searchsorted(self.turns, np.arange(len(self.force)), side="right") - 1
+        return 0.5 * np.abs(self.motion.position - self.motion.position[self.turns[np.maximum(last, 0)]])
+
+    @cached_property
+    def cycle(self) -> NDArray[np.intp]:
+        """Number of the cycle that each sample belongs to, shape (n,): cycles are what is resampled."""
+        n, whole = np.arange(len(self.force)), (len(self.turns) - 1) // 2
+        if whole >= CYCLES:
+            return np.asarray(np.minimum(np.searchsorted(self.turns[::2], n, side="right"), whole))
+        return np.asarray((np.cumsum(self.used) - 1) * PIECES // max(int(self.used.sum()), 1))
+
+    @cached_property
+    def phase(self) -> NDArray[np.intp]:
+        """Number of the part of a cycle that each sample belongs to, shape (n,): what a model misses comes again there.
+
+        Sixteenths of the samples by the way since the reversal (in sliding: by velocity), in either sense.
+        """
+        m = self.motion
+        progress, sense = (m.velocity, m.acceleration) if self.slides else (self.way, m.velocity)
+        limits = np.quantile(progress, np.arange(1, PARTS) / PARTS)
+        return np.asarray(np.searchsorted(limits, progress) + PARTS * (sense > 0))
+
+    def restricted(self, used: NDArray[np.bool_]) -> Prepared:
+        """Return the record with fewer samples compared; the replay still runs through all of them."""
+        return replace(self, used=self.used & used)
+
+    def trimmed(self) -> Prepared:
+        """Return the record up to the last sample that is compared."""
+        return self._cut(slice(None, int(np.flatnonzero(self.used)[-1]) + 1))
+
+    def thinned(self, every: int) -> Prepared:
+        """Return the record with one sample in so many: increments of position add up, so nothing is lost of them."""
+        return self if every <= 1 else self._cut(slice(None, None, every))
+
+    def _cut(self, cut: slice) -> Prepared:
+        m, every = self.motion, cut.step or 1
+        motion = Motion(m.time[cut], m.position[cut], m.velocity[cut], m.acceleration[cut], m.step)
+        turns = self.turns // every
+        return Prepared(
+            self.log, motion, self.force[cut], self.used[cut], turns[turns < len(motion.time)],
+            replace(self.done, every=self.done.every * every),
+        )  # fmt: skip
+
+    def in_sliding(self) -> Prepared:
+        """Return a record in sliding as it tells the frictional lag, where the static map is known.
+
+        The lag is out of phase with the velocity. What the map may be off by, and damping that no plant took off, is
+        in phase: the record adds a slope over velocity of its own, and without a plant the inertia too. Its cycles
+        are those of the velocity.
+
+        Raises
+        ------
+        FricError
+            When the velocity changes over fewer than two cycles, or the motion turns.
+        """
+        v = self.motion.velocity
+        turns = reversals(v, threshold=0.3 * float(np.ptp(v)))
+        if len(turns) < 5:
+            raise FricError(
+                "the velocity changes over fewer than two cycles", where=self.log.where,
+                mend="Log five cycles or more of a sine about a mean speed, for C.",
+            )  # fmt: skip
+        used = np.zeros(len(v), dtype=bool)
+        used[turns[0] : turns[-1]] = True
+        if (v[used] > 0).any() and (v[used] < 0).any():
+            raise FricError(
+                "the motion turns, and C is told by sliding in one direction", where=self.log.where,
+                mend="Raise the mean speed above the amplitude of the velocity.",
+            )  # fmt: skip
+        own: tuple[Own, ...] = ("offset", "damping") if self.done.mass is not None else ("offset", "damping", "mass")
+        return replace(self, used=used, turns=turns, done=replace(self.done, own=own))
+
+
+def drive_force(log: Log, K_f: float | None = None) -> tuple[NDArray[np.float64], Literal["force", "input"]]:
+    """Return the force of the drive as it was logged [N], shape (n,), and the channel it is from.
+
+    Parameters
+    ----------
+    log
+        A record with a force, or with an input where the force constant is known.
+    K_f
+        Force constant [N/V], for a record without force.
+
+    Raises
+    ------
+    FricError
+        When there is neither.
+    """
+    if log.force is None and K_f is not None and log.input is not None:
+        return K_f * log.input, "input"
+    return log.require("force", "a replay"), "force"
+
+
+def prepared(logs: Sequence[Log], plant: Plant | None = None) -> tuple[Prepared, ...]:
+    """Return records ready for replay: ``F = F_drive(t - delay) - M·z̈ - M·A·ż``.
+
+    Parameters
+    ----------
+    logs
+        Records of one axis with a force, or with an input where a plant gives the force constant.
+    plant
+        The plant, after whose delay the force acts, and whose inertia and linear damping are taken off.
+
+    Raises
+    ------
+    FricError
+        When a record has no force, holds a value that is no number, or does not move.
+    """
+    if not logs:
+        raise FricError("there is no record", mend="Name a log with a force.")
+    if len({(log.axis, log.motion) for log in logs}) > 1:
+        told = ", ".join(sorted({log.axis for log in logs}))
+        raise FricError(f"the records are of several axes ({told})", mend="Identify one axis at a time.")
+    records = tuple(_prepared(log, plant) for log in logs)
+    every = -(-sum(len(record.log) for record in records) // MOST)
+    return tuple(record.thinned(every) for record in records)
+
+
+def _prepared(log: Log, plant: Plant | None) -> Prepared:
+    force, source = drive_force(log, plant.K_f if plant else None)
+    position = log.position
+    if position is None:
+        assert log.velocity is not None  # a Log holds one of them
+        v = log.velocity
+        position = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(log.time))])
+    for channel, values in (("force", force), ("position", position)):
+        if not np.isfinite(values).all():
+            raise FricError(
+                f"the {channel} is no number at sample {int(np.argmin(np.isfinite(values)))}",
+                where=log.where,
+                mend="Ingest the log again with --bad-cells drop.",
+            )
+    try:
+        motion = smooth_motion(log.time, position)
+    except FricError as error:
+        raise error.at(log.where) from None
+    # force and position of a sample are evenly spread about one instant; without a plant the delay is not known either
+    timing = float(np.median(np.diff(log.time))) / np.sqrt(12.0) * (1.0 if plant else 2.0)
+    delay = 0.0 if plant is None else plant.T_d if source == "input" else plant.force_delay
+    done = Preparation(source, delay, float(timing), motion.step)
+    if plant is not None:
+        acting = acting_force(log.time, force, delay)
+        inertia, damping = plant.M * motion.acceleration, plant.damping * motion.velocity
+        size = max(0.5 * float(np.quantile(acting, 0.99) - np.quantile(acting, 0.01)), 1e-300)
+        shares = [float(np.quantile(np.abs(part), 0.99)) / size for part in (inertia, damping)]
+        force = acting - inertia - damping
+        done = replace(
+            done, mass=plant.M, damping=plant.damping, inertia_share=shares[0], damping_share=shares[1]
+        )  # fmt: skip
+    elif log.kind == "motion":
+        done = replace(done, own=("offset", "mass"))
+    turns = reversals(position)
+    used = np.ones(len(log), dtype=bool)
+    if len(turns) > 1:
+        used[: turns[0]] = False
+    else:
+        used[np.abs(position - position[0]) < 0.02 * np.ptp(position)] = False
+    return Prepared(log, motion, np.asarray(force, float), used, turns, done)

@@ -1,0 +1,75 @@
+"""A record, measured against replayed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.identify.records.prepared import Prepared
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Replay:
+    """One record, measured against replayed.
+
+    Parameters
+    ----------
+    record
+        The record as it was prepared; its ``used`` are the samples that the fit used.
+    replayed
+        The model's force along the motion, with what the record adds of its own [N], shape (n,).
+    held_out
+        Samples after the chosen cycles, which the fit did not see, shape (n,).
+    """
+
+    record: Prepared
+    replayed: NDArray[np.float64]
+    held_out: NDArray[np.bool_]
+
+    @property
+    def name(self) -> str:
+        """Name of the record."""
+        return self.record.name
+
+    @property
+    def kind(self) -> str:
+        """``presliding`` or ``sliding``."""
+        return "sliding" if self.record.slides else "presliding"
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Instants [s], shape (n,)."""
+        return self.record.motion.time
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """Motion [m], shape (n,)."""
+        return self.record.motion.position
+
+    @property
+    def measured(self) -> NDArray[np.float64]:
+        """Friction force: what is left of the logged one [N], shape (n,)."""
+        return self.record.force
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """Samples that the fit used, shape (n,)."""
+        return self.record.used
+
+    @property
+    def rmse(self) -> float:
+        """Residual over the samples used [N]."""
+        return self._rms(self.used)
+
+    @property
+    def rmse_held_out(self) -> float | None:
+        """Residual over the samples that the fit did not see [N]; None where there are none."""
+        return self._rms(self.held_out) if self.held_out.any() else None
+
+    def _rms(self, chosen: NDArray[np.bool_]) -> float:
+        return float(np.sqrt(np.mean((self.measured - self.replayed)[chosen] ** 2)))
