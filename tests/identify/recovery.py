@@ -78,10 +78,13 @@ def flattened(fit, model):
 def recover(name, seeds, memory=0.0):
     """Fit a model, from its true parameters, to its own logs with 1 N of noise of each of some seeds.
 
-    The noise is white, or remembers a share of the sample before.
+    The noise is white, or remembers a share of the sample before. Force and position are of one instant, and that is
+    known.
     """
     model = models()[name].typical()
-    clean = prepared(logs_of(model, 0, noise=0.0))
+    clean = [
+        replace(record, done=replace(record.done, timing=0.0)) for record in prepared(logs_of(model, 0, noise=0.0))
+    ]
     exact = identify_by_replay(name, clean, blocks=BLOCKS, start=model)
     weights, before = _weights(exact, model), Search(exact.coordinates, exact.records).residual(exact.x)
     labels, errors, linear = set(), [], []
