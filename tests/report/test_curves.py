@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -90,22 +91,25 @@ def test_of_a_file_that_tells_the_plant_in_words_logs_are_drawn_with_the_plant_f
     assert len(friction_curves(whole, whole.of("friction", "x")).points) == 34
 
 
-def test_the_band_of_a_fit_made_again_is_narrower_than_that_of_intervals_alone(
-    tmp_path: Path, files: SimpleNamespace
-) -> None:
-    log = LOGS / "constant-velocity.h5"
-    logs = read_logs(log)
+def test_the_band_by_the_covariance_of_the_file_is_that_of_the_fit(tmp_path: Path) -> None:
+    logs = read_logs(LOGS / "constant-velocity.h5")
+    fit = fric.identify_static(logs)
     path = tmp_path / "friction.yaml"
-    write_document(path, static_tree(fric.identify_static(logs), logs))
-    material = collect([path, log])
-    curves = friction_curves(material, material.items[0])
+    write_document(path, static_tree(fit, logs))
+    item = collect([path]).items[0]
+    curves = friction_curves(collect([path]), item)
     assert curves.fitted
-    of_fit = curves.maps["both"]
-    alone = map_band(material.items[0].sections()["static"], of_fit.x)
-    assert of_fit.y == pytest.approx(alone.y, rel=1e-4)
-    assert np.mean(of_fit.high - of_fit.low) < np.mean(alone.high - alone.low)
-    other = collect([files.static, log])  # a file that these strokes did not make
-    assert not friction_curves(other, other.items[0]).fitted
+    band = curves.maps["both"]
+    without_offset = replace(fit.static.problem, with_offset=False)
+    J, n = without_offset.jacobian(fit.static.solution.theta, band.x), len(without_offset.free)
+    told = np.sqrt(np.einsum("ij,jk,ik->i", J, fit.static.covariance[:n, :n], J))
+    half = (band.high - band.low) / 2
+    assert half == pytest.approx(2.045 * told, rel=0.02)  # Student's t of 29
+    alone = map_band(item.sections()["static"], band.x)
+    assert band.y == pytest.approx(alone.y, rel=1e-4)
+    assert np.mean(half) < 0.75 * np.mean(alone.high - alone.low) / 2
+    old = collect([BEFORE / "static.yaml"])  # tells no covariance
+    assert not friction_curves(old, old.items[0]).fitted
 
 
 def test_an_axis_that_is_not_there_is_none(files: SimpleNamespace) -> None:

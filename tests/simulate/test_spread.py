@@ -9,9 +9,12 @@ from scipy.stats import kstest, loguniform, norm, uniform
 
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
+from fric.estimate import Covariance
 from fric.friction import models
 from fric.friction.rolling import Rolling
-from fric.simulate.intervals import draw_within
+from fric.friction.stribeck import StaticMap
+from fric.identify.strokes.map_fit import SpeedPoint, fit_map
+from fric.simulate.intervals import draw_within, normals
 from fric.simulate.machine import Machine
 from fric.simulate.spread import DEFAULT_SPREADS, Spread, check_spreads, draw_machine, known_spreads
 
@@ -107,24 +110,17 @@ def test_level_and_stiffness_reach_every_model_and_both_directions():
     st.floats(0.1, 10), st.floats(1.001, 3), st.floats(1.001, 3), st.sampled_from([0.0, float("-inf")])
 )  # fmt: skip
 def test_half_of_the_draws_lie_to_either_side_and_the_limits_are_quantiles(value, below, above, lower):
-    class At:
-        def __init__(self, z):
-            self.z = z
-
-        def standard_normal(self):
-            return self.z
-
     low, high = value / below, value * above
-    assert draw_within(value, (low, high), lower, At(0.0)) == pytest.approx(value)
-    assert draw_within(value, (low, high), lower, At(norm.ppf(0.025))) == pytest.approx(low)
-    assert draw_within(value, (low, high), lower, At(norm.ppf(0.975))) == pytest.approx(high)
+    assert draw_within(value, (low, high), lower, 0.0) == pytest.approx(value)
+    assert draw_within(value, (low, high), lower, norm.ppf(0.025)) == pytest.approx(low)
+    assert draw_within(value, (low, high), lower, norm.ppf(0.975)) == pytest.approx(high)
 
 
 def test_draws_from_intervals_have_them_as_quantiles_and_respect_bounds():
     generator = np.random.default_rng(0)
-    skew = np.array([draw_within(10.0, (9.0, 14.0), 0.0, generator) for _ in range(4000)])
+    skew = np.array([draw_within(10.0, (9.0, 14.0), 0.0, z) for z in generator.standard_normal(4000)])
     assert np.quantile(skew, [0.025, 0.5, 0.975]) == pytest.approx([9.0, 10.0, 14.0], rel=0.02)
-    through_zero = np.array([draw_within(1.0, (-1.0, 3.0), 0.0, generator) for _ in range(2000)])
+    through_zero = np.array([draw_within(1.0, (-1.0, 3.0), 0.0, z) for z in generator.standard_normal(2000)])
     assert through_zero.min() == 0.0
     assert np.mean(through_zero == 0.0) == pytest.approx(norm.cdf(-0.98), abs=0.03)
 
@@ -158,3 +154,50 @@ def test_names_that_nothing_has_are_told():
     check_spreads(dict.fromkeys(known_spreads(), Spread(1, 1)))
     with pytest.raises(FricError, match="'F_d' is nothing that can be spread"):
         check_spreads({"F_d": Spread(0.7, 1.3)})
+
+
+def test_what_was_identified_together_is_drawn_together():
+    """Of a map that was fitted to strokes the force at their speeds is sure, whatever single parameters are not."""
+    rng = np.random.default_rng(5)
+    true = StaticMap(F_c=60.0, F_s=90.0, v_s=2e-3, sigma=120.0)
+    v = np.concatenate([-np.geomspace(5e-4, 0.03, 14), np.geomspace(5e-4, 0.03, 14)])
+    force = true.steady_state(v) + rng.normal(0.0, 1.0, len(v))
+    points = [SpeedPoint(a, b, 1.0, 200, "log", 0.0, 1.0, True) for a, b in zip(v, force, strict=True)]
+    fit = fit_map(points, 1.0, "error", "linear", with_offset=True)
+    limits = {name: estimate.ci95 for name, estimate in fit.estimates.items() if estimate.ci95 is not None}
+    machine = replace(ONE, axes={"x": replace(ONE.axes["x"], friction=StaticMap(**{
+        name: float(fit.estimates[name]) for name in ("F_c", "F_s", "v_s", "delta", "sigma")}))})  # fmt: skip
+    block = Covariance.of(fit.problem.free, fit.covariance, "linear")
+    speed = np.array([1.5e-3, 6e-3, 0.02])
+
+    def drawn(covariances):
+        found = [draw_machine(machine, n, seed=2, spreads={}, intervals={"x": limits}, covariances=covariances)
+                 for n in range(600)]  # fmt: skip
+        forces = [one.axes["x"].friction.steady_state(speed) for one, _ in found]
+        return np.std(forces, axis=0), {name: np.array([d[f"x.{name}"] for _, d in found]) for name in limits}
+
+    together, values = drawn({"x": (block,)})
+    alone, _ = drawn({})
+    J = fit.problem.jacobian(fit.solution.theta, speed)[:, :4]
+    told = np.sqrt(np.einsum("ij,jk,ik->i", J, fit.covariance[:4, :4], J))
+    assert together == pytest.approx(told, rel=0.25)
+    assert np.all(alone[1:] > 1.8 * told[1:])
+    size = np.sqrt(np.diag(fit.covariance))
+    expected = (fit.covariance / np.outer(size, size))[0, 3]
+    assert expected < -0.7
+    assert np.corrcoef(values["F_c"], values["sigma"])[0, 1] == pytest.approx(expected, abs=0.08)
+    for name, (low, high) in limits.items():
+        assert np.quantile(values[name], [0.025, 0.975]) == pytest.approx([low, high], abs=0.12 * (high - low))
+
+
+def test_correlated_draws_do_not_depend_on_the_order_of_names_or_on_what_is_not_drawn():
+    matrix = np.array([[4.0, -1.5, 0.2], [-1.5, 1.0, 0.1], [0.2, 0.1, 9.0]])
+    block = Covariance.of("abc", matrix, "linear")
+    turned = Covariance.of("cab", matrix[np.ix_([2, 0, 1], [2, 0, 1])], "linear")
+    normal = {"a": 0.3, "b": -1.2, "c": 0.7}.__getitem__
+    assert normals([block], "abc", normal) == pytest.approx(normals([turned], "abc", normal))
+    assert set(normals([block], "ab", normal)) == {"a", "b"}
+    assert normals([block], "a", normal) == pytest.approx({"a": 0.3})
+    singular = Covariance.of("ab", [[1.0, 1.0], [1.0, 1.0]], "linear")
+    found = normals([singular], "ab", normal)
+    assert found["a"] == pytest.approx(found["b"])

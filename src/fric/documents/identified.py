@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,8 +10,9 @@ from typing import Any
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine import true_friction
 from fric.documents.machine_files import read_machine, read_machine_document
+from fric.documents.plant import PlantDocument, PlantPart
 from fric.errors import FricError
-from fric.estimate import Estimate
+from fric.estimate import Covariance, Estimate
 from fric.simulate.intervals import Intervals, closed_intervals, friction_intervals
 from fric.simulate.machine import Machine
 
@@ -28,12 +29,15 @@ class Identified:
         The machine, true to the estimates.
     intervals
         By axis and parameter, the 95 % intervals that hold their estimate and are closed.
+    covariances
+        By axis, how these parameters err together, where the files tell.
     warnings
         Which parameters cannot be drawn from their interval.
     """
 
     machine: Machine
     intervals: Mapping[str, Intervals]
+    covariances: Mapping[str, Sequence[Covariance]]
     warnings: tuple[str, ...]
 
 
@@ -57,6 +61,7 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), **instead: Any)
     believed = tuple(believed)
     machine = read_machine(path, believed=believed, **instead)
     intervals: dict[str, Intervals] = {}
+    covariances: dict[str, Sequence[Covariance]] = {}
     axes, warnings = dict(machine.axes), []
     for name, part in read_machine_document(path, believed).axes.items():
         own = part.feedforward.friction
@@ -79,6 +84,7 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), **instead: Any)
             )
         if found:
             intervals[name] = found
+            covariances[name] = [*_together(own or part.friction), *_of_plant(part.nominal or part.plant)]
         load = float(plant["offset"]) if "offset" in plant else axis.load
         axes[name] = replace(axis, plant=axis.nominal or axis.plant, friction=model, load=load)
     if not intervals:
@@ -87,7 +93,7 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), **instead: Any)
             where=str(path),
             mend="Give the files that `fric identify` wrote: --friction x=FRICTION.yaml, or in the machine file.",
         )
-    return Identified(replace(machine, axes=axes), intervals, tuple(warnings))
+    return Identified(replace(machine, axes=axes), intervals, covariances, tuple(warnings))
 
 
 def machine_to_predict(path: Path) -> tuple[Machine, Mapping[str, Intervals] | None]:
@@ -114,3 +120,18 @@ def _merged(of_machine: FrictionDocument, identified: FrictionDocument) -> Frict
         | of_machine.content()
         | identified.content(*identified.sections())
     )
+
+
+def _together(friction: FrictionDocument) -> Iterator[Covariance]:
+    """Yield how the parameters of each section err together, by the names that they are drawn by."""
+    for section in friction.sections():
+        block = friction.fit_of(section).covariance if section != "at_speed" else None
+        if block is not None:
+            found = block.covariance()
+            prefix = "negative." if section == "static_negative" else ""
+            yield replace(found, names=tuple(prefix + name for name in found.names))
+
+
+def _of_plant(plant: PlantPart) -> Iterator[Covariance]:
+    if isinstance(plant, PlantDocument) and plant.fit is not None and plant.fit.covariance is not None:
+        yield plant.fit.covariance.covariance()

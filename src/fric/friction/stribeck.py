@@ -21,13 +21,33 @@ if TYPE_CHECKING:
     from fric.estimate import Estimate
 
 
-@compiled(types.float64(types.float64, types.float64, types.float64, types.float64, types.float64))
-def stribeck_level(v: float, F_c: float, F_s: float, v_s: float, delta: float) -> float:
-    """Return |s(v)| [N], the Stribeck curve without its sign and without the viscous part."""
+@compiled(types.float64(types.float64, types.float64, types.float64))
+def stribeck_share(v: float, v_s: float, delta: float) -> float:
+    """Return ``exp(-|v/v_s|^delta)`` [1], the share of F_s - F_c that is left at velocity v."""
     x = abs(v / v_s)
     if delta != 1.0:
         x **= delta
-    return F_c + (F_s - F_c) * exp(-x) if x < 40.0 else F_c  # beyond, the last digit of F_c does not change
+    return exp(-x) if x < 40.0 else 0.0  # beyond, the last digit of F_c does not change
+
+
+@compiled(types.float64(types.float64, types.float64, types.float64, types.float64, types.float64))
+def stribeck_level(v: float, F_c: float, F_s: float, v_s: float, delta: float) -> float:
+    """Return |s(v)| [N], the Stribeck curve without its sign and without the viscous part."""
+    return F_c + (F_s - F_c) * stribeck_share(v, v_s, delta)
+
+
+@compiled(types.float64[::1](types.float64[::1], types.float64, types.float64))
+def _shares(v: NDArray[np.float64], v_s: float, delta: float) -> NDArray[np.float64]:
+    found = np.empty_like(v)
+    for n in range(len(v)):
+        found[n] = stribeck_share(v[n], v_s, delta)
+    return found
+
+
+def stribeck_shares(v: NDArray[np.float64] | float, v_s: float, delta: float) -> NDArray[np.float64]:
+    """Return `stribeck_share` at velocities v [m/s] of any shape."""
+    given = np.asarray(v, np.float64)
+    return _shares(given.ravel(), v_s, delta).reshape(given.shape)
 
 
 @compiled_step
@@ -77,7 +97,7 @@ class StaticMap(FrictionModel):
 
     def level(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Return |s(v)| [N], the Stribeck curve without sign and without the viscous part."""
-        return np.asarray(self.F_c + (self.F_s - self.F_c) * np.exp(-(np.abs(np.asarray(v) / self.v_s) ** self.delta)))
+        return np.asarray(self.F_c + (self.F_s - self.F_c) * stribeck_shares(v, self.v_s, self.delta))
 
     def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Return the force of eq. (2) [N] at velocity v [m/s]."""

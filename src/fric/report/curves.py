@@ -15,21 +15,19 @@ from fric.documents.plant import PlantDocument, PlantPart
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
+from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import Loops, find_loops
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
 from fric.identify.records.prepared import prepared
-from fric.identify.strokes.static import identify_static, steady_points
+from fric.identify.strokes.static import steady_points
 from fric.log import Log
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.estimate import Estimate
-    from fric.identify.strokes.map_fit import MapFit, SpeedPoint
+    from fric.estimate import Covariance, Estimate
+    from fric.identify.strokes.map_fit import SpeedPoint
     from fric.report.material import Item, Material
-
-SAME = 0.02
-"""Share of its interval by which a number may differ that a file rounds, and that is fitted again."""
 
 LOOP_POINTS = 1500
 """Points of a loop that are drawn."""
@@ -67,7 +65,7 @@ class FrictionCurves:
     points
         Measured strokes, with the offset of the force channel taken off.
     fitted
-        True where the map's band is that of its fit to these strokes, made again; else it is from the intervals alone.
+        True where the map's band is that of its fit, by its covariance; else it is from the intervals alone.
     virgin
         The virgin curve of the GMS model.
     measured_virgin
@@ -106,12 +104,13 @@ def friction_curves(material: Material, item: Item) -> FrictionCurves:
         offset = float(sections["static"]["offset"]) if "offset" in sections["static"] else 0.0
         found = steady_points(strokes, plant=plant)
         points = tuple(replace(point, force=point.force - offset) for point in found)
-    maps = {_direction(name, static): map_band(one, _speeds(one, points)) for name, one in static.items()}
-    again = _fitted_again(static["static"], strokes, plant) if points and len(static) == 1 else None
-    if again is not None:
-        maps = {"both": _band_of_fit(again, _speeds(static["static"], points))}
+    together = {name: block.covariance() for name in static if (block := item.document.fit_of(name).covariance)}
+    maps = {
+        _direction(name, static): map_band(one, _speeds(one, points), together.get(name))
+        for name, one in static.items()
+    }
     if "gms" not in sections:
-        return FrictionCurves(maps, points, again is not None, notes=tuple(notes))
+        return FrictionCurves(maps, points, bool(together), notes=tuple(notes))
     model = GMS.from_sections(sections)
     plant, without = _plant(material, item, item.document.fit_of("gms")) if waves else (None, [])
     notes = list(dict.fromkeys(notes + without))
@@ -120,7 +119,7 @@ def friction_curves(material: Material, item: Item) -> FrictionCurves:
     reach = max(reach, float(curve.displacement[-1])) if curve is not None else reach
     knots = np.sort(model.slip_displacements)
     return FrictionCurves(
-        maps, points, again is not None, virgin_band(sections, reach), curve, (knots, model.virgin_curve(knots)),
+        maps, points, bool(together), virgin_band(sections, reach), curve, (knots, model.virgin_curve(knots)),
         loops or model_loops(model), tuple(notes),
     )  # fmt: skip
 
@@ -157,49 +156,38 @@ def _speeds(static: Mapping[str, Estimate], points: Sequence[SpeedPoint]) -> NDA
     return np.geomspace(v_s / 30, v_s * 100, 240)
 
 
-def map_band(static: Mapping[str, Estimate], speed: NDArray[np.float64]) -> Band:
-    """Return the static map, eq. (2), over speed [m/s], with a band from the intervals of its parameters.
+def map_band(static: Mapping[str, Estimate], speed: NDArray[np.float64], covariance: Covariance | None = None) -> Band:
+    """Return the static map, eq. (2), over speed [m/s], with a band of 95 %.
 
-    The file tells no correlation, so the parameters are moved to the limits of their intervals one by one, and what
-    each does is added in quadrature.
+    By the covariance of its parameters, where the file tells it. Else they are moved to the limits of their intervals
+    one by one, and what each does is added in quadrature: they err together, so that band is too wide.
     """
     values = {name: float(static[name]) for name in ("F_c", "F_s", "v_s", "delta", "sigma") if name in static}
 
     def force(changed: Mapping[str, float]) -> NDArray[np.float64]:
-        given = {**values, **changed}
-        level = given["F_c"] + (given["F_s"] - given["F_c"]) * np.exp(
-            -((speed / given["v_s"]) ** given.get("delta", 1))
-        )
-        return np.asarray(level + given.get("sigma", 0.0) * speed)
+        return StaticMap(**{**values, **changed}).steady_state(speed)
 
-    return Band(speed, *_in_quadrature(force, {name: static[name] for name in values}))
-
-
-def _fitted_again(static: Mapping[str, Estimate], strokes: Sequence[Log], plant: Plant | None) -> MapFit | None:
-    """Return the fit of the map to these strokes, where it is the one that the file tells of; else None.
-
-    The file holds no covariance. The strokes do, if they are those that it was identified from.
-    """
-    delta = static.get("delta")
-    try:
-        fit = identify_static(strokes, plant=plant, delta=float(delta) if delta is not None and delta.fixed else None)
-    except FricError:  # the points are drawn, whatever can be fitted to them
-        return None
-    if fit.static is None:
-        return None
-    for name, told in static.items():
-        low, high = told.ci95 or (0.0, 0.0)
-        width = high - low if isinstance(low, float) and isinstance(high, float) and high - low < inf else 0.0
-        found = float(fit.static.estimates[name])
-        if abs(found - float(told)) > SAME * width + 1e-5 * abs(found):
-            return None
-    return fit.static
+    if covariance is None:
+        return Band(speed, *_in_quadrature(force, {name: static[name] for name in values}))
+    kept = [n for n, name in enumerate(covariance.names) if name in values]
+    matrix = np.array(covariance.matrix)[np.ix_(kept, kept)]
+    steps = 1e-3 * np.sqrt(np.diag(matrix))
+    moved = [
+        (force({name: values[name] + step}) - force({name: values[name] - step})) / (2 * step) if step else 0.0 * speed
+        for name, step in zip((covariance.names[n] for n in kept), steps, strict=True)
+    ]
+    half = _reach(static, covariance) * np.sqrt(np.einsum("in,ij,jn->n", moved, matrix, moved))
+    middle = force({})
+    return Band(speed, middle, middle - half, middle + half)
 
 
-def _band_of_fit(fit: MapFit, speed: NDArray[np.float64]) -> Band:
-    force, half = fit.predict(speed)
-    force = force - fit.solution.theta["offset"]
-    return Band(speed, force, force - half, force + half)
+def _reach(static: Mapping[str, Estimate], covariance: Covariance) -> float:
+    """Return how many deviations half an interval is wide, by that of the offset, or of F_c: 2 of many strokes."""
+    name = "offset" if "offset" in covariance.names else "F_c"
+    low, high = static[name].ci95 or (-inf, inf)
+    deviation = covariance.matrix[covariance.names.index(name)][covariance.names.index(name)] ** 0.5
+    width = high - low if isinstance(low, float) and isinstance(high, float) else inf
+    return float(np.clip(0.5 * width / deviation, 1.96, 4.0)) if deviation > 0 else 1.96
 
 
 def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], reach: float) -> Band:

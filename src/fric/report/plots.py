@@ -45,7 +45,7 @@ def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
         f"{readable(first.y[0], unit)}; the least is {readable(first.y[lowest], unit)} at "
         f"{readable(first.x[lowest], per_second)}; at the highest speed drawn it is {readable(first.y[-1], unit)}."
     )
-    told = "The band is that of the fit to these strokes." if curves.fitted else BAND_TOLD
+    told = "The band is that of the fit." if curves.fitted else BAND_TOLD
     points = f" Points: {len(curves.points)} measured strokes with 95 % intervals." if curves.points else ""
     return [
         Drawn(f"map-{item.axis}", "Friction-velocity map", told + points, alt, wide),

@@ -1,15 +1,15 @@
-"""Drawing what is true from what was identified: an estimate with its 95 % interval."""
+"""Drawing what is true from what was identified: estimates with their 95 % intervals, which err together."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from math import exp, inf, log
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
-    from fric.estimate import Estimate
+if TYPE_CHECKING:
+    from fric.estimate import Covariance, Estimate
     from fric.friction import FrictionModel, Parameter
 
 Intervals = Mapping[str, tuple[float, float]]
@@ -19,7 +19,33 @@ NORMAL_97_5 = 1.959963984540054
 """The 97.5 % quantile of the standard normal distribution."""
 
 
-def draw_within(value: float, interval: tuple[float, float], lower: float, generator: np.random.Generator) -> float:
+def normals(
+    covariances: Iterable[Covariance], drawn: Container[str], normal: Callable[[str], float]
+) -> dict[str, float]:
+    """Return a standard normal number for each parameter that a covariance tells of, correlated as that tells.
+
+    Parameters
+    ----------
+    covariances
+        How parameters err together, block by block.
+    drawn
+        Parameters that are drawn from their intervals; the others of a block are passed over.
+    normal
+        Gives an independent standard normal number for a name: the numbers do not depend on the order of the names.
+    """
+    found: dict[str, float] = {}
+    for block in covariances:
+        kept = [n for n, name in enumerate(block.names) if name in drawn and block.matrix[n][n] > 0]
+        matrix = np.array(block.matrix)[np.ix_(kept, kept)]
+        size = np.sqrt(np.diag(matrix))
+        values, vectors = np.linalg.eigh(matrix / np.outer(size, size))
+        root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T  # of all roots, the one without an order
+        mixed = root @ [normal(block.names[n]) for n in kept]
+        found |= {block.names[n]: float(z) for n, z in zip(kept, mixed, strict=True)}
+    return found
+
+
+def draw_within(value: float, interval: tuple[float, float], lower: float, normal: float) -> float:
     """Draw a value whose median is the estimate and whose 2.5 and 97.5 % quantiles are the interval's limits.
 
     Half a normal distribution stands on either side of the estimate, each as wide as its side of the interval says:
@@ -34,11 +60,11 @@ def draw_within(value: float, interval: tuple[float, float], lower: float, gener
         Its 95 % interval, both limits finite, around the value.
     lower
         The parameter's lower bound; 0 where it is positive by its nature.
-    generator
-        Where randomness comes from.
+    normal
+        A standard normal number; correlated with those of other parameters where they err together (`normals`).
     """
     low, high = interval
-    z = float(generator.standard_normal()) / NORMAL_97_5
+    z = normal / NORMAL_97_5
     if lower > -inf and low > 0:
         return value * exp(z * (log(high / value) if z > 0 else log(value / low)))
     return max(value + z * (high - value if z > 0 else value - low), lower)

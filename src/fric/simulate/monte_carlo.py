@@ -6,7 +6,7 @@ digits on one core, on all of them, and on a cluster.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.control.scheme import Scheme
+    from fric.estimate import Covariance
     from fric.simulate.machine import Machine
 
 QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
@@ -45,7 +46,7 @@ class Study:
         The test.
     seed
         Seed of the machines.
-    spreads, intervals
+    spreads, intervals, covariances
         What is drawn, as in `draw_machine`.
     only
         Name of the one axis that is simulated.
@@ -64,6 +65,7 @@ class Study:
     seed: int = 0
     spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)
     intervals: Mapping[str, Intervals] = field(default_factory=dict)
+    covariances: Mapping[str, Sequence[Covariance]] = field(default_factory=dict)
     only: str | None = None
     accuracy: float = ACCURACY
 
@@ -74,7 +76,14 @@ class Study:
 
     def drawn(self, index: int) -> tuple[Machine, dict[str, float]]:
         """Return machine number ``index``, and what was drawn for it."""
-        return draw_machine(self.machine, index, seed=self.seed, spreads=self.spreads, intervals=self.intervals)
+        return draw_machine(
+            self.machine,
+            index,
+            seed=self.seed,
+            spreads=self.spreads,
+            intervals=self.intervals,
+            covariances=self.covariances,
+        )
 
     def __call__(self, index: int) -> Outcome:
         """Run all schemes on machine number ``index``; one that cannot run leaves no glitch, and says why."""

@@ -6,8 +6,9 @@ that is fed forward, the nominal plant of the inverse model, the observer.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import exp, log
 from typing import TYPE_CHECKING, Any, Literal, get_args
 from zlib import crc32
@@ -16,10 +17,11 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.friction import FrictionModel, models
-from fric.simulate.intervals import NORMAL_97_5, Intervals, draw_within, own_parameters
+from fric.simulate.intervals import NORMAL_97_5, Intervals, draw_within, normals, own_parameters
 
 if TYPE_CHECKING:
     from fric.drive.plant import Plant
+    from fric.estimate import Covariance
     from fric.simulate.machine import Axis, Machine
 
 Distribution = Literal["uniform", "log-uniform", "normal", "log-normal"]
@@ -114,12 +116,20 @@ class _Draws:
     axis: Axis
     spreads: Mapping[str, Spread]
     intervals: Intervals
+    covariances: Sequence[Covariance] = ()
     factors: dict[str, float] = field(default_factory=dict)
     drawn: dict[str, float] = field(default_factory=dict)
 
     def generator(self, name: str) -> np.random.Generator:
         key = (self.index, crc32(self.axis.name.encode()), crc32(name.encode()))
         return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
+
+    def normal(self, name: str) -> float:
+        return float(self.generator(f"interval {name}").standard_normal())
+
+    @cached_property
+    def joint(self) -> dict[str, float]:
+        return normals(self.covariances, self.intervals, self.normal)
 
     def factor(self, name: str) -> float:
         if name not in self.spreads:
@@ -136,7 +146,8 @@ class _Draws:
             for spread in spreads:
                 value *= self.factor(spread)
             return value
-        found = draw_within(value, interval, lower, self.generator(f"interval {name}"))
+        normal = self.joint[name] if name in self.joint else self.normal(name)
+        found = draw_within(value, interval, lower, normal)
         self.drawn[f"{self.axis.name}.{name}"] = found
         return found
 
@@ -148,6 +159,7 @@ def draw_machine(
     seed: int = 0,
     spreads: Mapping[str, Spread] | None = None,
     intervals: Mapping[str, Intervals] | None = None,
+    covariances: Mapping[str, Sequence[Covariance]] | None = None,
 ) -> tuple[Machine, dict[str, float]]:
     """Return machine number ``index`` of those that a seed draws, and what was drawn.
 
@@ -168,6 +180,8 @@ def draw_machine(
         table have, so B = K_f/M follows them, and M·A stays with M.
     intervals
         By axis and name: intervals of parameters that were identified. These are drawn from them, and not spread.
+    covariances
+        By axis: how these parameters err together; they are drawn so, each still within its own interval.
 
     Returns
     -------
@@ -183,7 +197,7 @@ def draw_machine(
     axes: dict[str, Axis] = {}
     drawn: dict[str, float] = {}
     for name, axis in machine.axes.items():
-        draws = _Draws(seed, index, axis, spreads, (intervals or {}).get(name, {}))
+        draws = _Draws(seed, index, axis, spreads, (intervals or {}).get(name, {}), (covariances or {}).get(name, ()))
         axes[name] = replace(
             axis,
             plant=_plant(axis.plant, draws),

@@ -91,6 +91,7 @@ def circle(
             seed,
             **({} if spreads is None else {"spreads": spreads}),
             intervals=identified.intervals if identified else {},
+            covariances=identified.covariances if identified else {},
             only=axis,
             accuracy=parse(accuracy, "position"),
         )

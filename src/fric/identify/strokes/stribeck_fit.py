@@ -20,6 +20,8 @@ import nlopt
 import numpy as np
 from scipy.optimize import minimize_scalar, nnls
 
+from fric.friction.stribeck import stribeck_shares
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -85,7 +87,7 @@ class StribeckProblem:
 
     def model(self, theta: Mapping[str, float]) -> NDArray[np.float64]:
         """Return the force of eq. (2), offset included [N], shape (n,)."""
-        g = np.exp(-(np.abs(self.v / theta["v_s"]) ** theta["delta"]))
+        g = stribeck_shares(self.v, theta["v_s"], theta["delta"])
         level = theta["F_c"] + (theta["F_s"] - theta["F_c"]) * g
         return np.sign(self.v) * level + theta["sigma"] * self.v + theta["offset"]
 
@@ -120,7 +122,7 @@ class StribeckProblem:
 
     def _project(self, held: Mapping[str, float], v_s: float, delta: float) -> Solution:
         """Minimise over the linear parameters at given v_s and delta, with F_s ≥ F_c ≥ 0 and sigma ≥ 0."""
-        sign, g = np.sign(self.v), np.exp(-(np.abs(self.v / v_s) ** delta))
+        sign, g = np.sign(self.v), stribeck_shares(self.v, v_s, delta)
         F = self.F.copy()
         columns: dict[str, NDArray[np.float64]] = {}
         if "F_c" in held:
@@ -183,7 +185,7 @@ class StribeckProblem:
         v = self.v if v is None else v
         sign, ratio = np.sign(v), np.abs(v / theta["v_s"])
         power = ratio ** theta["delta"]
-        g, rise = np.exp(-power), theta["F_s"] - theta["F_c"]
+        g, rise = stribeck_shares(v, theta["v_s"], theta["delta"]), theta["F_s"] - theta["F_c"]
         with np.errstate(divide="ignore"):
             log_ratio = np.where(ratio > 0, np.log(ratio), 0.0)
         columns = {
