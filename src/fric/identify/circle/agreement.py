@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fric.control.scheme import Scheme
 from fric.contour import QUADRANTS
+from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.identify.circle.diagnose import Diagnosis, diagnose
 from fric.identify.circle.glitches import Glitch, Pulse, smoothed
