@@ -74,7 +74,7 @@ def test_a_static_map_carries_plant_and_covariance_into_the_files_that_build_upo
     )
     lugre = FrictionDocument.model_validate(
         replay_tree(
-            fric.identify_by_replay("lugre", fric.replayed(waves), static=document.estimates("static")), document
+            fric.identify_by_replay("lugre", fric.prepared(waves), static=document.estimates("static")), document
         )
     )
     for built in (gms, lugre):

@@ -15,7 +15,7 @@ from fric.friction import models
 from fric.identify.records.prepared import DIMENSIONS, Own, Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.ranges import search_ranges
-from fric.identify.replay.replay_intervals import correlated, covariance_of, edges, limits, order
+from fric.identify.replay.replay_intervals import correlated, edges, limits, order, replay_covariance
 from fric.identify.replay.replay_search import Point, Search
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
@@ -229,7 +229,7 @@ def _told(
     covariance = np.full((len(x), len(x)), np.nan)
     if seen.any():
         slopes = best.gradient[:, seen]
-        covariance[np.ix_(seen, seen)] = covariance_of(slopes, best.residual, records, reach) + _of_timing(
+        covariance[np.ix_(seen, seen)] = replay_covariance(slopes, best.residual, records, reach) + _of_timing(
             search, x, slopes
         )
     values, within = coordinates.values(x), limits(coordinates, x, covariance, seen, reach)

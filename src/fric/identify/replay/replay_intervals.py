@@ -21,37 +21,61 @@ LAGS = 10
 """Lags at which residuals are looked at, to tell them from white noise."""
 
 
-def covariance_of(
-    gradient: NDArray[np.float64], residual: NDArray[np.float64], records: Sequence[Prepared], reach: float
-) -> NDArray[np.float64]:
-    """Return the covariance (p, p) of a least-squares fit.
-
-    Where the residuals cannot be told from white noise (Ljung and Box, Biometrika 65, 1978, at 1 %), it is that of
-    ordinary least squares. Else it is that of `hac_covariance`, which is right for any residuals but itself less sure,
-    and widened where one of two resamplings tells more of a parameter: leaving out cycles tells how the drive repeats
-    (`jackknife`), and weighing the parts of a cycle how much the model misses in the same place each time (`sandwich`).
-    So where a model has fewer blocks than the machine, the interval is of the block that stands for several.
-
-    Parameters
-    ----------
-    gradient, residual
-        Derivatives (n, p) and residuals (n,) of all records one after the other.
-    records
-        The records.
-    reach
-        Half widths are this many standard deviations.
-    """
-    n, p = gradient.shape
-    lengths = [int(record.used.sum()) for record in records]
+def white(residual: NDArray[np.float64], lengths: Sequence[int]) -> bool:
+    """Say whether residuals cannot be told from white noise (Ljung and Box, Biometrika 65, 1978, at 1 %)."""
     statistic = 0.0
     for part in np.split(residual, np.cumsum(lengths)[:-1]):
         lags = min(LAGS, len(part) // 4)
         rho = [float(part[lag:] @ part[:-lag]) / max(float(part @ part), 1e-300) for lag in range(1, lags + 1)]
         statistic += len(part) * (len(part) + 2) * sum(r * r / (len(part) - k) for k, r in enumerate(rho, start=1))
-    if chdtrc(LAGS * len(lengths), statistic) >= 0.01:
-        back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
-        return np.asarray(back @ back.T * float(residual @ residual) / (n - p))
-    covariance = hac_covariance(gradient, residual, lengths)
+    return bool(chdtrc(LAGS * len(lengths), statistic) >= 0.01)
+
+
+def covariance_of(
+    gradient: NDArray[np.float64], residual: NDArray[np.float64], lengths: Sequence[int]
+) -> NDArray[np.float64]:
+    """Return the covariance (p, p) of a least-squares fit.
+
+    Where the residuals are `white`, it is that of ordinary least squares; else that of `hac_covariance`, which is
+    right for any residuals but itself less sure.
+
+    Parameters
+    ----------
+    gradient, residual
+        Derivatives (n, p) and residuals (n,) of all records one after the other.
+    lengths
+        Samples of each record.
+    """
+    if not white(residual, lengths):
+        return hac_covariance(gradient, residual, lengths)
+    n, p = gradient.shape
+    back = np.linalg.inv(np.linalg.qr(gradient, mode="r"))
+    return np.asarray(back @ back.T * float(residual @ residual) / (n - p))
+
+
+def replay_covariance(
+    gradient: NDArray[np.float64], residual: NDArray[np.float64], records: Sequence[Prepared], reach: float
+) -> NDArray[np.float64]:
+    """Return the covariance (p, p) of a fit by replay.
+
+    It is that of `covariance_of`, and where the residuals are not white, widened where one of two resamplings tells
+    more of a parameter: leaving out cycles tells how the drive repeats (`jackknife`), and weighing the parts of a cycle
+    how much the model misses in the same place each time (`sandwich`). So where a model has fewer blocks than the
+    machine, the interval is of the block that stands for several.
+
+    Parameters
+    ----------
+    gradient, residual
+        As in `covariance_of`.
+    records
+        The records.
+    reach
+        Half widths are this many standard deviations.
+    """
+    lengths = [int(record.used.sum()) for record in records]
+    covariance = covariance_of(gradient, residual, lengths)
+    if white(residual, lengths):
+        return covariance
     resampled = [
         by(gradient, residual, np.concatenate([1000 * i + one for i, one in enumerate(labels)]))
         for by, labels in (
