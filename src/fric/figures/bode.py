@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.design.margins import decibel
-from fric.figures.style import CYCLE, GREY, new_figure
+from fric.figures.style import GREY, look, new_figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -34,11 +34,11 @@ def bode_figure(loops: Iterable[Loop], nyquist: float, lowest: float = 0.5) -> F
         gain, phase = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         gain.axhline(0.0, color=GREY, linewidth=0.8)
         phase.axhline(-180.0, color=GREY, linewidth=0.8)
-        for loop, color in zip(loops, CYCLE, strict=False):
-            L, found = loop.response(f), loop.margins
+        for n, loop in enumerate(loops):
+            L, found, color = loop.response(f), loop.margins, look(n)["color"]
             told = f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
-            gain.semilogx(f, 20 * np.log10(np.abs(L)), color=color, label=told)
-            phase.semilogx(f, unwrapped(L), color=color)
+            gain.semilogx(f, 20 * np.log10(np.abs(L)), **look(n), label=told)
+            phase.semilogx(f, unwrapped(L), **look(n))
             if lowest < found.phase_crossover <= nyquist:
                 gain.vlines(found.phase_crossover, -decibel(found.gain_margin), 0.0, color=color, linewidth=2.4)
                 gain.plot(found.phase_crossover, -decibel(found.gain_margin), "o", color=color, markersize=4)
@@ -47,12 +47,12 @@ def bode_figure(loops: Iterable[Loop], nyquist: float, lowest: float = 0.5) -> F
                 phase.vlines(found.crossover, -180.0, at, color=color, linewidth=2.4)
                 phase.plot(found.crossover, at, "o", color=color, markersize=4)
         gain.set_ylim(-60, 60)
-        gain.set_ylabel("gain |L| / dB")
+        gain.set_ylabel("gain |L| [dB]")
         gain.legend(title="phase margin, gain margin", loc="lower left", alignment="left")
         phase.set_ylim(-400, -40)
         phase.set_yticks(np.arange(-360, -40, 45))
-        phase.set_ylabel("phase / °")
-        phase.set_xlabel("frequency / Hz")
+        phase.set_ylabel("phase [°]")
+        phase.set_xlabel("frequency [Hz]")
         phase.set_xlim(lowest, nyquist)
     return figure
 

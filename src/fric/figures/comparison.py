@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.figures.style import BLUE, CYCLE, GREY, VERMILION, new_figure
+from fric.figures.style import BLUE, GREY, VERMILION, look, new_figure
 from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:
@@ -44,8 +44,8 @@ def draw_comparison(comparison: Comparison) -> Figure:
         scale, unit = prefixed(float(np.ptp(z)), length)
         z = scale * (z - 0.5 * (z.min() + z.max()))
         loops.plot(z, record.force[shown], color=GREY, lw=2.5, alpha=0.5, label="measured")
-        for score, color in zip(scores, (*CYCLE, GREY), strict=False):
-            loops.plot(z, (record.force - score.residual[number])[shown], color=color, lw=0.9, label=score.name)
+        for n, score in enumerate(scores):
+            loops.plot(z, (record.force - score.residual[number])[shown], **look(n), lw=0.9, label=score.name)
         loops.set(xlabel=f"position about the middle [{unit}]", ylabel=f"force [{force}]", title=record.log.name)
         loops.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         return figure

@@ -8,7 +8,7 @@ import numpy as np
 
 from fric.design.margins import decibel
 from fric.figures.bode import unwrapped
-from fric.figures.style import BLACK, CYCLE, GREY, new_figure
+from fric.figures.style import BLACK, GREY, look, new_figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -36,10 +36,10 @@ def nyquist_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
         axes = figure.subplots()
         axes.plot(np.cos(arc), np.sin(arc), color=GREY, linewidth=0.8)
         axes.plot(-1, 0, "+", color=BLACK, markersize=10, markeredgewidth=1.6)
-        for loop, color in zip(loops, CYCLE, strict=False):
-            L, found = loop.response(f), loop.margins
+        for n, loop in enumerate(loops):
+            L, found, color = loop.response(f), loop.margins, look(n)["color"]
             told = f"{loop.title}: M_s {decibel(found.peak_sensitivity):.1f} dB".replace("M_s", "$M_s$")
-            axes.plot(L.real, L.imag, color=color, label=told)
+            axes.plot(L.real, L.imag, **look(n), label=told)
             radius = 1 / found.peak_sensitivity
             axes.plot(-1 + radius * np.cos(arc), radius * np.sin(arc), ":", color=color, linewidth=1.0)
             if np.isfinite(found.phase_crossover):
@@ -52,8 +52,8 @@ def nyquist_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
         axes.set_xlim(-2.5, 1.5)
         axes.set_ylim(-2.5, 1.5)
         axes.set_aspect("equal")
-        axes.set_xlabel("real part of L")
-        axes.set_ylabel("imaginary part of L")
+        axes.set_xlabel("real part of L [1]")
+        axes.set_ylabel("imaginary part of L [1]")
         axes.legend(loc="upper left")
     return figure
 
@@ -78,10 +78,10 @@ def nichols_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
         lines = axes.contour(phase, gain, size, levels=[3, 6, 10], colors=[GREY], linewidths=0.8)
         axes.clabel(lines, fmt=lambda level: f"|S| {level:g} dB", fontsize=7)
         axes.plot(-180, 0, "+", color=BLACK, markersize=10, markeredgewidth=1.6)
-        for loop, color in zip(loops, CYCLE, strict=False):
-            L, found = loop.response(f), loop.margins
+        for n, loop in enumerate(loops):
+            L, found, color = loop.response(f), loop.margins, look(n)["color"]
             told = f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
-            axes.plot(unwrapped(L), 20 * np.log10(np.abs(L)), color=color, label=told)
+            axes.plot(unwrapped(L), 20 * np.log10(np.abs(L)), **look(n), label=told)
             if np.isfinite(found.phase_crossover):
                 axes.vlines(-180, -decibel(found.gain_margin), 0, color=color, linewidth=2.4, zorder=_front(found))
                 axes.plot(-180, -decibel(found.gain_margin), "s", color=color, markersize=4)
@@ -92,8 +92,8 @@ def nichols_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
         axes.set_xlim(-330, -30)
         axes.set_ylim(-40, 40)
         axes.set_xticks(np.arange(-315, -44, 45))
-        axes.set_xlabel("phase / °")
-        axes.set_ylabel("gain |L| / dB")
+        axes.set_xlabel("phase [°]")
+        axes.set_ylabel("gain |L| [dB]")
         axes.legend(title="phase margin, gain margin", loc="lower right", alignment="left")
     return figure
 

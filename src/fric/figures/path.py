@@ -46,5 +46,6 @@ def path_figure(runs: Sequence[PathRun]) -> Figure:
             )
         along.set_yticks(ticks, [f"({run.scheme.name}) {run.contour.glitch * 1e6:.1f} µm" for run in runs])
         along.set_xlabel("distance along the path [mm]")
+        along.set_ylabel("contour error [µm]")
         along.set_title(f"contour error, lines {apart:.3g} µm apart; glitch of each scheme", fontsize=8)
     return figure

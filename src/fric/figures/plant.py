@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fric.figures.style import BLACK, BLUE, CYCLE, GREY, VERMILION, new_figure
+from fric.figures.style import BLACK, BLUE, CYCLE, GREY, VERMILION, look, new_figure
 from fric.units import si_unit
 
 if TYPE_CHECKING:
@@ -97,11 +97,11 @@ def _model(top: Axes, middle: Axes, fit: PlantFit) -> None:
     if fit.friction.differs:
         for n, response in enumerate(fit.responses):
             seen = response.of(fit.solution, f)
-            top.plot(f, 20 * np.log10(np.abs(seen)), color=CYCLE[n % len(CYCLE)], linewidth=0.8, linestyle="--")
-            middle.plot(f, np.degrees(_phase(seen)), color=CYCLE[n % len(CYCLE)], linewidth=0.8, linestyle="--")
+            top.plot(f, 20 * np.log10(np.abs(seen)), linewidth=0.8, **look(n))
+            middle.plot(f, np.degrees(_phase(seen)), linewidth=0.8, **look(n))
     top.plot(f, 20 * np.log10(np.abs(G)), color=BLACK, label="eq. (1), 95 %", zorder=4)
     A, B, T_d = (fit.estimates[name] for name in ("A", "B", "T_d"))
-    unit = B.unit.replace("*", "·")
+    unit = B.unit.replace("*", "·").replace("^2", "²")
     top.set_title(f"A {float(A):.4g} 1/s, B {float(B):.4g} {unit}, T_d {1e3 * float(T_d):.3g} ms")
     middle.plot(f, np.degrees(_phase(G)), color=BLACK, zorder=4)
     ratio = draws / G

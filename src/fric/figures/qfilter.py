@@ -50,8 +50,8 @@ def q_filter_figure(design: ObserverDesign) -> Figure:
                       ha="right", va="bottom")  # fmt: skip
         axes.set_xlim(f[0], top)
         axes.set_ylim(-50, 40)
-        axes.set_xlabel("frequency / Hz")
-        axes.set_ylabel("magnitude / dB")
+        axes.set_xlabel("frequency [Hz]")
+        axes.set_ylabel("magnitude [dB]")
         axes.legend(loc="lower left")
     return figure
 

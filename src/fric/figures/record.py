@@ -100,7 +100,7 @@ def _draw_log(row: Figure, log: Log, found: Inspection) -> None:
         assert values is not None
         factor, unit = scaled(values, log.unit(name))
         axis.plot(*thinned(log.time, values * factor), color=BLUE, linewidth=0.9)
-        axis.set_ylabel(f"{name}\n[{unit}]")
+        axis.set_ylabel(f"{name} [{unit}]")
         for stretch in found.stretches:
             axis.axvspan(log.time[stretch.start], log.time[stretch.stop - 1], color=ORANGE, alpha=0.25, linewidth=0)
         if name == "position" and 0 < len(found.turns) <= 400:

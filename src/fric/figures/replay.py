@@ -28,7 +28,7 @@ def draw_replay(fit: ReplayFit) -> Figure:
             z, used = record.motion.position, record.used
             scale, unit = prefixed(float(np.ptp(z)), position)
             replayed = record.replay(fit.model) + record.own @ np.asarray(own)
-            loop.plot(scale * z[used], record.force[used], color=GREY, lw=0.8, label="measured")
+            loop.plot(scale * z[used], record.force[used], color=GREY, lw=2.5, alpha=0.5, label="measured")
             loop.plot(scale * z[used], replayed[used], color=BLUE, lw=1.0, label=fit.model.name)
             loop.set(xlabel=f"position [{unit}]", ylabel=f"force [{force}]", title=record.log.name)
             loop.legend(loc="best")

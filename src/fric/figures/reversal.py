@@ -47,9 +47,9 @@ def reversal_figure(runs: Sequence[CircleRun], axis: str | None = None) -> Figur
             above.set_title(f"({run.scheme.name}) {run.scheme.title}", fontsize=8)
             below.plot(t[near], trace.input[near], color=GREY, label="control voltage", linewidth=0.8)
             if run.scheme.friction:
-                below.plot(t[near], trace.feedforward[near], color=VERMILION, label="friction feedforward")
+                below.plot(t[near], trace.feedforward[near], "--", color=VERMILION, label="friction feedforward")
             if run.scheme.observer:
-                below.plot(t[near], -trace.disturbance[near], color=GREEN, label="observer, −d̂")
+                below.plot(t[near], -trace.disturbance[near], "-.", color=GREEN, label=r"observer, $-\hat{d}$")
             for axes in (above, below):
                 axes.axvline(0, color=GREY, linewidth=0.6)
             below.set_xlabel("time [ms]")

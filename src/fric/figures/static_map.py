@@ -97,10 +97,11 @@ def _curve(
     left: Axes, right: Axes, fit: MapFit, sign: int, colour: str, v: NDArray[np.float64], scale: float, factor: float,
     *, single: bool,
 ) -> None:  # fmt: skip
+    line = "-" if sign > 0 else "--"
     speed = np.geomspace(np.abs(v).min() / 2, np.abs(v).max() * 1.05, 400)
     offset = fit.solution.theta["offset"]
     size, half = fit.predict(speed)
-    right.plot(speed * scale, (size - offset) * factor, color=colour)
+    right.plot(speed * scale, (size - offset) * factor, line, color=colour)
     right.fill_between(
         speed * scale, (size - offset - half) * factor, (size - offset + half) * factor, color=colour, alpha=0.2, lw=0
     )
@@ -109,7 +110,7 @@ def _curve(
             continue
         force, half = fit.predict(branch * speed) if single else (sign * size, half)
         label = "eq. (2) with 95 % band" if branch == 1 else None
-        left.plot(branch * speed * scale, force * factor, color=colour, label=label)
+        left.plot(branch * speed * scale, force * factor, line, color=colour, label=label)
         left.fill_between(
             branch * speed * scale, (force - half) * factor, (force + half) * factor, color=colour, alpha=0.2, lw=0
         )

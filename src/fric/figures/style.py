@@ -19,6 +19,7 @@ from fric.output import staged
 BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#000000", "#7F7F7F"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+DASHES: Any = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 2)), (0, (2, 1)))
 
 STYLE: Any = {
     "font.size": 9,
@@ -37,6 +38,14 @@ STYLE: Any = {
     "savefig.dpi": 160,
     "svg.hashsalt": "fric",
 }
+
+
+def look(n: int) -> dict[str, Any]:
+    """Return the colour and the dashes of the n-th of curves that may lie on one another.
+
+    A later one is drawn above an earlier one, with gaps that show it.
+    """
+    return {"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]}
 
 
 @contextmanager

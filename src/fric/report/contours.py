@@ -46,7 +46,7 @@ def _polar(n: int, test: ContourTest, earlier: ContourTest | None) -> Drawn:
     assert test.radius is not None
     R = test.radius * 1e3
     plot = canvas(
-        "x [mm], its error magnified", "y [mm], its error magnified", x_range=Range1d(-1.6 * R, 1.6 * R),
+        "x, its error magnified [mm]", "y, its error magnified [mm]", x_range=Range1d(-1.6 * R, 1.6 * R),
         y_range=Range1d(-1.6 * R, 1.6 * R), aspect_ratio=1.0, height=560, max_width=680,
     )  # fmt: skip
     grid = ColumnDataSource({"xs": [], "ys": [], "label": [], "lx": [], "ly": []}, name="grid")

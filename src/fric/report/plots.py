@@ -56,7 +56,7 @@ def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
 def _branch(plot: Any, one: Band, sign: int, speed: float, force: float, color: str, label: str) -> None:
     x, low, high = sign * one.x * speed, sign * one.low * force, sign * one.high * force
     band(plot, x, low, high, color, f"{label}: 95 % band")
-    line = curve(plot, x, sign * one.y * force, color, label)
+    line = curve(plot, x, sign * one.y * force, color, label, line_dash="dashed" if color == VERMILION else "solid")
     hover(plot, [line], [("velocity", "@x"), ("friction", "@y")])
 
 
@@ -119,8 +119,9 @@ def loops(item: Item, curves: FrictionCurves) -> list[Drawn]:
     if curves.loops[0].measured is None:
         length = scale(max(float(loop.position.max()) for loop in curves.loops), "position", item.motion)
         plot = canvas(f"position [{length[1]}]", f"friction [{force[1]}]")
-        for loop, color in zip(curves.loops, (ORANGE, VERMILION, BLUE), strict=False):
-            curve(plot, loop.position * length[0], loop.model * force[0], color, loop.name)
+        looks = ((ORANGE, "dotted"), (VERMILION, "dashed"), (BLUE, "solid"))
+        for loop, (color, dash) in zip(curves.loops, looks, strict=False):
+            curve(plot, loop.position * length[0], loop.model * force[0], color, loop.name, line_dash=dash)
         legend(plot)
         alt = f"Hysteresis loops of the GMS model of axis {item.axis}, the larger the wider."
         return [
@@ -132,7 +133,9 @@ def loops(item: Item, curves: FrictionCurves) -> list[Drawn]:
         amplitude = 0.5 * float(np.ptp(loop.position))
         length = scale(amplitude, "position", item.motion)
         plot = canvas(f"position from the middle [{length[1]}]", f"friction [{force[1]}]")
-        curve(plot, loop.position * length[0], loop.measured * force[0], GREY, "measured", line_width=1.2)
+        curve(
+            plot, loop.position * length[0], loop.measured * force[0], GREY, "measured", line_width=3.5, line_alpha=0.5
+        )
         curve(plot, loop.position * length[0], loop.model * force[0], BLUE, "GMS replayed", line_width=1.2)
         legend(plot)
         rms = readable(float(np.sqrt(np.mean((loop.measured - loop.model) ** 2))), si_unit("force", item.motion))

@@ -1,0 +1,423 @@
+"""Every figure of the package with what must be seen in it, computed apart from the figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fric.compensation.base import PAPER_SCHEMES
+from fric.design.cascade import design_cascade
+from fric.design.observer import design_observer
+from fric.documents.machine_files import read_machine
+from fric.drive.cascade import Cascade
+from fric.drive.plant import LinearPlant, Plant
+from fric.figures.bode import bode_figure
+from fric.figures.circle import polar_figure
+from fric.figures.comparison import draw_comparison
+from fric.figures.gms import draw_gms
+from fric.figures.monte_carlo import monte_carlo_figure
+from fric.figures.nyquist import nichols_figure, nyquist_figure
+from fric.figures.path import path_figure
+from fric.figures.plant import draw_motion, draw_plant
+from fric.figures.qfilter import q_filter_figure
+from fric.figures.record import draw_record
+from fric.figures.replay import draw_replay
+from fric.figures.reversal import AROUND, last_reversal, reversal_figure
+from fric.figures.static_map import draw_static_map
+from fric.figures.validation import draw_validation
+from fric.friction import models
+from fric.friction.stribeck import StaticMap
+from fric.identify.dynamics.plant import identify_plant
+from fric.identify.dynamics.rigid_body import identify_motion
+from fric.identify.loops.gms import identify_gms
+from fric.identify.records.inspection import inspect
+from fric.identify.replay.compare import compare_models
+from fric.identify.replay.replay_fit import identify_by_replay
+from fric.identify.replay.replayed import replayed
+from fric.identify.replay.splits import split_by_folds
+from fric.identify.strokes.static import identify_static
+from fric.io.hdf5 import read_logs, read_records
+from fric.log import Log
+from fric.simulate.circle import Circle, run_circle
+from fric.simulate.monte_carlo import Study, monte_carlo
+from fric.simulate.path import PointPath, run_path
+from fric.simulate.validation import validate_closed_loop
+from tests.figures.drawn import Panel, Wanted, curve, edges, function, near, part
+from tests.identify.virtual_logs import logs_of
+
+ROOT = Path(__file__).parents[2]
+Case = tuple[Figure, list[Panel]]
+CASES: dict[str, Callable[[], Case]] = {}
+
+
+def case(make: Callable[[], Case]) -> Callable[[], Case]:
+    CASES[make.__name__] = make
+    return make
+
+
+@cache
+def machine() -> Any:
+    return read_machine(ROOT / "configs/xy-table.yaml")
+
+
+@cache
+def circles() -> Any:
+    return [run_circle(machine(), PAPER_SCHEMES[name], Circle(5e-3, 50e-3, 1)) for name in "af"]
+
+
+def decibel(ratio: Any) -> Any:
+    return 20 * np.log10(np.abs(ratio))
+
+
+@cache
+def cascade_loops() -> Any:
+    return list(design_cascade(LinearPlant(28.57, 4.526, 0.65e-3)).loops().values())
+
+
+@case
+def bode() -> Case:
+    figure = bode_figure(cascade_loops(), 2000.0)
+    gain, phase = figure.axes
+
+    def lag(loop: Any) -> Wanted:
+        def right(x: Any, y: Any) -> bool:
+            turns = (y - np.degrees(np.angle(loop.response(x)))) / 360
+            return near(turns, np.round(turns)) and np.abs(np.diff(y)).max() < 90 and -360 <= y[0] <= 0
+
+        return right
+
+    gains = [function(lambda f, loop=loop: decibel(loop.response(f)), 0.5, 2000.0) for loop in cascade_loops()]
+    return figure, [Panel(gain, gains), Panel(phase, [lag(loop) for loop in cascade_loops()])]
+
+
+@case
+def nyquist() -> Case:
+    figure = nyquist_figure(cascade_loops(), 2000.0)
+    (axes,) = figure.axes
+
+    def around(x_0: float, radius: float) -> Wanted:
+        return lambda x, y: bool(len(x) > 50 and np.allclose(np.hypot(x - x_0, y), radius) and np.ptp(y) > 0.1 * radius)
+
+    curves = [around(0.0, 1.0)]
+    for loop in cascade_loops():
+        L = loop.response(np.geomspace(0.2, 2000.0, 6000))
+        curves += [curve(L.real, L.imag), around(-1.0, 1 / loop.margins.peak_sensitivity), around(0.0, 1.0)]
+    return figure, [Panel(axes, curves)]
+
+
+@case
+def nichols() -> Case:
+    figure = nichols_figure(cascade_loops(), 2000.0)
+    curves = []
+    for loop in cascade_loops():
+        L = loop.response(np.geomspace(0.2, 2000.0, 6000))
+
+        def right(x: Any, y: Any, L: Any = L) -> bool:
+            return near(y, decibel(L)) and near(np.exp(1j * np.radians(x)).real, np.cos(np.angle(L)))
+
+        curves.append(right)
+    return figure, [Panel(figure.axes[0], curves)]
+
+
+@case
+def q_filter() -> Case:
+    plant = LinearPlant(28.57, 4.526, 0.65e-3)
+    design = design_observer(plant, machine().axis("x").cascade, cutoff=40.0)
+    figure = q_filter_figure(design)
+    shown = [design.observer.q, design.robust.q, design.sensitive]
+    curves = [function(lambda f, q=q: decibel(q.response(f)), 1.0, 2000.0) for q in shown]
+    f = design.perturbation.frequency
+    curves.append(curve(f, -decibel(np.exp(-2j * np.pi * f * 0.65e-3) - 1)))  # the delay alone
+    return figure, [Panel(figure.axes[0], curves)]
+
+
+@case
+def circle() -> Case:
+    figure = polar_figure(circles())
+    panels = []
+    for axes, run in zip(figure.axes, circles(), strict=True):
+        x, y = (trace.position for trace in run.traces.values())
+        n = len(run.circularity.angle)
+        radius = np.hypot(x, y)[-n:] * 1e6 - 5000.0
+        panels.append(Panel(axes, [curve(np.unwrap(np.arctan2(y, x))[-n:], radius)]))
+        written = {text.get_text() for text in axes.texts}
+        assert {f"{glitch * 1e6:+.1f}" for glitch in run.circularity.quadrants} <= written
+    return figure, panels
+
+
+@case
+def reversal() -> Case:
+    figure = reversal_figure(circles())
+    panels = []
+    for n, run in enumerate(circles()):
+        trace, half = run.traces["x"], AROUND * 0.1
+        t = (trace.time - last_reversal(trace, half)) * 1e3
+        seen = np.abs(t) <= half * 1e3
+        error = (trace.position - trace.reference) * 1e6
+        voltages = [trace.input]
+        if run.scheme.name == "f":
+            K_f, model = machine().axis("x").plant.K_f, machine().axis("x").believed.models["gms"]
+            reference = trace.reference
+            velocity = np.gradient(reference, trace.time)
+            force = 0.73 * model.replay(trace.time, reference, velocity)
+            assert np.corrcoef(force[seen] / K_f, trace.feedforward[seen])[0, 1] > 0.99
+            voltages += [trace.feedforward, -trace.disturbance]
+        panels.append(Panel(figure.axes[n], [curve(t[seen], error[seen])]))
+        panels.append(Panel(figure.axes[2 + n], [curve(t[seen], one[seen]) for one in voltages]))
+    return figure, panels
+
+
+@case
+def path() -> Case:
+    s = np.linspace(0, 2 * np.pi, 120)
+    points = PointPath(0.01 * np.cos(s), 0.006 * np.sin(s), 0.05)
+    runs = [run_path(machine(), PAPER_SCHEMES[name], points) for name in "af"]
+    figure = path_figure(runs)
+    plan, along = figure.axes
+    ticks = along.get_yticks()
+    curves = [
+        curve(run.contour.station * 1e3, run.contour.error * 1e6 + tick) for run, tick in zip(runs, ticks, strict=True)
+    ]
+    x, y = (1e3 * trace.reference for trace in runs[0].traces.values())
+    for run, tick in zip(runs, along.get_yticklabels(), strict=True):
+        assert f"{run.contour.glitch * 1e6:.1f} µm" in tick.get_text()
+    return figure, [Panel(plan, [curve(x, y)]), Panel(along, curves)]
+
+
+@case
+def many_machines() -> Case:
+    found = monte_carlo(
+        Study(machine(), (PAPER_SCHEMES["a"], PAPER_SCHEMES["f"]), Circle(5e-3, 50e-3, 1)), 12, workers=1
+    )
+    figure = monte_carlo_figure(found, {"a": 20e-6, "f": 3e-6})
+    left, right = figure.axes
+    curves = []
+    for place, column in enumerate(np.abs(found.quadrants).max(axis=2).T * 1e6):
+        curves.append(lambda x, y, c=column, p=place: near(x, c) and np.all(np.abs(y - p) <= 0.32) and np.ptp(y) > 0.4)
+    share = [100 * float(np.mean(found.glitches.argmin(axis=1) == n)) for n in (0, 1)]
+    for place, column in enumerate(found.glitches.T * 1e6):
+        drawn = [line.get_xdata() for line in left.get_lines() if set(line.get_ydata()) == {place}]
+        marks = [np.quantile(column, q) for q in ((0.05, 0.95), (0.25, 0.75), (0.5,))] + [[(20.0, 3.0)[place]]]
+        assert all(any(near(x, mark) for x in drawn) for mark in marks)
+    return figure, [Panel(left, curves), Panel(right, bars=share)]
+
+
+@case
+def static_map() -> Case:
+    logs = read_logs(ROOT / "data/constant-velocity.h5")
+    fit = identify_static(logs)
+    figure = draw_static_map(fit)
+    v, F = (np.array([getattr(point, name) for point in fit.points]) for name in ("velocity", "force"))
+    error = 1.96 * np.hypot([point.standard_error for point in fit.points], fit.static.between)
+    found = {name: float(value) for name, value in fit.static.estimates.items()}
+    offset = found.pop("offset")
+    friction = StaticMap(**found)
+    half = lambda x: fit.static.predict(x * 1e-3)[1]  # noqa: E731
+    both = lambda x: friction.steady_state(x * 1e-3) + offset  # noqa: E731
+    branch = function(both)
+    points = [curve(v * 1e3, F + k * error) for k in (-1, 0, 1)]
+    along = [
+        curve(sign * v[chosen] * 1e3, (F[chosen] - offset) * sign + k * error[chosen])
+        for sign, chosen in ((1, v > 0), (-1, v < 0))
+        for k in (-1, 0, 1)
+    ]
+    band = (lambda x: both(x) - half(x), lambda x: both(x) + half(x))
+    speed = (lambda x: both(x) - offset - half(x), lambda x: both(x) - offset + half(x))
+    return figure, [
+        Panel(figure.axes[0], [*points, branch, branch], [band, band]),
+        Panel(figure.axes[1], [*along, function(lambda x: both(x) - offset)], [speed]),
+    ]
+
+
+@case
+def gms() -> Case:
+    fit = identify_gms(read_logs(ROOT / "data/presliding-sine.h5"), static=StaticMap(105.0, 165.0, 1e-3), refined=False)
+    figure = draw_gms(fit)
+    panels = []
+    loops = sorted(fit.loops, key=lambda one: one.amplitude)
+    for axes, one in zip(figure.axes, loops, strict=False):
+        z = one.motion.position * 1e6
+        middle = 0.5 * (z.max() + z.min())
+        z = z - middle * (abs(middle) > 2e6 * one.amplitude)
+        panels.append(Panel(axes, [part(z, one.force)], several=True))
+    knots = np.sort(fit.model.slip_displacements) * float(fit.alpha_sum)
+
+    def virgin(x: Any) -> Any:
+        return float(fit.alpha_sum) * fit.model.virgin_curve(x * 1e-6 / float(fit.alpha_sum))
+
+    for axes, far in ((figure.axes[len(loops)], 2e6 * knots[-1]), (figure.axes[len(loops) + 1], np.inf)):
+        z = fit.curve.displacement * 1e6
+        seen = z <= far
+        at = knots[knots * 1e6 <= max(far, z.max())] * 1e6
+        force, band = fit.curve.force[seen], np.nan_to_num(fit.curve.band)[seen]
+        limits = ((lambda _, y=force - band: y), (lambda _, y=force + band: y))
+        panels.append(Panel(axes, [curve(z[seen], force), function(virgin), curve(at, virgin(at))], [limits]))
+    for axes, record in zip(figure.axes[len(loops) + 2 :], fit.records, strict=True):
+        rest = np.where(record.used | record.held_out, record.measured - record.replayed, np.nan)
+        panels.append(Panel(axes, [curve(record.time, y) for y in (record.measured, record.replayed, rest)]))
+    return figure, panels
+
+
+@case
+def plant() -> Case:
+    fit = identify_plant(read_records(ROOT / "data/frequency-response.h5"))
+    figure = draw_plant(fit)
+    (response,) = fit.responses
+    table, used = response.measured.table, response.used
+    f, measured = table.frequency, response.measured.response
+    plain = LinearPlant(*(float(fit.estimates[name]) for name in ("A", "B", "T_d")))
+    s = 2j * np.pi
+
+    def Z(x: Any) -> Any:  # eq. (1), with the hold in front of it apart from its delay
+        G = plain.B * np.exp(-s * x * plain.T_d) / (s * x * (s * x + plain.A))
+        return G * np.sinc(x / response.hold) if response.hold else G
+
+    def gain(x: Any, y: Any) -> bool:
+        return len(x) == 400 and bool(np.abs(y - decibel(Z(x))).max() < 0.05)
+
+    def phase(x: Any, y: Any) -> bool:
+        return len(x) == 400 and bool(np.abs(np.angle(np.exp(1j * np.radians(y)) / Z(x), deg=True)).max() < 0.5)
+
+    deviation = 1.96 * np.nan_to_num(table.deviation, posinf=0.0)
+
+    def lag(x: Any, y: Any) -> bool:
+        return near(x, f[used]) and near(np.cos(np.radians(y)), np.cos(np.angle(measured[used])))
+
+    out = [curve(f[~used], decibel(measured)[~used])] if (~used).sum() > 1 else []
+    out_phase = [lambda x, y: near(x, f[~used])] if (~used).sum() > 1 else []
+    ratio = np.log(measured[used] / response.of(fit.solution.values, f[used]))
+    top, middle, bottom = figure.axes
+    for axes, unit in ((top, 20 / np.log(10)), (middle, 180 / np.pi)):
+        bars = [np.ptp(bar[:, 1]) for group in axes.collections if hasattr(group, "get_segments")
+                for bar in group.get_segments()]  # fmt: skip
+        assert near(bars, 2 * unit * deviation[used])
+    return figure, [
+        Panel(top, [curve(f[used], decibel(measured[used])), *out, gain], _drawn_bands(top, gain)),
+        Panel(middle, [lag, *out_phase, phase], _drawn_bands(middle, phase)),
+        Panel(bottom, [curve(f[used], 100 * ratio.real), curve(f[used], np.degrees(ratio.imag))]),
+    ]
+
+
+def _drawn_bands(axes: Any, inside: Wanted) -> Any:
+    """Return the band as it is drawn, once it is seen to lie around a curve, and to be narrow."""
+    ((x, low, high),) = edges(axes)
+    assert inside(x, (low + high) / 2)
+    assert np.all(high > low)
+    return [(lambda _: low, lambda _: high)]
+
+
+@case
+def motion() -> Case:
+    t = np.arange(4000) / 1000.0
+    w = 2 * np.pi * 0.5
+    rng = np.random.default_rng(3)
+    force = (
+        -61 * 0.05 * w**2 * np.sin(w * t) + 53 * np.sign(np.cos(w * t)) + 60 * np.cos(w * t) * w + rng.normal(size=4000)
+    )
+    fit = identify_motion([Log(t, position=0.05 * np.sin(w * t), force=force)])
+    figure = draw_motion(fit)
+    top, bottom = figure.axes
+    measured, fitted = curve(fit.time, fit.measured), curve(fit.time, fit.fitted)
+    assert np.abs(fit.measured - fit.fitted).std() < 0.2 * fit.measured.std()
+    return figure, [Panel(top, [measured, fitted]), Panel(bottom, [curve(fit.time, fit.measured - fit.fitted)])]
+
+
+@case
+def record() -> Case:
+    t = np.arange(3000) / 1000.0
+    z = 1e-3 * np.abs(t % 2 - 1)
+    log = Log(
+        t, position=z, velocity=-1e-3 * np.sign(1 - t % 2), force=np.where(t % 2 < 1, -3.0, 3.0) + 0.1 * np.sin(90 * t)
+    )
+    found = inspect(log)
+    figure = draw_record([log], [found])
+    position, velocity, force, relation = figure.findobj(lambda artist: hasattr(artist, "get_xlabel"))
+    turns = np.array(found.turns)
+    v = np.array([s.velocity for s in found.stretches]) * 1e3
+    F = [np.median(log.force[s.start : s.stop]) for s in found.stretches]
+    marks = [curve(t[turns], z[turns] * 1e3)] if len(turns) > 1 else []
+    return figure, [
+        Panel(position, [curve(t, z * 1e3), *marks], bars=_spans(position)),
+        Panel(velocity, [curve(t, log.velocity * 1e3)], bars=_spans(velocity)),
+        Panel(force, [curve(t, log.force)], bars=_spans(force)),
+        Panel(relation, [curve(log.velocity * 1e3, log.force), curve(v, F)]),
+    ]
+
+
+def _spans(axes: Any) -> list[float]:
+    return [patch.get_width() for patch in axes.patches]
+
+
+@cache
+def lugre_records() -> Any:
+    return replayed(logs_of(models()["lugre"].typical(), 11, motions=("small", "large")))
+
+
+@case
+def replay() -> Case:
+    true = models()["lugre"].typical()
+    fit = identify_by_replay("lugre", lugre_records(), start=true)
+    figure = draw_replay(fit)
+    panels = []
+    for n, (record, own) in enumerate(zip(fit.records, fit.own, strict=True)):
+        again = fit.model.replay(record.motion.time, record.motion.position, record.motion.velocity) + own[0]
+        used, z = record.used, record.motion.position * 1e6
+        rest = np.where(used, record.force - again, np.nan)
+        panels.append(Panel(figure.axes[2 * n], [curve(z[used], record.force[used]), curve(z[used], again[used])]))
+        panels.append(Panel(figure.axes[2 * n + 1], [curve(record.motion.time, rest)]))
+    return figure, panels
+
+
+@case
+def comparison() -> Case:
+    found = compare_models(["static", "dahl"], lugre_records(), split_by_folds(lugre_records(), 2))
+    figure = draw_comparison(found)
+    bars, loops = figure.axes
+    lengths = [score.rms for score in found.scores] + [score.rms_near for score in found.scores]
+    record, z = found.records[0], found.records[0].motion.position * 1e6
+
+    def pieces(y: Any) -> Wanted:
+        def right(drawn_x: Any, drawn_y: Any) -> bool:
+            n, middle = len(drawn_x), drawn_x - drawn_x[0]
+            starts = range(len(z) - n + 1)
+            return any(near(middle, z[s : s + n] - z[s]) and near(drawn_y, y[s : s + n]) for s in starts)
+
+        return right
+
+    curves = [pieces(record.force), *(pieces(record.force - score.residual[0]) for score in found.scores)]
+    return figure, [Panel(bars, bars=lengths), Panel(loops, curves)]
+
+
+@case
+def validation() -> Case:
+    axis = Plant(A=2.0, B=0.4, T_d=0.5e-3, K_f=35.0)
+    friction = StaticMap(20.0, 25.0, 5e-3, 1.0, 5.0)
+    cascade = Cascade(K_v=160.0, K_p=240.0, K_i=0.0, velocity_filter=500.0, sampling=1000.0)
+    time = np.arange(3000) * 1e-3
+    asked = 0.05 * (1 - np.cos(np.pi * time))
+    log = Log(time=time, position=asked, reference=asked, input=np.zeros_like(time))
+    made = validate_closed_loop(log, axis, cascade, StaticMap(15.0, 18.0, 5e-3)).signals
+    log = replace(log, position=made["position"].simulated, input=made["force"].simulated / axis.K_f)
+    found = validate_closed_loop(log, axis, cascade, friction)
+    figure = draw_validation(found)
+    first, stop = found.worst
+    t = time[first:stop]
+    panels = []
+    for n, (name, factor) in enumerate((("position", 1e3), ("velocity", 1e3), ("force", 1.0))):
+        signal = found.signals[name]
+        measured, simulated = signal.measured[first:stop], signal.simulated[first:stop]
+        unit = figure.axes[2 * n].get_ylabel().split("[")[1][:-1]
+        factor = {"mm": 1e3, "mm/s": 1e3, "m/s": 1.0, "N": 1.0, "µm": 1e6}.get(unit, factor)
+        size = np.abs(measured).max() * factor
+        assert 1.0 <= size < 1000.0 or size == 0.0
+        panels.append(Panel(figure.axes[2 * n], [curve(t, factor * y) for y in (measured, simulated)]))
+        unit = figure.axes[2 * n + 1].get_ylabel().split("[")[1][:-1]
+        factor = {"m": 1e3, "µ": 1e6, "n": 1e9}.get(unit[0], 1.0) if unit not in {"m", "m/s"} else 1.0
+        panels.append(Panel(figure.axes[2 * n + 1], [curve(t, factor * (measured - simulated))]))
+    return figure, panels
