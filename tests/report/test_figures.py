@@ -1,0 +1,220 @@
+"""The figures of a page draw the numbers of its files: each curve, held against what it must be."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fric.compensation.q_filter import QFilter
+from fric.friction.gms import GMS
+from fric.friction.stribeck import StaticMap
+from fric.io.run import read_runs
+from fric.report.canvas import Drawn
+from fric.report.collect import collect
+from fric.report.contours import contour_figure
+from fric.report.curves import friction_curves
+from fric.report.drift import Change
+from fric.report.plots import drift_figure, friction_map, loops, q_filter, virgin_curves
+
+from .conftest import LOGS
+
+LABEL = re.compile(r"^\S.*\S? \[[^\[\]]+\]$")
+Check = Callable[[], None]
+
+
+def curves(drawn: Drawn) -> Iterator[tuple[dict[str, Any], str, np.ndarray, np.ndarray]]:
+    """Give the source, its column, x and y of each line and each set of points of a figure."""
+    for renderer in drawn.model.renderers:
+        glyph, data = renderer.glyph, renderer.data_source.data
+        if hasattr(glyph, "y") and isinstance(glyph.y, str) and len(data[glyph.y]) > 1:
+            x, y = data[glyph.x], data[glyph.y]
+            if not isinstance(y[0], str):
+                yield data, glyph.y, np.asarray(x, float), np.asarray(y, float)
+
+
+def bands(drawn: Drawn) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return x, lower and upper edge of each shaded band."""
+    found = []
+    for renderer in drawn.model.renderers:
+        if hasattr(renderer.glyph, "y2"):
+            data = renderer.data_source.data
+            found.append(tuple(np.asarray(data[name], float) for name in ("x", "y1", "y2")))
+    return found
+
+
+def spread(y: np.ndarray) -> float:
+    return float(np.nanmax(y) - np.nanmin(y))
+
+
+def each_fails_when_level(drawn: Drawn, check: Check) -> None:
+    """Hold a check against the figure, and then with each of its curves made level: it must fail."""
+    check()
+    levelled = 0
+    for data, column, _, y in curves(drawn):
+        if spread(y) > 0:
+            kept = data[column]
+            data[column] = np.full(len(y), np.nanmean(y))
+            with pytest.raises(AssertionError):
+                check()
+            data[column] = kept
+            levelled += 1
+    check()
+    assert levelled
+
+
+def labelled(drawn: Drawn) -> None:
+    for axis in drawn.model.axis:
+        assert not axis.axis_label or LABEL.match(axis.axis_label), axis.axis_label
+
+
+def close(found: Any, wanted: Any, rel: float = 1e-6) -> None:
+    np.testing.assert_allclose(found, wanted, rtol=rel, atol=rel * np.abs(wanted).max())
+
+
+@pytest.fixture(scope="module")
+def material(files: SimpleNamespace) -> Any:
+    return collect([files.march, LOGS / "constant-velocity.h5", LOGS / "presliding-sine.h5"])
+
+
+def test_the_map_is_eq_2_of_the_file(files: SimpleNamespace) -> None:
+    alone = collect([files.march])
+    item = alone.items[0]
+    static = StaticMap(105.0, 165.0, 1e-3, 1.0, 40.0)
+    for drawn in friction_map(item, friction_curves(alone, item)):
+        labelled(drawn)
+
+        def check(drawn: Drawn = drawn) -> None:
+            found = [(x, y) for _, _, x, y in curves(drawn)]
+            assert len(found) == (1 if "log" in drawn.id else 2)
+            for x, y in found:
+                close(y, np.asarray(static.steady_state(x * 1e-3)))
+
+        each_fails_when_level(drawn, check)
+        for x, low, high in bands(drawn):
+            y = np.asarray(static.steady_state(x * 1e-3))
+            assert np.all((np.minimum(low, high) <= y) & (y <= np.maximum(low, high)))
+
+
+def test_measured_strokes_stand_where_they_were_measured(material: Any) -> None:
+    item = material.items[0]
+    found = friction_curves(material, item)
+    v, F = (np.array([getattr(point, name) for point in found.points]) for name in ("velocity", "force"))
+    wide, _ = friction_map(item, found)
+
+    def check() -> None:
+        points = [(x, y) for _, _, x, y in curves(wide) if len(x) == len(v)]
+        assert len(points) == 1
+        close(points[0][0], v * 1e3)
+        close(points[0][1], F)
+        assert sum(spread(y) > 0 for _, _, _, y in curves(wide)) == 3
+
+    each_fails_when_level(wide, check)
+
+
+def test_the_virgin_curve_is_that_of_the_blocks_and_of_the_record(material: Any) -> None:
+    item = material.items[0]
+    found = friction_curves(material, item)
+    model = GMS.from_sections(item.sections())
+    knots = np.sort(model.slip_displacements)
+    measured = found.measured_virgin
+    for drawn in virgin_curves(item, found):
+        labelled(drawn)
+
+        def check(drawn: Drawn = drawn) -> None:
+            points, line, at = [(x, y) for _, _, x, y in curves(drawn)]
+            close(points[0], measured.displacement * 1e6)
+            close(points[1], measured.force)
+            close(line[1], np.minimum(model.k * line[0][:, None] * 1e-6, np.array(model.alpha) * 165).sum(axis=1))
+            close(at[0], knots * 1e6)
+            close(at[1], np.asarray(model.virgin_curve(knots)))
+
+        each_fails_when_level(drawn, check)
+
+
+def test_loops_are_the_record_and_its_replay(material: Any) -> None:
+    item = material.items[0]
+    found = friction_curves(material, item)
+    shown = loops(item, found)
+    assert len(shown) == 2
+    for drawn, loop in zip(shown, found.loops, strict=True):
+        labelled(drawn)
+
+        def check(drawn: Drawn = drawn, loop: Any = loop) -> None:
+            measured, replayed = [(x, y) for _, _, x, y in curves(drawn)]
+            for x, _ in (measured, replayed):
+                close(x, loop.position * 1e6)
+            close(measured[1], loop.measured)
+            close(replayed[1], loop.model)
+
+        each_fails_when_level(drawn, check)
+
+
+def test_loops_of_a_model_alone_are_told_apart(files: SimpleNamespace) -> None:
+    alone = collect([files.march])
+    (drawn,) = loops(alone.items[0], friction_curves(alone, alone.items[0]))
+    found = friction_curves(alone, alone.items[0]).loops
+
+    def check() -> None:
+        for (_, _, x, y), loop in zip(curves(drawn), found, strict=True):
+            close(x, loop.position * 1e6)
+            close(y, loop.model)
+
+    each_fails_when_level(drawn, check)
+    assert len({tuple(renderer.glyph.line_dash) for renderer in drawn.model.renderers}) == 3
+
+
+def test_q_and_its_limits_are_the_filters_of_the_file(files: SimpleNamespace) -> None:
+    item = collect([files.observer]).items[0]
+    drawn = q_filter(item, None)
+    labelled(drawn)
+
+    def check() -> None:
+        found = [(x, y) for _, _, x, y in curves(drawn)]
+        for (f, size), cutoff in zip(found, (60.0, 372.0), strict=True):
+            close(size, 20 * np.log10(np.abs(QFilter("binomial2", cutoff).response(f))))
+
+    each_fails_when_level(drawn, check)
+
+
+def test_contours_carry_the_radial_error_of_the_run(files: SimpleNamespace) -> None:
+    (test,) = collect([files.run]).tests
+    drawn = contour_figure(0, test, None)
+    labelled(drawn)
+    runs = {run.scheme.name: run.circularity for run in read_runs(files.run)}
+    lines = {r.name: r for r in drawn.model.renderers if str(r.name).startswith("now:")}
+    assert set(lines) == {f"now:{name}" for name in runs}
+
+    def check() -> None:
+        for name, found in runs.items():
+            data = lines[f"now:{name}"].data_source.data
+            angle = np.unwrap(np.radians(data["angle"].astype(float)))
+            angle += 2 * np.pi * np.round((found.angle[0] - angle[0]) / (2 * np.pi))
+            at = np.argmin(np.abs(found.angle - angle[:, None]), axis=1)  # a part of the samples, the peaks among them
+            close(found.angle[at], angle, 1e-5)
+            close(data["error"], found.error[at] * 1e6, 2e-3)
+            close(np.abs(data["error"]).max(), np.abs(found.error).max() * 1e6, 1e-5)
+
+    check()
+    for line in lines.values():
+        kept = line.data_source.data["error"]
+        line.data_source.data["error"] = np.full_like(kept, kept.mean())
+        with pytest.raises(AssertionError):
+            check()
+        line.data_source.data["error"] = kept
+
+
+def test_drift_is_the_change_in_per_cent() -> None:
+    moved = Change("F_c", "N", 105.0, 96.0, (104.1, 105.9), (94.8, 97.2))  # together 0.9 and 1.2: 1.5
+    drawn = drift_figure("d", "Drift", [moved])
+    assert drawn is not None
+    labelled(drawn)
+    (bar,) = (r.data_source.data for r in drawn.model.renderers if hasattr(r.glyph, "x1"))
+    close([bar["x0"][0], bar["x1"][0]], [-1050.0 / 105.0, -750.0 / 105.0])
+    (dot,) = (r.data_source.data for r in drawn.model.renderers if hasattr(r.glyph, "marker"))
+    close(dot["x"], [-900.0 / 105.0])
+    assert drift_figure("d", "Drift", []) is None
