@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from fric.compensation.base import PAPER_SCHEMES
+from fric.control.cascade import Cascade
+from fric.control.scheme import PAPER_SCHEMES
 from fric.design.cascade import design_cascade
 from fric.design.observer import design_observer
 from fric.documents.machine_files import read_machine
-from fric.drive.cascade import Cascade
 from fric.drive.plant import LinearPlant, Plant
 from fric.figures.bode import bode_figure
 from fric.figures.circle import polar_figure
 from fric.figures.comparison import draw_comparison
+from fric.figures.diagnosis import draw_diagnosis
 from fric.figures.gms import draw_gms
 from fric.figures.monte_carlo import monte_carlo_figure
 from fric.figures.nyquist import nichols_figure, nyquist_figure
@@ -33,6 +34,8 @@ from fric.figures.static_map import draw_static_map
 from fric.figures.validation import draw_validation
 from fric.friction import models
 from fric.friction.stribeck import StaticMap
+from fric.identify.circle.diagnose import diagnose
+from fric.identify.circle.measured import measured_from_run
 from fric.identify.dynamics.plant import identify_plant
 from fric.identify.dynamics.rigid_body import identify_motion
 from fric.identify.loops.gms import identify_gms
@@ -149,6 +152,33 @@ def circle() -> Case:
         written = {text.get_text() for text in axes.texts}
         assert {f"{glitch * 1e6:+.1f}" for glitch in run.circularity.quadrants} <= written
     return figure, panels
+
+
+@case
+def diagnosis() -> Case:
+    run = run_circle(machine(), PAPER_SCHEMES["a"], Circle(5e-3, 50e-3, 2))
+    figure = draw_diagnosis(diagnose([measured_from_run(run)]))
+    polar, *reversals = figure.axes
+    place, error = run.circularity.angle % (2 * np.pi), run.circularity.error * 1e6
+    order = np.argsort(place)
+
+    def deviation(x: Any, y: Any) -> bool:
+        there = np.interp(x % (2 * np.pi), place[order], error[order], period=2 * np.pi)
+        return len(x) > 500 and bool(np.abs(y - there).max() < 1.0) and np.ptp(y) > 15
+
+    def geometry(x: Any, y: Any) -> bool:
+        return len(x) > 500 and bool(np.abs(y).max() < 3.0)
+
+    def around(glitch: float) -> Wanted:
+        def right(t: Any, y: Any) -> bool:
+            top = np.argmax(np.abs(y))  # within 25° of the reversal, which the glitch comes after
+            late = t.max() < 1e3 * np.radians(25.1) * 0.1 and 0 < t[top] < 40
+            return bool(late and abs(y[top] - glitch * 1e6) < 2.0 and abs(y[0]) < 1.5)
+
+        return right
+
+    panels = [Panel(axes, [around(one)]) for axes, one in zip(reversals, run.circularity.quadrants, strict=True)]
+    return figure, [Panel(polar, [deviation, geometry]), *panels]
 
 
 @case

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fric.compensation.q_filter import QFilter
+from fric.control.q_filter import QFilter
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.io.run import read_runs
