@@ -10,6 +10,7 @@ from traceback import format_exc
 from typing import Any
 
 import numpy as np
+from fric.identify.loops.gms import identify_gms
 
 from benchmarks.reality.session import Session
 from benchmarks.reality.truth import gms_truth, plant_truth, static_truth, virgin_truth
@@ -20,7 +21,6 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
 from fric.identify.dynamics.plant import identify_plant
-from fric.identify.loops.gms import identify_gms
 from fric.identify.strokes.static import identify_static
 from fric.notice import Notice
 

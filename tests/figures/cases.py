@@ -38,11 +38,11 @@ from fric.identify.circle.diagnose import diagnose
 from fric.identify.circle.measured import measured_from_run
 from fric.identify.dynamics.plant import identify_plant
 from fric.identify.dynamics.rigid_body import identify_motion
-from fric.identify.loops.gms import identify_gms
+from fric.identify.gms.identify import identify_gms
 from fric.identify.records.inspection import inspect
+from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import compare_models
 from fric.identify.replay.replay_fit import identify_by_replay
-from fric.identify.replay.replayed import replayed
 from fric.identify.replay.splits import split_by_folds
 from fric.identify.strokes.static import identify_static
 from fric.io.hdf5 import read_logs, read_records
@@ -321,7 +321,7 @@ def plant() -> Case:
 
     out = [curve(f[~used], decibel(measured)[~used])] if (~used).sum() > 1 else []
     out_phase = [lambda x, y: near(x, f[~used])] if (~used).sum() > 1 else []
-    ratio = np.log(measured[used] / response.of(fit.solution.values, f[used]))
+    ratio = np.log(measured[used] / response.of(fit.solution, f[used]))
     top, middle, bottom = figure.axes
     for axes, unit in ((top, 20 / np.log(10)), (middle, 180 / np.pi)):
         bars = [np.ptp(bar[:, 1]) for group in axes.collections if hasattr(group, "get_segments")
@@ -386,7 +386,7 @@ def _spans(axes: Any) -> list[float]:
 
 @cache
 def lugre_records() -> Any:
-    return replayed(logs_of(models()["lugre"].typical(), 11, motions=("small", "large")))
+    return prepared(logs_of(models()["lugre"].typical(), 11, motions=("small", "large")))
 
 
 @case
