@@ -14,7 +14,7 @@ from fric.contour import QUADRANTS
 from fric.estimate import Estimate
 from fric.identify.circle.pitch import Periodic
 from fric.identify.circle.revolutions import Revolutions
-from fric.identify.replay.replay_intervals import correlated_covariance
+from fric.identify.replay.replay_intervals import covariance_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -169,8 +169,7 @@ def fit_geometry(
     else:
         if np.linalg.norm(slope) > 3 * np.std(residual):  # how sure the fade is matters where there is a tail
             columns = np.column_stack([columns, slope])
-        lengths = [length for _, pieces in parts for length in pieces]
-        covariance = correlated_covariance(columns, residual, lengths)[0][:p, :p]
+        covariance = covariance_of(columns, residual, [length for _, pieces in parts for length in pieces])[:p, :p]
     return Geometry(_names(many, both, len(lines)), values[:p], covariance, len(d) - p, tuple(lines), many, both, fade)
 
 
