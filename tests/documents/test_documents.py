@@ -77,7 +77,17 @@ def test_a_static_map_carries_plant_and_covariance_into_the_files_that_build_upo
             fric.identify_by_replay("lugre", fric.prepared(waves), static=document.estimates("static")), document
         )
     )
-    for built in (gms, lugre):
+    for built, name in ((gms, "gms"), (lugre, "lugre")):
+        block = built.fit_of(name).covariance
+        assert block is not None
+        within = built.estimates(name)
+        for one, scale, row in zip(block.names, block.scales, np.diag(block.matrix), strict=True):
+            symbol, _, number = one.rpartition("_") if name == "gms" and one != "C" else (one, "", "")
+            value, limits = within[symbol].value, within[symbol].ci95
+            if number:
+                value, limits = value[int(number) - 1], limits[int(number) - 1]
+            if scale == "log" and limits[0] > 0 and limits[1] < np.inf:  # half the interval is two deviations or so
+                assert np.log(limits[1] / limits[0]) / 2 == pytest.approx(2.0 * np.sqrt(row), rel=0.15)
         assert built.fit_of("static") == told
         assert set(document.notices()) <= set(built.notices())
         assert built.provenance.static["logs"][0]["record"] == "constant-velocity-01"

@@ -273,7 +273,8 @@ def gms_tree(fit: GMSFit, logs: Sequence[Log], given: GivenStatic | None = None)
         "blocks": fit.reason,
         "method": fit.method,
         "records": records,
-    }
+    } | _used(fit.records[0].record.done.plant, fit.motion, "inertia", "damping")
+    told |= known(covariance=fit.covariance)
     content = {"axis": fit.axis, "motion": fit.motion} | (
         given.document.content("static", "static_negative", "fit") if given else {"static": _plateau(fit)}
     )
@@ -327,5 +328,6 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
             {"record": record.log.name, "prepared": record.done.as_dict(fit.motion), **own}
             for record, own in zip(fit.records, fit.own_estimates, strict=True)
         ],
-    }
+        "covariance": fit.covariance,
+    } | _used(fit.records[0].done.plant, fit.motion, "inertia", "damping")
     return _built_upon(kept, content, fit.warnings, [record.log for record in fit.records])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fric.estimate import Estimate
+from fric.estimate import Covariance, Estimate
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import Loops
@@ -42,6 +42,8 @@ class GMSFit:
         True where the user gave the knots; where the parameters are from replay.
     records
         Each record, measured against replayed.
+    covariance
+        How the parameters err together; None where they were not refined by replay.
     warnings
         What the data cannot tell.
     """
@@ -62,6 +64,7 @@ class GMSFit:
     knots_given: bool
     refined: bool
     records: tuple[Replay, ...]
+    covariance: Covariance | None
     warnings: tuple[str, ...]
 
     @property

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import expit, logit, stdtrit
 
 from fric.errors import FricError
-from fric.estimate import Estimate
+from fric.estimate import Covariance, Estimate
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import find_loops
@@ -104,11 +104,12 @@ def identify_gms(
     records = [*cycled, *slides]
 
     model: FrictionModel
+    together: Covariance | None = None
     if refined:
         start = _at_level(base, found, ASSUMED_C, curve.saturates)
         fit = _refined(records, base, start, with_level=curve.saturates, with_C=bool(slides))
         alpha, k, C = (fit.estimates["gms"][name] for name in ("alpha", "k", "C"))
-        level, model = fit.level, fit.model
+        level, model, together = fit.level, fit.model, fit.covariance
         if C.fixed:
             C = replace(C, fixed=False, assumed=True)
     else:
@@ -122,7 +123,7 @@ def identify_gms(
     replays = [_replayed(record, model, cycles) for record in records]
     result = GMSFit(
         presliding[0].axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(loops), found, choice,
-        blocks, knots is not None, refined, tuple(replays), (),
+        blocks, knots is not None, refined, tuple(replays), together, (),
     )  # fmt: skip
     return replace(result, warnings=tuple(told(result, sliding_logged=bool(sliding), plant_given=plant is not None)))
 

@@ -59,6 +59,8 @@ class Preparation:
         How surely force and position belong to one instant, as a standard deviation [s].
     encoder
         The encoder's step [m]; 0 where none is visible.
+    plant
+        The plant that was used; None where none is known.
     mass, damping
         Inertia [kg] and the drive's own linear damping [N·s/m] that were taken off; None where no plant is known.
     inertia_share, damping_share
@@ -79,6 +81,7 @@ class Preparation:
     damping_share: float | None = None
     own: tuple[Own, ...] = ("offset",)
     every: int = 1
+    plant: Plant | None = None
 
     def as_dict(self, motion: Literal["linear", "rotary"]) -> dict[str, Any]:
         """Return it as it stands in a document: quantities with units; what is not known is left out."""
@@ -304,7 +307,7 @@ def _prepared(log: Log, plant: Plant | None) -> Prepared:
         shares = [float(np.quantile(np.abs(part), 0.99)) / size for part in (inertia, damping)]
         force = acting - inertia - damping
         done = replace(
-            done, mass=plant.M, damping=plant.damping, inertia_share=shares[0], damping_share=shares[1]
+            done, plant=plant, mass=plant.M, damping=plant.damping, inertia_share=shares[0], damping_share=shares[1]
         )  # fmt: skip
     elif log.kind == "motion":
         done = replace(done, own=("offset", "mass"))

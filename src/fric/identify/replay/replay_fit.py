@@ -10,12 +10,12 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fric.errors import FricError
-from fric.estimate import Estimate, Interval
+from fric.estimate import Covariance, Estimate, Interval
 from fric.friction import models
 from fric.identify.records.prepared import DIMENSIONS, Own, Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.ranges import search_ranges
-from fric.identify.replay.replay_intervals import correlated, edges, limits, order, replay_covariance
+from fric.identify.replay.replay_intervals import correlated, edges, joint, limits, order, replay_covariance
 from fric.identify.replay.replay_search import Point, Search
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
@@ -52,6 +52,8 @@ class ReplayFit:
         Number of independent residuals, by their first-order autocorrelation.
     coordinates, x
         The search coordinates that are free in the end, and their values.
+    covariance
+        How the parameters that were fitted err together.
     warnings
         What the records cannot tell.
     """
@@ -68,6 +70,7 @@ class ReplayFit:
     independent: float
     coordinates: Coordinates
     x: NDArray[np.float64]
+    covariance: Covariance
     warnings: tuple[str, ...] = ()
 
     @property
@@ -267,7 +270,7 @@ def _told(
     own = tuple(tuple(float(c) for c in r.own_part(r.force - r.replay(model))) for r in records)
     return ReplayFit(
         model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
-        tuple(warnings),
+        joint(coordinates, x, covariance, seen, blocks), tuple(warnings),
     )  # fmt: skip
 
 

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc, expit, stdtrit
 
+from fric.estimate import Covariance, Scale
+from fric.friction import Parameter
 from fric.identify.dynamics.covariance import hac_covariance
+from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.replay_search import STEP
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.identify.records.prepared import Prepared
-    from fric.identify.replay.coordinates import Coordinates
 
 LAGS = 10
 """Lags at which residuals are looked at, to tell them from white noise."""
@@ -129,6 +131,64 @@ def sandwich(
     return np.asarray(t**2 * moved @ moved.T)
 
 
+class Slopes(NamedTuple):
+    """How one parameter, a value a block, moves with the search coordinates, on the scale that its interval is on."""
+
+    parameter: Parameter
+    scale: Scale
+    centre: NDArray[np.float64]
+    slope: NDArray[np.float64]
+    """Derivatives over the coordinates, shape (blocks, p)."""
+
+
+def slopes(coordinates: Coordinates, x: NDArray[np.float64]) -> dict[tuple[str, str], Slopes]:
+    """Return the `Slopes` of what was fitted, by section and name."""
+    scales: dict[tuple[str, str], tuple[Parameter, Scale]] = {
+        (c.section, c.parameter.name): (c.parameter, {"linear": "linear", "share": "logit"}.get(c.scale, "log"))  # type: ignore[misc]
+        for c in coordinates.free
+    }
+
+    def quantities(at: NDArray[np.float64]) -> dict[tuple[str, str], NDArray[np.float64]]:
+        found = {}
+        for (section, name), (_, scale) in scales.items():
+            value = np.atleast_1d(np.asarray(coordinates.values(at)[section][name], float))
+            found[section, name] = (
+                value if scale == "linear" else np.log(value) - (np.log1p(-value) if scale == "logit" else 0.0)
+            )
+        return found
+
+    centre = quantities(x)
+    steps = STEP * (coordinates.upper - coordinates.lower)
+    moved = [quantities(x + step * unit) for step, unit in zip(steps, np.eye(len(x)), strict=True)]
+    return {
+        key: Slopes(
+            *scales[key],
+            centre[key],
+            np.column_stack([(m[key] - centre[key]) / step for m, step in zip(moved, steps, strict=True)]),
+        )
+        for key in scales
+    }
+
+
+def joint(
+    coordinates: Coordinates, x: NDArray[np.float64], covariance: NDArray[np.float64], seen: NDArray[np.bool_],
+    blocks: Sequence[int],
+) -> Covariance:  # fmt: skip
+    """Return how the parameters that the records tell err together, blocks in the order that is given."""
+    names: list[str] = []
+    scales: list[Scale] = []
+    rows: list[NDArray[np.float64]] = []
+    for (_, name), found in slopes(coordinates, x).items():
+        vector = found.parameter.per_block
+        for number, n in enumerate(blocks if vector else [0], 1):
+            if name != LEVEL.name and not (np.abs(found.slope[n, ~seen]) > 1e-6).any():
+                names.append(f"{name}_{number}" if vector else name)
+                scales.append(found.scale)
+                rows.append(found.slope[n])
+    slope = np.reshape(rows, (len(rows), len(x)))
+    return Covariance.of(names, slope @ np.where(seen[:, None] & seen, covariance, 0.0) @ slope.T, scales)
+
+
 def limits(
     coordinates: Coordinates,
     x: NDArray[np.float64],
@@ -137,31 +197,15 @@ def limits(
     reach: float,
 ) -> dict[tuple[str, str], tuple[tuple[float, float], ...]]:
     """Return the 95 % intervals of what was fitted: symmetric in the logarithm, the logit of a share, or linearly."""
-    scales = {(c.section, c.parameter.name): (c.parameter, c.scale) for c in coordinates.free}
-
-    def quantities(at: NDArray[np.float64]) -> dict[tuple[str, str], NDArray[np.float64]]:
-        found = {}
-        for (section, name), (_, scale) in scales.items():
-            value = np.atleast_1d(np.asarray(coordinates.values(at)[section][name], float))
-            found[section, name] = (
-                value if scale == "linear" else np.log(value) - (np.log1p(-value) if scale == "share" else 0.0)
-            )
-        return found
-
-    centre = quantities(x)
-    steps = STEP * (coordinates.upper - coordinates.lower)
-    moved = [quantities(x + step * unit) for step, unit in zip(steps, np.eye(len(x)), strict=True)]
     known = np.where(seen[:, None] & seen, covariance, 0.0)
     limits = {}
-    for key, (p, scale) in scales.items():
-        slope = np.column_stack([(m[key] - centre[key]) / step for m, step in zip(moved, steps, strict=True)])
+    for key, (p, scale, centre, slope) in slopes(coordinates, x).items():
         error = reach * np.sqrt(np.einsum("ij,jk,ik->i", slope, known, slope))
         error[(np.abs(slope[:, ~seen]) > 1e-6).any(axis=1)] = np.inf
-        low, high = centre[key] - error, centre[key] + error
-        low, high = _within_search(coordinates, key, x, covariance, centre[key], low, high)
-        if scale == "share":
+        low, high = _within_search(coordinates, key, x, covariance, centre, centre - error, centre + error)
+        if scale == "logit":
             low, high = expit(low), expit(high)
-        elif scale != "linear":
+        elif scale == "log":
             with np.errstate(over="ignore"):
                 low, high = np.exp(low), np.exp(high)
         low, high = np.maximum(low, p.lower), np.minimum(high, p.upper)
