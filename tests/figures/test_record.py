@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric.figures.record import draw_record, scaled, thinned
+from fric.figures.record import draw_record, thinned
 from fric.identify.records.inspection import inspect
 from fric.log import Log
 
@@ -53,10 +53,3 @@ def test_thinning_keeps_every_peak():
     assert len(thin) < 10_000
     assert (thin.max(), thin.min()) == (5.0, -3.0)
     assert 777.0 in x
-
-
-def test_scale_is_the_readable_one():
-    assert scaled(np.array([3e-6]), "m") == (pytest.approx(1e6), "µm")
-    assert scaled(np.array([120.0]), "N") == (1.0, "N")
-    assert scaled(np.array([2.0]), "rad/s") == (1.0, "rad/s")
-    assert scaled(np.zeros(3), "m") == (1.0, "m")

@@ -56,10 +56,9 @@ def grid_of(largest: float) -> float:
     return float(next(step * factor for factor in (1, 2, 5, 10) if largest <= 4 * step * factor))
 
 
-def _draw(axes: PolarAxes, run: CircleRun, grid: float) -> None:
-    found = run.circularity
-    axes.plot(np.linspace(0, 2 * pi, 361), np.zeros(361), color=GREY, linewidth=1.6)
-    axes.plot(found.angle, found.error * 1e6, color=BLUE, linewidth=1.0)
+def grid_lines(axes: PolarAxes, grid: float) -> None:
+    """Draw the circle that was asked for, and a labelled grid [µm] to either side of it."""
+    axes.plot(np.linspace(0, 2 * pi, 361), np.zeros(361), color=GREY, linewidth=1.6, zorder=1.9)
     axes.set_ylim(-2 * LINES * grid, LINES * grid * 1.15)
     labels = ["" if n % 2 else f"{n * grid:+g}" if n else "0" for n in range(-LINES, LINES + 1)]
     axes.set_yticks(grid * np.arange(-LINES, LINES + 1), labels, fontsize=6, color=GREY)
@@ -67,6 +66,21 @@ def _draw(axes: PolarAxes, run: CircleRun, grid: float) -> None:
     axes.set_xticks(np.arange(4) * pi / 2, QUADRANTS)
     axes.tick_params(axis="x", pad=-1)
     axes.spines["polar"].set_visible(False)
+
+
+def direction_arrow(axes: PolarAxes, direction: int, radius: float, colour: str) -> None:
+    """Draw an arrow in the direction of the motion: 1 counter-clockwise, -1 clockwise."""
+    turn = direction * pi / 15
+    axes.annotate(
+        "", xy=(1.25 * pi + turn, radius), xytext=(1.25 * pi - turn, radius),
+        arrowprops={"arrowstyle": "->", "color": colour, "shrinkA": 0, "shrinkB": 0},
+    )  # fmt: skip
+
+
+def _draw(axes: PolarAxes, run: CircleRun, grid: float) -> None:
+    found = run.circularity
+    axes.plot(found.angle, found.error * 1e6, color=BLUE, linewidth=1.0)
+    grid_lines(axes, grid)
     for quarter, glitch in enumerate(found.quadrants):
         axes.text(
             quarter * pi / 2 + 0.2,
@@ -77,11 +91,5 @@ def _draw(axes: PolarAxes, run: CircleRun, grid: float) -> None:
             ha="center",
             va="center",
         )
-    turn, inside = run.circle.direction * pi / 15, -0.45 * LINES * grid
-    axes.annotate(
-        "",
-        xy=(1.25 * pi + turn, inside),
-        xytext=(1.25 * pi - turn, inside),
-        arrowprops={"arrowstyle": "->", "color": GREY, "shrinkA": 0, "shrinkB": 0},
-    )
+    direction_arrow(axes, run.circle.direction, -0.45 * LINES * grid, GREY)
     axes.set_title(f"({run.scheme.name}) {run.scheme.title}\nglitch {found.glitch * 1e6:.1f} µm", fontsize=8)

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from matplotlib.projections.polar import PolarAxes
 
-from fric.contour import QUADRANTS
-from fric.figures.circle import LINES, grid_of
+from fric.figures.circle import LINES, direction_arrow, grid_lines, grid_of
 from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure
 from fric.identify.circle.glitches import smoothed
 
@@ -85,22 +84,11 @@ def _polar(axes: PolarAxes, found: Diagnosis) -> float:
         model = found.model[n][every] - shift[0] * np.cos(theta) - shift[1] * np.sin(theta)
         curves.append((one.test.direction, angle, mean, theta, model))
     grid = grid_of(max(float(np.abs(curve[2]).max()) for curve in curves) * 1e6)
-    axes.plot(np.linspace(0, 2 * pi, 361), np.zeros(361), color=GREY, linewidth=1.6)
+    grid_lines(axes, grid)
     for direction, angle, mean, theta, model in curves:
         axes.plot(theta, model * 1e6, color=ORANGE, linewidth=0.9, zorder=3, label="geometry and pitch")
         axes.plot(np.append(angle, angle[0]), np.append(mean, mean[0]) * 1e6, color=COLOURS[direction], linewidth=1.0)
-        turn, inside = direction * pi / 15, -(0.45 if direction > 0 else 0.7) * LINES * grid
-        axes.annotate(
-            "", xy=(1.25 * pi + turn, inside), xytext=(1.25 * pi - turn, inside),
-            arrowprops={"arrowstyle": "->", "color": COLOURS[direction], "shrinkA": 0, "shrinkB": 0},
-        )  # fmt: skip
-    axes.set_ylim(-2 * LINES * grid, LINES * grid * 1.15)
-    labels = ["" if n % 2 else f"{n * grid:+g}" if n else "0" for n in range(-LINES, LINES + 1)]
-    axes.set_yticks(grid * np.arange(-LINES, LINES + 1), labels, fontsize=6, color=GREY)
-    axes.set_rlabel_position(22.5)
-    axes.set_xticks(np.arange(4) * pi / 2, QUADRANTS)
-    axes.tick_params(axis="x", pad=-1)
-    axes.spines["polar"].set_visible(False)
+        direction_arrow(axes, direction, -(0.45 if direction > 0 else 0.7) * LINES * grid, COLOURS[direction])
     axes.set_title("radial deviation [µm] around its centre", fontsize=8)
     return grid
 

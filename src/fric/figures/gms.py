@@ -37,7 +37,7 @@ def draw_gms(fit: GMSFit) -> Figure:
     rows = 2 + len(fit.records)
     with new_figure(7.4, 5.6 + 1.5 * len(fit.records)) as figure:
         grid = figure.add_gridspec(rows, 2 * len(loops), height_ratios=[2.2, 2.2, *[1.2] * len(fit.records)])
-        force = _scale(fit.static.F_s, si_unit("force", fit.motion))
+        force = prefixed(fit.static.F_s, si_unit("force", fit.motion))
         for n, one in enumerate(loops):
             _loop(figure.add_subplot(grid[0, 2 * n : 2 * n + 2]), fit, one, force)
         middle = len(loops)
@@ -48,13 +48,9 @@ def draw_gms(fit: GMSFit) -> Figure:
         return figure
 
 
-def _scale(value: float, unit: str) -> Scale:
-    return prefixed(value, unit)
-
-
 def _loop(axes: Axes, fit: GMSFit, loops: Loops, force: Scale) -> None:
     """Draw one record, with what is selected of it in colour."""
-    length = _scale(loops.amplitude, si_unit("position", fit.motion))
+    length = prefixed(loops.amplitude, si_unit("position", fit.motion))
     middle = 0.5 * (loops.motion.position.max() + loops.motion.position.min())
     far = abs(middle) > 2.0 * loops.amplitude
     z, F = (loops.motion.position - middle * far) * length[0], loops.force * force[0]
@@ -80,7 +76,7 @@ def _curve(axes: Axes, fit: GMSFit, force: Scale, *, logarithmic: bool) -> None:
     knots = fit.model.slip_displacements * level
     far = float(curve.displacement[-1])
     shown = far if logarithmic else min(far, 2.0 * float(knots[-1]))
-    length = _scale(float(np.median(knots)), si_unit("position", fit.motion))
+    length = prefixed(float(np.median(knots)), si_unit("position", fit.motion))
     z, half = curve.displacement, np.nan_to_num(curve.band)
     inside = z <= shown
     axes.plot(z[inside] * length[0], curve.force[inside] * force[0], ".", ms=2.5, color=BLACK, label="measured")

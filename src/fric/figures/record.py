@@ -8,7 +8,7 @@ import numpy as np
 
 from fric.figures.style import BLUE, GREY, ORANGE, VERMILION, new_figure
 from fric.log import FrequencyResponse, Log
-from fric.units import si_unit
+from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from fric.identify.records.inspection import Inspection, ResponseInspection
 
-SCALES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 POINTS = 4000
 """Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest."""
 MOST = 6
@@ -55,17 +54,6 @@ def draw_record(records: Sequence[Log | FrequencyResponse], found: Sequence[Insp
         return figure
 
 
-def scaled(values: NDArray[np.float64], unit: str) -> tuple[float, str]:
-    """Return the factor and the unit with prefix that bring values to a readable size; rotary units stay."""
-    size = float(np.nanmax(np.abs(values), initial=0.0))
-    if unit not in {"m", "m/s", "N", "N*m", "V", "s"} or size == 0.0:
-        return 1.0, unit.replace("*", "·")
-    scale, prefix = next(((s, p) for s, p in SCALES if size >= s), SCALES[-1])
-    if unit == "s":
-        scale, prefix = 1.0, ""
-    return 1.0 / scale, prefix + unit.replace("*", "·")
-
-
 def thinned(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the curve by the least and greatest value in each of `POINTS` columns, where there are many samples."""
     n = len(y)
@@ -76,6 +64,10 @@ def thinned(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.
     both = np.sort(np.stack([blocks.argmin(axis=1), blocks.argmax(axis=1)], axis=1), axis=1)
     index = np.minimum((both + width * np.arange(len(blocks))[:, None]).ravel(), n - 1)
     return x[index], y[index]
+
+
+def _size(values: NDArray[np.float64]) -> float:
+    return float(np.nanmax(np.abs(values), initial=0.0))
 
 
 def _velocity(log: Log) -> NDArray[np.float64]:
@@ -98,7 +90,7 @@ def _draw_log(row: Figure, log: Log, found: Inspection) -> None:
     axes = np.atleast_1d(left.subplots(len(panels), 1, sharex=True))
     for axis, (name, values) in zip(axes, panels, strict=True):
         assert values is not None
-        factor, unit = scaled(values, log.unit(name))
+        factor, unit = prefixed(_size(values), log.unit(name))
         axis.plot(*thinned(log.time, values * factor), color=BLUE, linewidth=0.9)
         axis.set_ylabel(f"{name} [{unit}]")
         for stretch in found.stretches:
@@ -123,8 +115,8 @@ def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
         x, y, names = _velocity(log), log.force, ("velocity", "force")
     else:
         x, y, names = log.position, log.force, ("position", "force")
-    fx, ux = scaled(x, log.unit(names[0]))
-    fy, uy = scaled(y, log.unit(names[1]) if names[1] != "time" else "s")
+    fx, ux = prefixed(_size(x), log.unit(names[0]))
+    fy, uy = (1.0, "s") if names[1] == "time" else prefixed(_size(y), log.unit(names[1]))
     many = len(x) > 2 * POINTS
     thin = slice(None, None, max(len(x) // (4 * POINTS), 1))
     axis.plot(
@@ -166,8 +158,8 @@ def _overview(pairs: list[tuple[Log | FrequencyResponse, Inspection | ResponseIn
         motion = logs[0][0].motion if logs else "linear"
         v, F = np.array([s[0] for s in stretches]), np.array([s[1] for s in stretches])
         settled = np.array([s[2] for s in stretches], dtype=bool)
-        fv, uv = scaled(v, si_unit("velocity", motion))
-        fF, uF = scaled(F, si_unit("force", motion))
+        fv, uv = prefixed(_size(v), si_unit("velocity", motion))
+        fF, uF = prefixed(_size(F), si_unit("force", motion))
         left.plot(v[settled] * fv, F[settled] * fF, "o", color=BLUE, markersize=4, label="settled")
         if (~settled).any():
             left.plot(v[~settled] * fv, F[~settled] * fF, "x", color=VERMILION, markersize=5, label="not settled")
@@ -179,7 +171,7 @@ def _overview(pairs: list[tuple[Log | FrequencyResponse, Inspection | ResponseIn
         paths = paths if positions else [_velocity(log) for log, _ in logs]
         name = "position from the start" if positions else "velocity"
         largest = max((float(np.abs(path).max()) for path in paths if path is not None), default=0.0)
-        factor, unit = scaled(np.array([largest]), si_unit("position" if positions else "velocity", motion))
+        factor, unit = prefixed(largest, si_unit("position" if positions else "velocity", motion))
         for (log, _), path in zip(logs, paths, strict=True):
             assert path is not None
             share = (log.time - log.time[0]) / max(float(log.time[-1] - log.time[0]), 1e-12)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
-from fric.units import readable, si_unit
+from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +33,7 @@ def draw_static_map(fit: StaticFit) -> Figure:
     """
     scale, unit = _VELOCITY_SCALES[fit.motion]
     peak = max(abs(point.force) for point in fit.points)
-    factor, force_unit = _force_scale(peak, fit.motion)
+    factor, force_unit = prefixed(peak, si_unit("force", fit.motion))
     v = np.array([p.velocity for p in fit.points])
     F = np.array([p.force for p in fit.points])
     between = fit.static.between if fit.static else 0.0
@@ -64,13 +64,6 @@ def draw_static_map(fit: StaticFit) -> Figure:
         left.legend(loc="center right")
         right.legend()
         return figure
-
-
-def _force_scale(peak: float, motion: str) -> tuple[float, str]:
-    unit = si_unit("force", "rotary" if motion == "rotary" else "linear")
-    prefixed = readable(peak, unit).split(" ")[1]
-    factors = {"k": 1e-3, "m": 1e3, "µ": 1e6}
-    return (1.0 if prefixed[0] == "N" else factors[prefixed[0]]), prefixed
 
 
 def _points(

@@ -14,14 +14,12 @@ Where only the velocity was logged, z is its integral, and the noise to be expla
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.errors import FricError
-from fric.identify.records.resolution import lattice_step, noise_level
+from fric.identify.records.chords import SHORTEST, Path, path_of, straight_pieces, trimmed
 from fric.identify.records.settling import settled_from
 from fric.threads import one_blas_thread
 
@@ -30,12 +28,8 @@ if TYPE_CHECKING:
 
     from fric.log import Log
 
-RELATIVE = 0.01
-"""Distance from the chord, as a share of the way, that still counts as constant velocity."""
 TREND = 0.01
 """Change of velocity over a stretch, as a share of it, that is not taken for an acceleration."""
-SHORTEST = 16
-"""Samples, and counts of the encoder, that a stretch has at least."""
 
 
 @dataclass(frozen=True)
@@ -67,64 +61,6 @@ class Stretch:
         return self.stop - self.start
 
 
-@dataclass(frozen=True)
-class _Path:
-    """Position over time, and how far it may be off a chord for no reason but resolution and noise.
-
-    `explained` takes the number of samples of a piece (for a random walk, the distance grows with it).
-    """
-
-    time: NDArray[np.float64]
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64] | None
-    count: float
-    grain: float
-    explained: Callable[[int], float]
-
-    def distance(self, start: int, stop: int) -> NDArray[np.float64]:
-        """Return the distance of each sample of a piece from its chord [m]."""
-        t, z = self.time[start:stop], self.position[start:stop]
-        slope = (z[-1] - z[0]) / (t[-1] - t[0])
-        distance: NDArray[np.float64] = np.abs(z - (z[0] + slope * (t - t[0])))
-        return distance
-
-    def tolerance(self, start: int, stop: int) -> float:
-        """Return the distance from the chord [m] at which a piece is no more one of constant velocity."""
-        way = abs(float(self.position[stop - 1] - self.position[start]))
-        return max(self.explained(stop - start), RELATIVE * way)
-
-    def slope(self, start: int, stop: int) -> float:
-        """Return the slope of the chord [m/s]."""
-        rise = self.position[stop - 1] - self.position[start]
-        return float(rise / (self.time[stop - 1] - self.time[start]))
-
-
-def _path(log: Log) -> _Path:
-    time = log.time
-    for channel in ("time", "position", "velocity"):
-        values = getattr(log, channel)
-        if values is not None and not np.isfinite(values).all():
-            bad = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise FricError(
-                f"the {channel} is no number at sample {bad}",
-                where=log.where,
-                mend="Ingest the log again with --bad-cells drop.",
-            )
-    if log.position is not None:
-        count = lattice_step(log.position) or 0.0
-        grain = max(count, 4.0 * noise_level(log.position))
-        grain = max(grain, 1e-9 * float(np.ptp(log.position)))
-        return _Path(time, log.position, None, count, grain, lambda samples: 2.0 * grain)
-    assert log.velocity is not None  # a Log holds one of them
-    v = log.velocity
-    dt = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    position = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(time))])
-    noise = max(float(np.median(np.abs(np.diff(v)))) * 1.4826 / np.sqrt(2.0), (lattice_step(v) or 0.0) / np.sqrt(12.0))
-    noise = max(noise, 1e-9 * float(np.ptp(v)))
-    # a Brownian bridge over n samples leaves 2·sigma·sqrt(n)/2 once in a thousand pieces
-    return _Path(time, position, v, 0.0, noise * dt, lambda samples: 2.0 * noise * dt * float(np.sqrt(samples)))
-
-
 def steady_stretches(log: Log) -> list[Stretch]:
     """Return the stretches of a record at constant velocity, in the order of time; standing still is none.
 
@@ -147,12 +83,18 @@ def stretches_and_rests(log: Log) -> tuple[list[Stretch], list[tuple[int, int]]]
     """Return the stretches as `steady_stretches` does, and where the axis stands still: first sample, one past last."""
     if len(log) < SHORTEST or log.kind in {"presliding-sine", "sliding-sine", "frequency-response"}:
         return [], []
-    path = _path(log)
-    pieces = [piece for piece in _joined(path, _split(path)) if piece[1] - piece[0] >= SHORTEST]
-    kept = (_trimmed(path, *_trimmed(path, *piece)) for piece in pieces)
+    path = path_of(log)
+    pieces = straight_pieces(path)
+    kept = (trimmed(path, *trimmed(path, *piece)) for piece in pieces)
     found = [stretch for piece in kept if (stretch := _judged(path, *piece)) is not None]
     moves = [
-        (start, stop, abs(_way(path, start, stop)), path.explained(stop - start), log.time[stop - 1] - log.time[start])
+        (
+            start,
+            stop,
+            abs(path.travel(start, stop)),
+            path.explained(stop - start),
+            log.time[stop - 1] - log.time[start],
+        )
         for start, stop in pieces
     ]
     while moments := [stretch for stretch in found if not _lasts(stretch, found, moves, len(log))]:
@@ -163,91 +105,12 @@ def stretches_and_rests(log: Log) -> tuple[list[Stretch], list[tuple[int, int]]]
     return found, rests
 
 
-def _way(path: _Path, start: int, stop: int) -> float:
-    return float(path.position[stop - 1] - path.position[start])
-
-
-def _split(path: _Path) -> list[tuple[int, int]]:
-    """Split at the greatest distance from the chord until each piece is explained; pieces share their end samples."""
-    pieces, pending = [], [(0, len(path.time))]
-    while pending:
-        start, stop = pending.pop()
-        if stop - start > 3:
-            distance = path.distance(start, stop)
-            cut = int(distance.argmax())
-            if distance[cut] > path.tolerance(start, stop):
-                pending += [(start + cut, stop), (start, start + cut + 1)]  # the first part comes off the stack first
-                continue
-        pieces.append((start, stop))
-    return pieces
-
-
-def _joined(path: _Path, pieces: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Join neighbours that one chord explains."""
-    joined = [pieces[0]]
-    for start, stop in pieces[1:]:
-        first, last = joined[-1]
-        before, after = path.slope(first, last), path.slope(start, stop)
-        blur = path.explained(last - first) / (path.time[last - 1] - path.time[first])
-        blur += path.explained(stop - start) / (path.time[stop - 1] - path.time[start])
-        alike = abs(before - after) <= 8.0 * RELATIVE * max(abs(before), abs(after)) + 4.0 * blur
-        if alike and path.distance(first, stop).max() <= path.tolerance(first, stop):
-            joined[-1] = (first, stop)
-        else:
-            joined.append((start, stop))
-    return joined
-
-
-def _trimmed(path: _Path, start: int, stop: int) -> tuple[int, int]:
-    """Return the samples of a piece that keep to the straight line of its inner eight tenths.
-
-    Looking outward from there, also past the ends of the piece, the motion is seen to leave the line when it is off by
-    what noise does not explain. It left earlier: in a ramp the distance grows as a·tau²/2, so that the onset lies as
-    long before that as it takes from there to four times the distance; twice that time is left out. A stop that is
-    over within the noise is not seen at all: hence twice the time that the noise takes to pass is left out at an end
-    that is not that of the record.
-    """
-    n = stop - start
-    edge = n // 10
-    if n - 2 * edge < SHORTEST:
-        return start, stop
-    t, z = path.time, path.position
-    inner = slice(start + edge, stop - edge)
-    t_inner, z_inner = t[inner] - t[inner].mean(), z[inner] - z[inner].mean()
-    slope = float(t_inner @ z_inner) / float(t_inner @ t_inner)
-    first, last = max(start - n // 2, 0), min(stop + n // 2, len(t))
-    residual = z[first:last] - z[inner].mean() - slope * (t[first:last] - t[inner].mean())
-    usual = 5.0 * float(np.median(np.abs(residual[start + edge - first : stop - edge - first])))
-    allowed = max(1.5 * path.grain if path.velocity is None else path.explained(n), usual)
-    way = abs(_way(path, start + edge, stop - edge)) / (n - 2 * edge)
-    blind = int(min(2.0 * allowed / way, n)) if way > 0.0 else n
-    middle = (start + stop) // 2 - first
-    before = _kept(residual[middle::-1], allowed, blind, first + middle + 1 - start, edge)
-    after = _kept(residual[middle:], allowed, blind, stop - first - middle, edge)
-    return first + middle + 1 - before, first + middle + after
-
-
-def _kept(outward: NDArray[np.float64], allowed: float, blind: int, most: int, edge: int) -> int:
-    """Count the samples, from the middle of a piece on, that keep to its line; no more than the ``most`` it has."""
-    off = np.abs(outward) > allowed
-    off[: most - edge] = False
-    lasting = np.append(off, [True] * 3)
-    leaves = np.flatnonzero(lasting[:-3] & lasting[1:-2] & lasting[2:-1] & lasting[3:])
-    if not len(leaves):
-        return most
-    seen = int(leaves[0])
-    back = np.flatnonzero(~off[seen:])
-    run = np.abs(outward[seen : seen + int(back[0]) if len(back) else None])
-    far = int(np.argmax(np.minimum(run, 4.0 * allowed)))
-    return max(min(seen - max(2 * far, blind) - 3, most), 0)
-
-
-def _judged(path: _Path, start: int, stop: int) -> Stretch | None:
+def _judged(path: Path, start: int, stop: int) -> Stretch | None:
     """Return the stretch, or None where it is too short, stands still, or its velocity has a trend."""
     n = stop - start
     if n < SHORTEST:
         return None
-    if abs(_way(path, start, stop)) <= (path.explained(n) if path.count == 0.0 else SHORTEST * path.grain):
+    if abs(path.travel(start, stop)) <= (path.explained(n) if path.count == 0.0 else SHORTEST * path.grain):
         return None
     t = path.time[start:stop] - path.time[start:stop].mean()
     duration = float(t[-1] - t[0])
@@ -318,7 +181,7 @@ def _lasts(
     return len(stretch) >= 0.5 * max(stretch.start - before, after - stretch.stop)
 
 
-def _settled(path: _Path, force: NDArray[np.float64], stretch: Stretch) -> Stretch:
+def _settled(path: Path, force: NDArray[np.float64], stretch: Stretch) -> Stretch:
     """Cut the settling of the force off a stretch."""
     cut, settled = settled_from(force[stretch.start : stretch.stop])
     if cut == 0:
