@@ -1,0 +1,40 @@
+"""Files of a target from templates."""
+
+from __future__ import annotations
+
+import textwrap
+from functools import cache
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+import fric
+
+
+@cache
+def _environment() -> Environment:
+    made = Environment(
+        loader=PackageLoader("fric.export"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+        keep_trailing_newline=True, autoescape=False,
+    )  # fmt: skip
+    made.filters["wrapped"] = wrapped
+    return made
+
+
+def render(template: str, **values: Any) -> str:
+    """Return a template of this package, filled."""
+    return _environment().get_template(template).render(version=fric.__version__, **values)
+
+
+def wrapped(items: list[str], indent: int = 4, width: int = 110) -> str:
+    """Return texts separated by commas, in lines of at most so many characters."""
+    margin = " " * indent
+    return textwrap.fill(", ".join(items), width, initial_indent=margin, subsequent_indent=margin).strip()
+
+
+def identifier(text: str) -> str:
+    """Return a text as an identifier that every language takes: letters, digits and single underscores."""
+    made = "".join(c.lower() if c.isascii() and c.isalnum() else "_" for c in text).strip("_")
+    while "__" in made:
+        made = made.replace("__", "_")
+    return made or "axis"

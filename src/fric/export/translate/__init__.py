@@ -1,0 +1,1 @@
+"""Compiled steps as programs: read once from their definition, written in the languages of controllers."""

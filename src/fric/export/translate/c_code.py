@@ -1,0 +1,319 @@
+"""A program in C99 that a strict compiler and MISRA C:2012's checkers have nothing to say about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fric.export.translate.program import (
+    BOOLEAN,
+    INTEGER,
+    REAL,
+    Array,
+    Assign,
+    Branch,
+    Call,
+    Constant,
+    Count,
+    Element,
+    Evaluate,
+    Expression,
+    Field,
+    Name,
+    Operation,
+    Program,
+    Record,
+    Routine,
+    Statement,
+    Type,
+    inside,
+    parts,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+_RESERVED = frozenset(
+    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
+    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true "
+    "false exp pow fabs".split()
+)
+_POWERS = (64, 32, 16, 8, 4, 2, 1)
+HELPERS = {
+    "min": """static {real} {prefix}min({real} a, {real} b)
+{{
+    return (a < b) ? a : b;
+}}""",
+    "max": """static {real} {prefix}max({real} a, {real} b)
+{{
+    return (a > b) ? a : b;
+}}""",
+    "copysign": """/* The size of a with the sign of b. */
+static {real} {prefix}copysign({real} a, {real} b)
+{{
+    return (b < {zero}) ? (-{fabs}(a)) : {fabs}(a);
+}}""",
+    "log1p": """/* ln(1 + x) for x > -1: powers of two are taken out of 1 + x, and the series of artanh gives the rest. */
+static {real} {prefix}log1p({real} x)
+{{
+    static const {real} factors[7] = {{{factors}}};
+    static const {real} powers[7] = {{{powers}}};
+    {real} y = {one} + x;
+    {real} twos = {zero};
+    {real} sum = {zero};
+    for (int32_t i = 0; i < 7; ++i) {{
+        if (y >= factors[i]) {{
+            y = y / factors[i];
+            twos = twos + powers[i];
+        }}
+        if ((y * factors[i]) <= {one}) {{
+            y = y * factors[i];
+            twos = twos - powers[i];
+        }}
+    }}
+    {real} rest = ({fabs}(twos) > {zero}) ? (y - {one}) : x;
+    {real} s = rest / ({two} + rest);
+    {real} order = {last};
+    for (int32_t n = 0; n < 21; ++n) {{
+        sum = ((sum * s) * s) + ({one} / order);
+        order = order - {two};
+    }}
+    return (twos * {ln_2}) + (({two} * s) * sum);
+}}""",
+}
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How numbers are written: in double or in single precision, with a prefix for every name.
+
+    Parameters
+    ----------
+    prefix
+        What every name of the file begins with.
+    single
+        True for ``float``.
+    """
+
+    prefix: str
+    single: bool = False
+
+    @property
+    def real(self) -> str:
+        """The type of real numbers."""
+        return "float" if self.single else "double"
+
+    def number(self, value: float) -> str:
+        """Return a real constant, exact in the precision of the dialect."""
+        if not self.single:
+            return repr(float(value))
+        import numpy as np
+
+        text = str(np.float32(value))
+        return f"{text if any(c in text for c in '.e') else text + '.0'}F"
+
+    def function(self, name: str) -> str:
+        """Return a function of the C library as it is called in this precision."""
+        return f"{name}f" if self.single else name
+
+
+def c_routines(program: Program, dialect: Dialect) -> str:
+    """Return records, helpers and routines of a program, each static, in an order in which C reads them."""
+    pieces = [_record(record, dialect) for record in program.records]
+    pieces += [helper(name, dialect) for name in HELPERS if program.calls(name)]
+    return "\n\n".join([*pieces, *(_Routine(program, routine, dialect).text() for routine in program.routines)])
+
+
+def helper(name: str, dialect: Dialect) -> str:
+    """Return the definition of an intrinsic function that C's library is not asked for."""
+    number, fabs = dialect.number, dialect.function("fabs")
+    return HELPERS[name].format(
+        real=dialect.real, prefix=dialect.prefix, fabs=fabs, zero=number(0.0), one=number(1.0), two=number(2.0),
+        ln_2=number(0.6931471805599453), factors=", ".join(number(2.0**n) for n in _POWERS),
+        powers=", ".join(number(n) for n in _POWERS), last=number(41.0),
+    )  # fmt: skip
+
+
+def c_type(of: Type | None, dialect: Dialect) -> str:
+    """Return a type as C names it."""
+    if of is None:
+        return "void"
+    if isinstance(of, Record):
+        return f"{dialect.prefix}{of.name.lower()}_t"
+    return {REAL: dialect.real, INTEGER: "int32_t", BOOLEAN: "bool"}[of]  # type: ignore[index]
+
+
+def _record(record: Record, dialect: Dialect) -> str:
+    members = "\n".join(f"    {c_type(of, dialect)} {name};" for name, of in record.fields)
+    return f"typedef struct {{\n{members}\n}} {c_type(record, dialect)};"
+
+
+class _Routine:
+    """Writes one routine: variables are declared where they are first set, at the latest where all their uses lie."""
+
+    def __init__(self, program: Program, routine: Routine, dialect: Dialect) -> None:
+        self.program, self.routine, self.dialect = program, routine, dialect
+        self.declared = {argument.name for argument in routine.arguments}
+        self.lines: list[str] = []
+        self.depth = 1
+
+    def text(self) -> str:
+        routine, dialect = self.routine, self.dialect
+        changed = _set(routine.body) & self.declared
+        taken, copied = [], []
+        for argument in routine.arguments:
+            name = self.name(argument.name)
+            if isinstance(argument.type, Array):
+                const = "" if self.program.changes(routine, argument.name) else "const "
+                taken.append(f"{const}{dialect.real} {name}[]")
+            elif argument.name in changed:
+                taken.append(f"{c_type(argument.type, dialect)} {name}_0")
+                copied.append(f"    {c_type(argument.type, dialect)} {name} = {name}_0;")
+            else:
+                taken.append(f"{c_type(argument.type, dialect)} {name}")
+        result = c_type(None if routine.result is None else routine.result.type, dialect)
+        used = {one.name for one in parts(routine.body, routine.result) if isinstance(one, Name)}
+        unused = [f"    (void){self.name(one.name)};" for one in routine.arguments if one.name not in used]
+        self.block(routine.body, routine.result)
+        head = [f"/* {routine.note} */"] if routine.note else []
+        head += [f"static {result} {dialect.prefix}{routine.name}({', '.join(taken)})", "{", *copied, *unused]
+        last = [] if routine.result is None else [f"    return {self.plain(self.expression(routine.result))};"]
+        return "\n".join([*head, *self.lines, *last, "}"])
+
+    def name(self, name: str) -> str:
+        """Return a variable as C may have it; a name that ends as a number's suffix does is taken for one by checkers."""
+        return f"{name}_" if name in _RESERVED or name.endswith("ull") else name
+
+    def write(self, text: str) -> None:
+        self.lines.append("    " * self.depth + text)
+
+    def block(self, body: tuple[Statement, ...], result: Expression | None = None) -> None:
+        """Write a block; declare first what it sets in several of its parts, or inside them and after."""
+        for name in self.late(body, result):
+            self.declared.add(name.name)
+            self.write(f"{c_type(name.type, self.dialect)} {self.name(name.name)};")
+        for statement in body:
+            self.statement(statement)
+
+    def late(self, body: tuple[Statement, ...], result: Expression | None) -> list[Name]:
+        """Return the variables not yet declared that two statements of a block share and no plain assignment begins."""
+        found: dict[str, list[int]] = {}
+        names: dict[str, Name] = {}
+        counted: set[str] = set()
+        for n, statement in enumerate(body):
+            for one in parts((statement,)):
+                if isinstance(one, Name) and one.name not in self.declared:
+                    found.setdefault(one.name, []).append(n)
+                    names[one.name] = one
+            counted |= _counters((statement,))
+        if result is not None:
+            for one in inside(result):
+                if isinstance(one, Name) and one.name not in self.declared:
+                    found.setdefault(one.name, []).append(len(body))
+                    names[one.name] = one
+        late = []
+        for name, places in found.items():
+            first = body[places[0]] if places[0] < len(body) else None
+            begins = isinstance(first, Assign) and first.target == names[name]
+            inner = len(set(places)) == 1 and isinstance(first, (Branch, Count))
+            if not begins and not inner and name not in counted:
+                late.append(names[name])
+        return late
+
+    def statement(self, statement: Statement) -> None:
+        match statement:
+            case Assign(Name(name, of) as target, value) if name not in self.declared:
+                self.declared.add(name)
+                self.write(f"{c_type(of, self.dialect)} {self.expression(target)} = {self.plain(self.expression(value))};")
+            case Assign(target, value):
+                self.write(f"{self.expression(target)} = {self.plain(self.expression(value))};")
+            case Evaluate(call):
+                void = "(void)" if call.type is not None else ""
+                self.write(f"{void}{self.expression(call)};")
+            case Count(variable, stop, body):
+                i = self.name(variable.name)
+                self.write(f"for (int32_t {i} = 0; {i} < {self.expression(stop)}; ++{i}) {{")
+                self.inner(body, {variable.name})
+                self.write("}")
+            case Branch(condition, then, otherwise):
+                self.write(f"if ({self.plain(self.expression(condition))}) {{")
+                self.inner(then, set())
+                if otherwise:
+                    self.write("} else {")
+                    self.inner(otherwise, set())
+                self.write("}")
+
+    def inner(self, body: tuple[Statement, ...], known: set[str]) -> None:
+        outside, self.declared = self.declared, self.declared | known
+        self.depth += 1
+        self.block(body)
+        self.depth -= 1
+        self.declared = outside
+
+    def plain(self, text: str) -> str:
+        """Return an expression without the parentheses around the whole of it."""
+        if not text.startswith("("):
+            return text
+        level = 0
+        for n, character in enumerate(text):
+            level += (character == "(") - (character == ")")
+            if level == 0:
+                return text[1:-1] if n == len(text) - 1 else text
+        return text
+
+    def expression(self, value: Expression) -> str:
+        dialect = self.dialect
+        match value:
+            case Constant(number, of) if of == REAL:
+                text = dialect.number(float(number))
+                return f"({text})" if number < 0 else text
+            case Constant(number, of):
+                return str(number).lower()
+            case Name(name):
+                return self.name(name)
+            case Element(array, index):
+                return f"{self.name(array.name)}[{self.plain(self.expression(index))}]"
+            case Field(record, name):
+                return f"{self.name(record.name)}.{name}"
+            case Operation("negate", (one,)):
+                return f"(-{self.expression(one)})"
+            case Operation("not", (one,)):
+                return f"(!{self.expression(one)})"
+            case Operation("to real", (one,)):
+                return f"(({dialect.real})({self.expression(one)}))"
+            case Operation("select", (condition, first, second)):
+                return f"({self.expression(condition)} ? {self.expression(first)} : {self.expression(second)})"
+            case Operation(operator, (first, second)):
+                c = {"and": "&&", "or": "||", "//": "/"}.get(operator, operator)
+                return f"({self.expression(first)} {c} {self.expression(second)})"
+            case Call(function, arguments):
+                given = ", ".join(self.plain(self.expression(one)) for one in arguments)
+                library = {"exp": "exp", "pow": "pow", "abs": "fabs"}.get(function)
+                return f"{dialect.function(library) if library else dialect.prefix + function}({given})"
+        raise AssertionError(value)
+
+
+def _set(body: Iterable[Statement]) -> set[str]:
+    """Return the names that the statements set."""
+    found: set[str] = set()
+    for statement in body:
+        match statement:
+            case Assign(Name(name)) | Assign(Field(Name(name))):
+                found.add(name)
+            case Branch(_, then, otherwise):
+                found |= _set(then) | _set(otherwise)
+            case Count(_, _, inner):
+                found |= _set(inner)
+    return found
+
+
+def _counters(body: Iterable[Statement]) -> set[str]:
+    """Return the variables of the loops in some statements."""
+    found: set[str] = set()
+    for statement in body:
+        match statement:
+            case Branch(_, then, otherwise):
+                found |= _counters(then) | _counters(otherwise)
+            case Count(variable, _, inner):
+                found |= {variable.name} | _counters(inner)
+    return found

@@ -1,0 +1,252 @@
+"""A compiled step as a program of few kinds of statements, which every language of a controller has.
+
+Types are real, integer, boolean, records of them, and two arrays: the state and the parameters. There are assignments,
+branches, and loops whose number of turns is known before the program runs; no recursion, and nothing is allocated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """``real``, ``integer`` or ``boolean``."""
+
+    kind: str
+
+
+REAL, INTEGER, BOOLEAN = Scalar("real"), Scalar("integer"), Scalar("boolean")
+
+
+@dataclass(frozen=True)
+class Record:
+    """A group of named values."""
+
+    name: str
+    fields: tuple[tuple[str, Scalar], ...]
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array of reals: ``symbol`` names it (``state``, ``parameters``), its size is known to the program."""
+
+    symbol: str
+    size: int
+
+
+Type = Scalar | Record | Array
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A number, or a truth value."""
+
+    value: float | int | bool
+    type: Scalar
+
+
+@dataclass(frozen=True)
+class Name:
+    """A variable."""
+
+    name: str
+    type: Type
+
+
+@dataclass(frozen=True)
+class Element:
+    """An element of an array."""
+
+    array: Name
+    index: Expression
+    type: Scalar = REAL
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a record."""
+
+    record: Name
+    field: str
+    type: Scalar
+
+
+@dataclass(frozen=True)
+class Operation:
+    """An operation on one, two or (``select``: condition, then, else) three values.
+
+    ``+ - * /`` on numbers, ``//`` and ``%`` on integers, ``< <= > >= == !=``, ``and or not``, ``negate``, ``select``, ``to real``.
+    """
+
+    operator: str
+    operands: tuple[Expression, ...]
+    type: Scalar
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call of a routine of the program, or of a function that every language has or is given (`INTRINSICS`)."""
+
+    function: str
+    arguments: tuple[Expression, ...]
+    type: Type
+
+
+Expression = Constant | Name | Element | Field | Operation | Call
+
+INTRINSICS = ("exp", "pow", "abs", "min", "max", "copysign", "log1p")
+"""What steps may call besides routines of their own."""
+
+
+@dataclass(frozen=True)
+class Assign:
+    """``target = value``."""
+
+    target: Name | Element | Field
+    value: Expression
+
+
+@dataclass(frozen=True)
+class Branch:
+    """``if condition: then; else: otherwise``."""
+
+    condition: Expression
+    then: tuple[Statement, ...]
+    otherwise: tuple[Statement, ...] = ()
+
+
+@dataclass(frozen=True)
+class Count:
+    """``for variable in range(stop): body``."""
+
+    variable: Name
+    stop: Expression
+    body: tuple[Statement, ...]
+
+
+@dataclass(frozen=True)
+class Evaluate:
+    """A call for what it does."""
+
+    call: Call
+
+
+Statement = Assign | Branch | Count | Evaluate
+
+
+@dataclass(frozen=True)
+class Routine:
+    """A function of a program.
+
+    Parameters
+    ----------
+    name
+        Its name, unique in the program.
+    arguments
+        What it takes.
+    body
+        What it does.
+    result
+        What it returns at its end; None for nothing.
+    note
+        The first line of its docstring.
+    """
+
+    name: str
+    arguments: tuple[Name, ...]
+    body: tuple[Statement, ...]
+    result: Expression | None
+    note: str
+
+
+@dataclass(frozen=True)
+class Program:
+    """Routines in an order in which each comes after those that it calls; the last is the step.
+
+    Parameters
+    ----------
+    routines
+        The routines.
+    records
+        The records that they use.
+    """
+
+    routines: tuple[Routine, ...]
+    records: tuple[Record, ...]
+
+    @property
+    def step(self) -> Routine:
+        """The step itself."""
+        return self.routines[-1]
+
+    def calls(self, intrinsic: str) -> bool:
+        """Return whether the program calls an intrinsic function."""
+        return any(
+            isinstance(part, Call) and part.function == intrinsic
+            for routine in self.routines
+            for part in parts(routine.body, routine.result)
+        )
+
+    def changes(self, routine: Routine, array: str) -> bool:
+        """Return whether a routine, or one that it calls, writes to one of its arrays."""
+        for statement in every(routine.body):
+            if isinstance(statement, Assign) and isinstance(statement.target, Element):
+                if statement.target.array.name == array:
+                    return True
+        by_name = {one.name: one for one in self.routines}
+        for part in parts(routine.body, routine.result):
+            if isinstance(part, Call) and part.function in by_name:
+                called = by_name[part.function]
+                for given, taken in zip(part.arguments, called.arguments, strict=True):
+                    if isinstance(given, Name) and given.name == array and self.changes(called, taken.name):
+                        return True
+        return False
+
+
+def every(body: tuple[Statement, ...]) -> Iterator[Statement]:
+    """Yield every statement of a body, those inside branches and loops too."""
+    for statement in body:
+        yield statement
+        if isinstance(statement, Branch):
+            yield from every(statement.then)
+            yield from every(statement.otherwise)
+        elif isinstance(statement, Count):
+            yield from every(statement.body)
+
+
+def inside(expression: Expression) -> Iterator[Expression]:
+    """Yield an expression and every expression inside it."""
+    yield expression
+    match expression:
+        case Element(array, index):
+            yield array
+            yield from inside(index)
+        case Field(record):
+            yield record
+        case Operation(_, operands) | Call(_, operands):
+            for operand in operands:
+                yield from inside(operand)
+
+
+def of_statement(statement: Statement) -> tuple[Expression, ...]:
+    """Return the expressions that stand in a statement itself, its target among them."""
+    match statement:
+        case Assign(target, value):
+            return target, value
+        case Branch(condition):
+            return (condition,)
+        case Count(variable, stop):
+            return variable, stop
+        case Evaluate(call):
+            return (call,)
+
+
+def parts(body: tuple[Statement, ...], result: Expression | None = None) -> Iterator[Expression]:
+    """Yield every expression of a body and of its result."""
+    for statement in every(body):
+        for expression in of_statement(statement):
+            yield from inside(expression)
+    if result is not None:
+        yield from inside(result)
