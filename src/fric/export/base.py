@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from fric.errors import FricError
 from fric.export.translate.program import Program
@@ -14,61 +14,71 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.friction import FrictionModel
-    from fric.simulate.machine import Axis
 
 LARGEST_POSITION, LARGEST_VELOCITY, LARGEST_ACCELERATION = 1e4, 1e3, 1e6
 """Beyond these [m, m/s, m/s²; rad alike] a command is absurd, and an exported step reports a fault."""
 
 
+Role = Literal["compensation", "machine"]
+
+
 @dataclass(frozen=True)
 class Part:
-    """What one scheme does on one axis, with all that a controller needs to do it.
+    """What of one axis is exported: what its controller does under one scheme, or the axis as it is.
 
     ::
 
         friction [V] = gain·F(r + lead·ṙ + lead²/2·r̈, ṙ + lead·r̈)/K_f
         model    [V] = (r̈ + A·(ṙ + lead·r̈))/B
+        axis         = z̈ = B·u(t - delay) - A·ż - (F(z) + load)/M
 
     A controller has no preview of its reference, but it has the reference's velocity and acceleration: they carry it
     over the lead. On a circle of 30 mm at 100 mm/s, 0.65 ms ahead, that is right to 0.05 nm.
 
     Parameters
     ----------
+    role
+        ``compensation`` for what a controller does, with what it believes; ``machine`` for the axis with its true
+        friction, as a plant to try a controller on.
     machine, axis, motion
         Where it belongs.
     scheme
         Name of the scheme.
     friction
-        The friction that is fed forward; None where none is.
+        The friction that is fed forward, or that the axis has; None where none is fed forward.
+    K_f, A, B
+        The plant: force constant [N/V], damping [1/s], acceleration per volt [m/(s²·V)].
+    sampling, limit, resolution
+        Rate of the controller [Hz], its largest voltage [V], the encoder's step [m].
     gain
-        Share of it.
-    K_f
-        Force constant [N/V].
-    A, B
-        The nominal plant [1/s], [m/(s²·V)].
+        Share of the friction that is fed forward.
     lead
         By how much the feedforward is ahead [s].
-    sampling
-        Rate of the controller [Hz].
-    limit
-        Largest voltage [V].
-    resolution
-        The encoder's step [m].
+    delay
+        Transport delay of the axis [s].
+    load
+        Constant force against positive motion [N].
+    velocity_filter
+        Corner of the low-pass behind the first difference of the encoder [Hz].
     """
 
+    role: Role
     machine: str
     axis: str
     motion: str
     scheme: str
     friction: FrictionModel | None
-    gain: float
     K_f: float
     A: float
     B: float
-    lead: float
     sampling: float
     limit: float
     resolution: float
+    gain: float = 1.0
+    lead: float = 0.0
+    delay: float = 0.0
+    load: float = 0.0
+    velocity_filter: float = 500.0
 
     @property
     def parameters(self) -> NDArray[Any]:
@@ -127,8 +137,3 @@ class Target:
     files: Callable[..., Files]
     options: frozenset[str] = field(default_factory=frozenset)
     parts: tuple[str, ...] = ("compensation",)
-
-
-def lead_of(axis: Axis) -> float:
-    """Return by how much the feedforward of an axis is ahead of its reference [s]."""
-    return float(getattr(axis, "lead", 0.0) or 0.0)

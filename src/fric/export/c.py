@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from math import ceil, pi
 from typing import TYPE_CHECKING, Any
 
 from fric.export.base import LARGEST_ACCELERATION, LARGEST_POSITION, LARGEST_VELOCITY, Files, Part, Target
@@ -13,9 +14,21 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-def dialect_of(part: Part, *, single: bool = False) -> Dialect:
-    """Return how the C of a part is written: every name begins with ``fric_AXIS_``."""
-    return Dialect(f"fric_{identifier(part.axis)}_", single)
+EQUATIONS = {
+    "compensation": (
+        "friction [V] = gain*F(r + lead*v + lead^2/2*a, v + lead*a)/K_f",
+        "model    [V] = (a + A*(v + lead*a))/B",
+        "with the commanded position r, velocity v and acceleration a.",
+    ),
+    "machine": ("z'' = B*u(t - delay) - A*z' - (F(z) + load)/M",),
+}
+SUB_STEPS = 50
+"""Steps of the exported axis in one period of its controller."""
+
+
+def name_of(part: Part) -> str:
+    """Return what the files of a part are called: ``fric_AXIS``, ``fric_AXIS_machine``."""
+    return f"fric_{identifier(part.axis)}" + ("_machine" if part.role == "machine" else "")
 
 
 def values_of(part: Part, number: Callable[[float], str]) -> dict[str, Any]:
@@ -23,12 +36,17 @@ def values_of(part: Part, number: Callable[[float], str]) -> dict[str, Any]:
     model = part.model
     unit, force_unit = ("rad", "N*m") if part.motion == "rotary" else ("m", "N")
     limits = {"position": LARGEST_POSITION, "velocity": LARGEST_VELOCITY, "acceleration": LARGEST_ACCELERATION}
+    what = f"Friction compensation of axis {part.axis}, scheme {part.scheme}"
     return {
         "part": part,
         "model": model,
         "program": part.program,
+        "name": name_of(part),
+        "prefix": f"{name_of(part)}_",
+        "title": what if part.role == "compensation" else f"Axis {part.axis} with its friction",
+        "equations": EQUATIONS[part.role],
         "first_line": plain_text(type(model)).partition(". ")[0].rstrip("."),
-        "packed": plain_text(model.packed).removeprefix("Return "),
+        "packed": plain_text(model.packed).removeprefix("Return ").rstrip("."),
         "unit": unit,
         "force_unit": force_unit,
         "states": max(part.initial_state.size, 1),
@@ -49,24 +67,36 @@ def plain_text(of: object) -> str:
     return " ".join(first.split()).encode("ascii", "ignore").decode()
 
 
-def c_values(part: Part, dialect: Dialect) -> dict[str, Any]:
+def c_values(part: Part, *, single: bool = False) -> dict[str, Any]:
     """Return what the templates of C need to know of a part."""
-    return values_of(part, dialect.number) | {
+    dialect = Dialect(f"{name_of(part)}_", single)
+    number = dialect.number
+    values = values_of(part, number) | {
         "routines": c_routines(part.program, dialect),
-        "name": dialect.prefix.rstrip("_"),
         "guard": f"{dialect.prefix}h".upper(),
-        "prefix": dialect.prefix,
         "real": dialect.real,
-        "zero": dialect.number(0.0),
-        "half": dialect.number(0.5),
+        "exp": dialect.function("exp"),
+        "zero": number(0.0),
+        "half": number(0.5),
+        "one": number(1.0),
+        "resolution": number(part.resolution),
+        "load": number(part.load),
+        "mass": number(part.K_f / part.B),
+        "delay": number(part.delay),
+        "corner": number(2 * pi * part.velocity_filter),
+        "sub_steps": number(SUB_STEPS),
+        "ring": 4 + ceil(SUB_STEPS * (part.delay * part.sampling + 1)),
     }
+    pieces = ("declarations", "definitions")
+    return values | {piece: render(f"{part.role}_{piece}.c.j2", **values).rstrip() for piece in pieces}
 
 
 def c_files(part: Part, *, single: bool = False) -> Files:
     """Return header and source of a part."""
-    dialect = dialect_of(part, single=single)
-    values = c_values(part, dialect)
-    return {f"{values['name']}.h": render("axis.h.j2", **values), f"{values['name']}.c": render("axis.c.j2", **values)}
+    values = c_values(part, single=single)
+    return {f"{values['name']}{end}": render(f"source{end}.j2", **values) for end in (".h", ".c")}
 
 
-TARGET = Target("c", "C99: one header and one source", c_files, options=frozenset({"single"}))
+TARGET = Target(
+    "c", "C99: one header and one source", c_files, options=frozenset({"single"}), parts=("compensation", "machine")
+)

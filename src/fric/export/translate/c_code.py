@@ -93,10 +93,13 @@ class Dialect:
         What every name of the file begins with.
     single
         True for ``float``.
+    avoid
+        Names that mean something else where the C will stand.
     """
 
     prefix: str
     single: bool = False
+    avoid: frozenset[str] = frozenset()
 
     @property
     def real(self) -> str:
@@ -182,7 +185,8 @@ class _Routine:
 
     def name(self, name: str) -> str:
         """Return a variable as C may have it; a name that ends as a number's suffix does is taken for one by checkers."""
-        return f"{name}_" if name in _RESERVED or name.endswith("ull") else name
+        taken = name in _RESERVED or name in self.dialect.avoid or name.endswith("ull")
+        return f"{name}_" if taken else name
 
     def write(self, text: str) -> None:
         self.lines.append("    " * self.depth + text)
