@@ -1,0 +1,119 @@
+"""The target ``fmi``: co-simulation units of FMI 2.0 and 3.0 with their sources, and a binary where a compiler is."""
+
+from __future__ import annotations
+
+import io
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+import uuid
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fric.errors import FricError
+from fric.export.base import Files, Part, Target
+from fric.export.c import c_files, c_values
+from fric.export.rendering import render
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of a unit: a real number with a unit."""
+
+    index: int
+    name: str
+    causality: str
+    unit: str
+    doc: str
+    start: str = "0.0"
+    variability: str = "continuous"
+
+
+def _variables(part: Part, unit: str, force: str) -> list[Variable]:
+    if part.role == "machine":
+        rows = [
+            ("voltage", "input", "V", "control voltage, held during a step"),
+            ("position", "output", unit, "true position"),
+            ("velocity", "output", f"{unit}/s", "true velocity"),
+            ("encoder", "output", unit, "position by the encoder"),
+            ("encoder_velocity", "output", f"{unit}/s", "first difference of the encoder behind a low-pass"),
+            ("force", "output", force, "friction"),
+            ("fault", "output", "1", "1 from a fault until reset"),
+        ]
+    else:
+        rows = [
+            ("position", "input", unit, "commanded position"),
+            ("velocity", "input", f"{unit}/s", "commanded velocity"),
+            ("acceleration", "input", f"{unit}/s2", "commanded acceleration"),
+            ("friction", "output", "V", "friction feedforward"),
+            ("model", "output", "V", "inverse model of the plant"),
+            ("force", "output", force, "friction of the model"),
+            ("fault", "output", "1", "1 from a fault until reset"),
+        ]
+    return [Variable(n, *row) for n, row in enumerate(rows)]
+
+
+def fmi_files(part: Part) -> Files:
+    """Return two units of a part: NAME-fmi2.fmu and NAME-fmi3.fmu."""
+    values = c_values(part)
+    variables = _variables(part, values["unit"], values["force_unit"])
+    made: dict[str, str | bytes] = {}
+    for version in (2, 3):
+        token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, f"{version}{values['definitions']}")) + "}"
+        more = values | {
+            "variables": variables,
+            "units": sorted({one.unit for one in variables}),
+            "starts": [one.start for one in variables],
+            "inputs": sum(one.causality == "input" for one in variables),
+            "guid": token,
+        }
+        sources = {str(name): str(text) for name, text in c_files(part).items()}
+        sources[f"{values['name']}_fmi{version}.c"] = render(f"fmi{version}.c.j2", **more)
+        made[f"{values['name']}-fmi{version}.fmu"] = _zipped(version, values["name"], sources, more)
+    return made
+
+
+def _zipped(version: int, name: str, sources: dict[str, str], values: dict[str, Any]) -> bytes:
+    content: dict[str, bytes] = {"modelDescription.xml": render(f"fmi{version}.xml.j2", **values).encode()}
+    content |= {f"sources/{file}": text.encode() for file, text in sources.items()}
+    if version == 3:
+        content["sources/buildDescription.xml"] = (
+            '<?xml version="1.0" encoding="UTF-8"?>\n<fmiBuildDescription fmiVersion="3.0">\n'
+            f'  <BuildConfiguration modelIdentifier="{name}">\n    <SourceFileSet language="C99">\n'
+            f'      <SourceFile name="{name}_fmi3.c"/>\n    </SourceFileSet>\n  </BuildConfiguration>\n'
+            "</fmiBuildDescription>\n"
+        ).encode()
+    binary = _compiled(name, sources, version)
+    if binary is not None:
+        content[binary[0]] = binary[1]
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file, data in content.items():
+            archive.writestr(zipfile.ZipInfo(file, (1980, 1, 1, 0, 0, 0)), data)
+    return packed.getvalue()
+
+
+def _compiled(name: str, sources: dict[str, str], version: int) -> tuple[str, bytes] | None:
+    """Return a shared library for this computer and where it stands in a unit; None where there is no compiler."""
+    compiler = shutil.which("cc")
+    if compiler is None or not sys.platform.startswith("linux"):
+        return None
+    machine = platform.machine().replace("AMD64", "x86_64")
+    folder = "linux64" if version == 2 else f"{machine}-linux"
+    with tempfile.TemporaryDirectory() as place:
+        for file, text in sources.items():
+            (Path(place) / file).write_text(text)
+        words = [compiler, "-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", f"{name}_fmi{version}.c"]
+        done = subprocess.run([*words, "-o", f"{name}.so", "-lm"], cwd=place, capture_output=True, text=True)
+        if done.returncode:
+            raise FricError(f"the compiler refuses the unit: {done.stderr.splitlines()[0]}", where=f"{name}_fmi{version}.c")
+        return f"binaries/{folder}/{name}.so", (Path(place) / f"{name}.so").read_bytes()
+
+
+TARGET = Target(
+    "fmi", "co-simulation units of FMI 2.0 and 3.0, with sources", fmi_files, parts=("compensation", "machine")
+)

@@ -1,0 +1,36 @@
+"""The target ``linuxcnc``: HAL components, and what joins them to a configuration."""
+
+from __future__ import annotations
+
+from math import pi
+
+from fric.export.base import Files, Part, Target
+from fric.export.c import c_files, c_values
+from fric.export.rendering import identifier, render
+
+COMPONENTS = {"compensation": "ff", "machine": "plant"}
+"""Ends of the components' names; halcompile makes a C file of that name, which must not be the part's own."""
+JOINTS = {"x": 0, "y": 1, "z": 2, "a": 3, "b": 4, "c": 5}
+
+
+def linuxcnc_files(part: Part) -> Files:
+    """Return the component of a part with the C that it includes; for compensation the wiring and a page beside."""
+    values = c_values(part)
+    name = values["name"]
+    component = f"fric_{identifier(part.axis)}_{COMPONENTS[part.role]}"
+    more = values | {
+        "component": component,
+        "joint": JOINTS.get(part.axis.lower(), 0),
+        "scale": repr(pi / 180 if part.motion == "rotary" else 1e-3),
+        "volts": f"{min(part.limit, 1e6):g}",
+    }
+    files = dict(c_files(part)) | {f"{component}.comp": render(f"{part.role}.comp.j2", **more)}
+    if part.role == "compensation":
+        files |= {f"{name}{end}": render(f"axis{end}.j2", **more) for end in (".hal", ".ini")}
+        files["README.md"] = render("linuxcnc.md.j2", **more)
+    return files
+
+
+TARGET = Target(
+    "linuxcnc", "a HAL component, its wiring and settings", linuxcnc_files, parts=("compensation", "machine")
+)

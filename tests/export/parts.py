@@ -1,0 +1,99 @@
+"""Parts to export, and the three motions along which an exported step must agree with the library's."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+from fric.export.base import Part, Role
+from fric.export.c import c_files
+from fric.friction import FrictionModel, models
+
+SAMPLING = 4000.0
+SAMPLES = 100_000
+
+
+def part(model: FrictionModel, role: Role = "compensation", lead: float = 0.65e-3) -> Part:
+    return Part(
+        role, "a machine", "x", "linear", "f", model, K_f=548.0, A=28.57, B=4.526, sampling=SAMPLING, limit=10.0,
+        resolution=0.25e-6, gain=0.73, lead=lead, delay=0.525e-3,
+    )  # fmt: skip
+
+
+def exportable() -> list[str]:
+    return [name for name in models() if name not in REFUSED]
+
+
+REFUSED = {"leuven": "depends on the data", "rolling": "controllers do not have"}
+
+
+def motions() -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Increments [m] and velocities [m/s] of the paper's circle at both feeds, a sine with dwells, a random walk.
+
+    The walk is in encoder steps, its velocity what a controller makes of them: a first difference behind 500 Hz.
+    """
+    t = np.arange(SAMPLES) / SAMPLING
+    sine = 15e-6 * np.sin(2 * np.pi * np.minimum(t % 4.0, 3.0))
+    smooth = {f"{feed} mm/s": 0.03 * np.sin(feed / 30 * t) for feed in (100, 10)} | {"sine with dwell": sine}
+    made = {name: (np.diff(z, prepend=z[0]), np.gradient(z, 1 / SAMPLING)) for name, z in smooth.items()}
+    steps = np.random.default_rng(0).integers(-3, 4, SAMPLES) * 0.25e-6
+    pole, v, filtered = np.exp(-2 * np.pi * 500 / SAMPLING), 0.0, np.empty(SAMPLES)
+    for n, step in enumerate(steps):
+        v = pole * v + (1 - pole) * step * SAMPLING
+        filtered[n] = v
+    return made | {"random steps": (steps, filtered)}
+
+
+def replayed(model: FrictionModel, dz: np.ndarray, v: np.ndarray) -> np.ndarray:
+    state, parameters, step = model.initial_state(), model.packed(), type(model).step
+    return np.array([step(a, b, 1 / SAMPLING, state, parameters) for a, b in zip(dz.tolist(), v.tolist(), strict=True)])
+
+
+STRICT = "-std=c99 -O2 -Wall -Wextra -Werror -pedantic -Wconversion -Wshadow -Wdouble-promotion".split()
+
+
+class InC:
+    """An exported part, compiled and called."""
+
+    def __init__(self, one: Part, folder: Path, *, single: bool = False, compiler: str = "cc") -> None:
+        files = c_files(one, single=single)
+        for name, text in files.items():
+            (folder / name).write_text(str(text))
+        (self.name,) = (name[:-2] for name in files if name.endswith(".c"))
+        real = "float" if single else "double"
+        driver = f"""
+#include "{self.name}.c"
+void forces(int n, const double *dz, const double *v, double dt, double *force);
+void forces(int n, const double *dz, const double *v, double dt, double *force) {{
+    {self.name}_t self;
+    {self.name}_reset(&self{", 0" if one.role == "machine" else ""});
+    for (int i = 0; i < n; ++i)
+        force[i] = (double){self.name}_friction(&self, ({real})dz[i], ({real})v[i], ({real})dt);
+}}
+int size(void);
+int size(void) {{ return (int)sizeof({self.name}_t); }}
+"""
+        (folder / "driver.c").write_text(driver)
+        library = folder / f"{self.name}{single}.so"
+        subprocess.run([compiler, *STRICT, "-shared", "-fPIC", str(folder / "driver.c"), "-o", str(library), "-lm"],
+                       check=True)  # fmt: skip
+        self.library = ctypes.CDLL(str(library))
+        self.real = ctypes.c_float if single else ctypes.c_double
+        self.memory = ctypes.create_string_buffer(self.library.size())
+
+    def forces(self, dz: np.ndarray, v: np.ndarray) -> np.ndarray:
+        array = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
+        self.library.forces.argtypes = [ctypes.c_int, array, array, ctypes.c_double, array]
+        force = np.empty(len(dz))
+        self.library.forces(len(dz), np.ascontiguousarray(dz), np.ascontiguousarray(v), 1 / SAMPLING, force)
+        return force
+
+    def call(self, function: str, *values: float, result: bool = True) -> float:
+        """Call a function on the part's memory; `model` has none."""
+        called = getattr(self.library, f"{self.name}_{function}")
+        called.restype = self.real if result else None
+        given = [] if function == "model" else [self.memory]
+        return called(*given, *(self.real(value) for value in values))
