@@ -1,7 +1,8 @@
 """A compiled step as a program of few kinds of statements, which every language of a controller has.
 
-Types are real, integer, boolean, records of them, and two arrays: the state and the parameters. There are assignments,
-branches, and loops whose number of turns is known before the program runs; no recursion, and nothing is allocated.
+Types are real, integer, boolean, records of them, and two arrays: the state and the parameters, which have their names
+in every routine. There are assignments, branches, and loops whose number of turns is known before the program runs; no
+recursion, and nothing is allocated. A routine that is called on several parts of an array stands once for each.
 """
 
 from __future__ import annotations
@@ -30,10 +31,34 @@ class Record:
 
 @dataclass(frozen=True)
 class Array:
-    """An array of reals: ``symbol`` names it (``state``, ``parameters``), its size is known to the program."""
+    """An array of reals, or a part of one.
+
+    Parameters
+    ----------
+    symbol
+        The name of the whole array, ``state`` or ``parameters``, in every routine.
+    size
+        How many numbers it has.
+    first
+        Where the part begins in the whole.
+    whole
+        How many numbers the whole array has.
+    """
 
     symbol: str
     size: int
+    first: int
+    whole: int
+
+    @classmethod
+    def of(cls, symbol: str, size: int) -> Array:
+        """Return a whole array."""
+        return cls(symbol, size, 0, size)
+
+    @property
+    def base(self) -> Array:
+        """The whole array."""
+        return Array.of(self.symbol, self.whole)
 
 
 Type = Scalar | Record | Array
@@ -190,19 +215,13 @@ class Program:
         )
 
     def changes(self, routine: Routine, array: str) -> bool:
-        """Return whether a routine, or one that it calls, writes to one of its arrays."""
+        """Return whether a routine, or one that it calls, writes to an array."""
         for statement in every(routine.body):
             if isinstance(statement, Assign) and isinstance(statement.target, Element):
                 if statement.target.array.name == array:
                     return True
-        by_name = {one.name: one for one in self.routines}
-        for part in parts(routine.body, routine.result):
-            if isinstance(part, Call) and part.function in by_name:
-                called = by_name[part.function]
-                for given, taken in zip(part.arguments, called.arguments, strict=True):
-                    if isinstance(given, Name) and given.name == array and self.changes(called, taken.name):
-                        return True
-        return False
+        called = {part.function for part in parts(routine.body, routine.result) if isinstance(part, Call)}
+        return any(self.changes(one, array) for one in self.routines if one.name in called)
 
 
 def every(body: tuple[Statement, ...]) -> Iterator[Statement]:

@@ -71,42 +71,55 @@ def read_program(step: Any, name: str, **sizes: int) -> Program:
     if not isinstance(step, Dispatcher):
         raise FricError("the step is not compiled", mend="Unset NUMBA_DISABLE_JIT.")
     reader = _Reader(sizes)
-    whole = reader.routine(step, [None] * len(step.nopython_signatures[0].args))
+    names = list(inspect.signature(step.py_func).parameters)
+    whole = reader.routine(step, tuple(Array.of(one, sizes[one]) if one in sizes else None for one in names))
     called = [routine for routine in reader.routines.values() if routine is not whole]
     return Program((*called, replace(whole, name=name)), tuple(reader.records.values()))
+
+
+@dataclass(frozen=True)
+class Absent:
+    """What a step takes in the library, and no controller has: the table of what will be asked of an axis."""
+
+    what: str
 
 
 @dataclass
 class _Reader:
     sizes: dict[str, int]
-    routines: dict[Any, Routine] = field(default_factory=dict)
+    routines: dict[tuple[Any, tuple[Array | None, ...]], Routine] = field(default_factory=dict)
     records: dict[Any, Record] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
 
-    def routine(self, function: Any, given: list[Array | None]) -> Routine:
-        """Return a function as a routine; read it, and first those that it calls, where that is not done yet."""
-        python = function.py_func
-        if function not in self.routines:
+    def routine(self, function: Any, given: tuple[Array | None, ...]) -> Routine:
+        """Return a function as a routine on the arrays, or parts of them, that it is given, in place of its own."""
+        key = function, given
+        if key not in self.routines:
+            python = function.py_func
             (definition,) = ast.parse(textwrap.dedent(inspect.getsource(python))).body
             assert isinstance(definition, ast.FunctionDef)
             signature = function.nopython_signatures[0]
-            arguments = []
+            known: dict[str, Type] = {}
             for argument, compiled, array in zip(definition.args.args, signature.args, given, strict=True):
-                arguments.append(Name(argument.arg, array or self.type(compiled, argument.arg)))
-            body = _Body(self, python, {one.name: one.type for one in arguments})
-            statements, result = body.whole(definition.body, self.type(signature.return_type, "result"))
+                known[argument.arg] = array or self.type(compiled)
+            arrays = {of.symbol: of.base for of in known.values() if isinstance(of, Array)}
+            arguments = [Name(name, of) for name, of in known.items() if not isinstance(of, (Array, Absent))]
+            arguments += [Name(symbol, of) for symbol, of in arrays.items()]
+            body = _Body(self, python, known)
+            statements, result = body.whole(definition.body, self.type(signature.return_type))
             note = (inspect.getdoc(python) or "").partition("\n")[0]
             name = self._unique(definition.name.strip("_"), python.__module__.rpartition(".")[2])
-            self.routines[function] = Routine(name, tuple(arguments), statements, result, note)
-        return self.routines[function]
+            self.routines[key] = Routine(name, tuple(arguments), statements, result, note)
+        return self.routines[key]
 
     def _unique(self, name: str, module: str) -> str:
-        name = name if name not in self.names else f"{module}_{name}"
-        self.names.add(name)
-        return name
+        candidates = [name, f"{module}_{name}", *(f"{name}_{n}" for n in range(2, 100))]
+        found = next(one for one in candidates if one not in self.names)
+        self.names.add(found)
+        return found
 
-    def type(self, compiled: Any, name: str) -> Any:
-        """Return a type as the compiler knows it; None for no result."""
+    def type(self, compiled: Any) -> Any:
+        """Return a type as the compiler knows it; None for no result, `Absent` for what no controller has."""
         if isinstance(compiled, types.Float):
             return REAL
         if isinstance(compiled, types.Boolean):
@@ -115,14 +128,12 @@ class _Reader:
             return INTEGER
         if isinstance(compiled, types.NoneType):
             return None
-        if isinstance(compiled, types.Array) and name in self.sizes:
-            return Array(name, self.sizes[name])
         if isinstance(compiled, types.BaseNamedTuple):
             return self.group(compiled.instance_class)
         if isinstance(compiled, types.BaseTuple):
             key = tuple(map(str, compiled))
-            return self.record(key, f"tuple_{len(key)}", [(f"item_{i}", self.type(of, "")) for i, of in enumerate(compiled)])
-        raise FricError(f"cannot be exported: its step takes a {compiled}, which no controller's program has")
+            return self.record(key, f"tuple_{len(key)}", [(f"item_{i}", self.type(of)) for i, of in enumerate(compiled)])
+        return Absent(str(compiled))
 
     def group(self, of: Any) -> Record:
         """Return a named tuple's class as a record."""
@@ -142,6 +153,7 @@ class _Body:
 
     def __init__(self, reader: _Reader, python: Any, variables: dict[str, Type]) -> None:
         self.reader, self.python, self.variables = reader, python, variables
+        self.fixed: dict[str, Constant] = {}  # whole numbers that are known: sizes of arrays, and what is made of them
         self.before: list[Statement] = []  # what must be done before the expression that is being read
         self.temporaries = 0
 
@@ -245,9 +257,32 @@ class _Body:
         if isinstance(value, ast.Call) and _is_group(group := self.known(value.func)):
             filled = self.filled(self.place(target, self.reader.group(group)), value.args)
             return [*self.flush(), *filled]
+        if isinstance(target, ast.Name) and (part := self.part(value)) is not None:
+            self.variables[target.id] = part
+            return []
         read_value = self.expression(value)
+        if isinstance(target, ast.Name) and isinstance(read_value, Constant) and read_value.type == INTEGER:
+            if self.fixed.setdefault(target.id, read_value) != read_value:
+                raise self.refuse(f"the whole number {target.id} changes", target)
+            return []
         place = self.place(target, read_value.type)
         return [*self.flush(), Assign(place, self.as_type(read_value, place.type))]
+
+    def part(self, node: ast.expr) -> Array | None:
+        """Return an array, or a part of one between limits that are known; None for anything else."""
+        if isinstance(node, ast.Name) and isinstance(of := self.variables.get(node.id), Array):
+            return of
+        if not (isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Slice) and node.slice.step is None):
+            return None
+        if not (isinstance(node.value, ast.Name) and isinstance(of := self.variables.get(node.value.id), Array)):
+            return None
+        limits = []
+        for limit, default in ((node.slice.lower, 0), (node.slice.upper, of.size)):
+            read = Constant(default, INTEGER) if limit is None else self.expression(limit)
+            if not isinstance(read, Constant):
+                raise self.refuse("which part of an array its step works on depends on the data", node)
+            limits.append(int(read.value))
+        return Array(of.symbol, limits[1] - limits[0], of.first + limits[0], of.whole)
 
     def several(self, targets: ast.Tuple, values: ast.Tuple) -> list[Statement]:
         """Assign several values at once: each is kept aside where an earlier target stands in a later value."""
@@ -330,6 +365,12 @@ class _Body:
                 return Constant(value, INTEGER)
             case ast.Constant(value=float() as value):
                 return self.number(value, node)
+            case ast.Name(id=name) if name in self.fixed:
+                return self.fixed[name]
+            case ast.Name(id=name) | ast.Attribute(value=ast.Name(id=name)) | ast.Subscript(
+                value=ast.Name(id=name)
+            ) if isinstance(absent := self.variables.get(name), Absent):
+                raise self.refuse(f"its step reads '{name}', which no controller has", node)
             case ast.Name(id=name) if name in self.variables:
                 return Name(name, self.variables[name])
             case ast.Attribute(value=ast.Name(id=name), attr=attr) if name in self.variables:
@@ -345,9 +386,9 @@ class _Body:
                     raise self.refuse(f"'{ast.unparse(node)}' has no counterpart", node)
                 return self.number(float(value), node) if isinstance(value, float) else Constant(value, INTEGER)
             case ast.Subscript(value=ast.Name(id=name), slice=index) if isinstance(self.variables.get(name), Array):
-                if isinstance(index, ast.Slice):
-                    raise self.refuse("its step works on a part of an array", node)
-                return Element(Name(name, self.variables[name]), self.expression(index))
+                of = self.variables[name]
+                at = self.arithmetic("+", Constant(of.first, INTEGER), self.expression(index)) if of.first else None
+                return Element(Name(of.symbol, of.base), at or self.expression(index))
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return self.negated(self.expression(operand))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
@@ -409,18 +450,16 @@ class _Body:
 
     def call(self, node: ast.Call, function: Any, arguments: list[ast.expr]) -> Expression:
         if isinstance(function, Dispatcher):
-            compiled = function.nopython_signatures[0].args
+            signature = function.nopython_signatures[0]
+            views = tuple(self.part(argument) for argument in arguments)
             given = [
-                self.as_type(self.expression(argument), REAL if isinstance(of, types.Float) else None)  # type: ignore[arg-type]
-                for argument, of in zip(arguments, compiled, strict=True)
+                self.as_type(self.expression(argument), self.reader.type(of))
+                for argument, of, view in zip(arguments, signature.args, views, strict=True)
+                if view is None
             ]
-            arrays = [one.type if isinstance(one.type, Array) else None for one in given]
-            routine = self.reader.routine(function, arrays)
-            for one, taken in zip(given, routine.arguments, strict=True):
-                if isinstance(one.type, Array) and one.type != taken.type:
-                    raise self.refuse(f"{routine.name} is called with different arrays", node)
-            result = self.reader.type(function.nopython_signatures[0].return_type, "result")
-            return Call(routine.name, tuple(given), result)
+            routine = self.reader.routine(function, views)
+            given += [one for one in routine.arguments if isinstance(one.type, Array)]
+            return Call(routine.name, tuple(given), self.reader.type(signature.return_type))
         if _is_group(function):
             self.temporaries += 1
             place = Name(f"kept_{self.temporaries}", self.reader.group(function))

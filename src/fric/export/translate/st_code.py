@@ -78,7 +78,7 @@ def st_number(value: float) -> str:
 def st_type(of: Type, prefix: str) -> str:
     """Return a type as structured text names it."""
     if isinstance(of, Array):
-        return f"ARRAY[0..{max(of.size, 1) - 1}] OF LREAL"
+        return f"ARRAY[0..{max(of.whole, 1) - 1}] OF LREAL"
     if isinstance(of, Record):
         return f"{prefix}{of.name.lower()}"
     return {REAL: "LREAL", INTEGER: "DINT", BOOLEAN: "BOOL"}[of]
