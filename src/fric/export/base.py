@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fric.errors import FricError
 from fric.export.translate.program import Program
-from fric.export.translate.reader import read_program
+from fric.export.translate.reader import Entry, read_program
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.friction import FrictionModel
 
-LARGEST_POSITION, LARGEST_VELOCITY, LARGEST_ACCELERATION = 1e4, 1e3, 1e6
-"""Beyond these [m, m/s, m/s²; rad alike] a command is absurd, and an exported step reports a fault."""
+LARGEST = {
+    "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,
+}  # fmt: skip
+"""Beyond these [m, m/s, m/s², s, N, V; rad and N·m alike] a value is absurd, and an exported step reports a fault."""
 
 
 Role = Literal["compensation", "machine"]
@@ -60,6 +62,8 @@ class Part:
         Constant force against positive motion [N].
     velocity_filter
         Corner of the low-pass behind the first difference of the encoder [Hz].
+    blocks
+        The scheme's control blocks besides the controller.
     """
 
     role: Role
@@ -79,6 +83,7 @@ class Part:
     delay: float = 0.0
     load: float = 0.0
     velocity_filter: float = 500.0
+    blocks: tuple[BlockPart, ...] = ()
 
     @property
     def parameters(self) -> NDArray[Any]:
@@ -101,14 +106,56 @@ class Part:
         return self.friction
 
     @property
+    def step(self) -> str:
+        """What the friction model's step is called in the program."""
+        return f"{self.model.name}_step"
+
+    @property
     def program(self) -> Program:
-        """The friction model's step as a program; raise a `FricError` with the reason where it cannot be one."""
+        """The steps of friction model and blocks as a program; raise a `FricError` with the reason where that fails."""
         model = self.model
-        sizes = {"state": self.initial_state.size, "parameters": self.parameters.size}
-        try:
-            return read_program(type(model).step, f"{model.name}_step", **sizes)
-        except FricError as error:
-            raise FricError(f"friction model '{model.name}' {error}") from None
+        entries = [Entry(self.step, type(model).step, self.initial_state.size, self.parameters.size)]
+        entries += [Entry(one.name, one.step, one.state.size, one.parameters.size) for one in self.blocks]
+        for what, entry in zip((f"friction model '{model.name}'", *(f"block '{b.title}'" for b in self.blocks)), entries,
+                               strict=True):  # fmt: skip
+            try:
+                read_program(entry)
+            except FricError as error:
+                raise FricError(f"{what} {error}") from None
+        return read_program(*entries)
+
+
+@dataclass(frozen=True)
+class BlockPart:
+    """A control block of a scheme, packed for an axis.
+
+    Parameters
+    ----------
+    title
+        Its name in schemes.
+    kind
+        ``observer``: its voltage is taken off; ``feedforward``: it is added.
+    step
+        Its compiled step.
+    parameters
+        As the step reads them.
+    state
+        State of an axis at rest at 0.
+    per_position
+        What a metre of the place where the axis begins adds to the state.
+    """
+
+    title: str
+    kind: str
+    step: Any
+    parameters: NDArray[Any]
+    state: NDArray[Any]
+    per_position: NDArray[Any]
+
+    @property
+    def name(self) -> str:
+        """Its name as languages take it."""
+        return self.title.replace("-", "_")
 
 
 Files = Mapping[str, str | bytes]

@@ -6,7 +6,9 @@ import inspect
 from math import ceil, pi
 from typing import TYPE_CHECKING, Any
 
-from fric.export.base import LARGEST_ACCELERATION, LARGEST_POSITION, LARGEST_VELOCITY, Files, Part, Target
+import numpy as np
+
+from fric.export.base import LARGEST, Files, Part, Target
 from fric.export.rendering import identifier, render
 from fric.export.translate.c_code import Dialect, c_routines
 
@@ -16,9 +18,10 @@ if TYPE_CHECKING:
 
 EQUATIONS = {
     "compensation": (
+        "output = controller + friction + model - estimate, within the limit, with",
         "friction [V] = gain*F(r + lead*v + lead^2/2*a, v + lead*a)/K_f",
         "model    [V] = (a + A*(v + lead*a))/B",
-        "with the commanded position r, velocity v and acceleration a.",
+        "for the commanded position r, velocity v and acceleration a, and the estimate of observers.",
     ),
     "machine": ("z'' = B*u(t - delay) - A*z' - (F(z) + load)/M",),
 }
@@ -35,12 +38,10 @@ def values_of(part: Part, number: Callable[[float], str]) -> dict[str, Any]:
     """Return what templates need to know of a part, with numbers as the language writes them."""
     model = part.model
     unit, force_unit = ("rad", "N*m") if part.motion == "rotary" else ("m", "N")
-    limits = {"position": LARGEST_POSITION, "velocity": LARGEST_VELOCITY, "acceleration": LARGEST_ACCELERATION}
     what = f"Friction compensation of axis {part.axis}, scheme {part.scheme}"
     return {
         "part": part,
         "model": model,
-        "program": part.program,
         "name": name_of(part),
         "prefix": f"{name_of(part)}_",
         "title": what if part.role == "compensation" else f"Axis {part.axis} with its friction",
@@ -57,7 +58,17 @@ def values_of(part: Part, number: Callable[[float], str]) -> dict[str, Any]:
         "volts_per_force": number(part.gain / part.K_f),
         "A": number(part.A),
         "B": number(part.B),
-        "limits": {name: number(limit) for name, limit in limits.items()} | {"time": number(1.0), "force": number(1e9)},
+        "limit": number(min(part.limit, 1e6)),
+        "limits": {name: number(limit) for name, limit in LARGEST.items()},
+        "blocks": [
+            {
+                "name": block.name, "title": block.title, "kind": block.kind,
+                "state": [number(value) for value in block.state],
+                "parameters": [number(value) for value in block.parameters],
+                "per_position": [(int(i), number(block.per_position[i])) for i in np.flatnonzero(block.per_position)],
+            }
+            for block in part.blocks
+        ],
     }
 
 

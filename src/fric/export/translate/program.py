@@ -188,7 +188,7 @@ class Routine:
 
 @dataclass(frozen=True)
 class Program:
-    """Routines in an order in which each comes after those that it calls; the last is the step.
+    """Routines in an order in which each comes after those that it calls.
 
     Parameters
     ----------
@@ -200,11 +200,6 @@ class Program:
 
     routines: tuple[Routine, ...]
     records: tuple[Record, ...]
-
-    @property
-    def step(self) -> Routine:
-        """The step itself."""
-        return self.routines[-1]
 
     def calls(self, intrinsic: str) -> bool:
         """Return whether the program calls an intrinsic function."""

@@ -50,31 +50,48 @@ _INTRINSICS: dict[object, str] = {
 }  # fmt: skip
 
 
-def read_program(step: Any, name: str, **sizes: int) -> Program:
-    """Return a compiled step, and all that it calls, as a program.
+@dataclass(frozen=True)
+class Entry:
+    """A compiled step to read.
 
     Parameters
     ----------
+    name
+        What it is called in the program.
     step
         The step as `fric.kernels.signatures` compiles it.
-    name
-        What the step is called in the program.
-    sizes
-        Size of each array among its arguments, by the argument's name.
+    states, parameters
+        Sizes of its two arrays.
+    """
+
+    name: str
+    step: Any
+    states: int
+    parameters: int
+
+
+def read_program(*entries: Entry) -> Program:
+    """Return compiled steps, and all that they call, as one program.
 
     Raises
     ------
     FricError
-        When the step does what a controller's program cannot, or must not: a loop whose length depends on the data, a
-        function that controllers do not have, a part of an array.
+        When a step does what a controller's program cannot, or must not: a loop whose length depends on the data, a
+        function that controllers do not have, a look at what will be asked of the axis.
     """
-    if not isinstance(step, Dispatcher):
-        raise FricError("the step is not compiled", mend="Unset NUMBA_DISABLE_JIT.")
-    reader = _Reader(sizes)
-    names = list(inspect.signature(step.py_func).parameters)
-    whole = reader.routine(step, tuple(Array.of(one, sizes[one]) if one in sizes else None for one in names))
-    called = [routine for routine in reader.routines.values() if routine is not whole]
-    return Program((*called, replace(whole, name=name)), tuple(reader.records.values()))
+    reader = _Reader(names={entry.name for entry in entries})
+    routines: list[Routine] = []
+    for entry in entries:
+        if not isinstance(entry.step, Dispatcher):
+            raise FricError("the step is not compiled", mend="Unset NUMBA_DISABLE_JIT.")
+        sizes = {"state": entry.states, "parameters": entry.parameters}
+        names = inspect.signature(entry.step.py_func).parameters
+        given = tuple(Array.of(one, sizes[one]) if one in sizes else None for one in names)
+        whole = reader.routine(entry.step, given)
+        routines += [one for one in reader.routines.values() if one is not whole and one not in routines]
+        routines.append(replace(whole, name=entry.name))
+        del reader.routines[entry.step, given]
+    return Program(tuple(routines), tuple(reader.records.values()))
 
 
 @dataclass(frozen=True)
@@ -86,7 +103,6 @@ class Absent:
 
 @dataclass
 class _Reader:
-    sizes: dict[str, int]
     routines: dict[tuple[Any, tuple[Array | None, ...]], Routine] = field(default_factory=dict)
     records: dict[Any, Record] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)

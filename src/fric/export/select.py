@@ -1,0 +1,61 @@
+"""What of a machine is exported: one axis under one scheme, as a `Part`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.export.base import BlockPart, Part
+from fric.reference import Reference
+from fric.simulate.axis import blocks_of, setting_of
+
+if TYPE_CHECKING:
+    from fric.control.base import ControlBlock, Setting
+    from fric.control.scheme import Scheme
+    from fric.simulate.machine import Machine
+
+
+def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
+    """Return what the controller of an axis does under a scheme, with what it believes.
+
+    Raises
+    ------
+    FricError
+        When the scheme asks for what the axis does not have, or there is no such axis.
+    """
+    axis = machine.axis(name)
+    rest = Reference(axis.cascade.sampling, *np.zeros((3, 1)))
+    setting = setting_of(axis, scheme, rest)
+    controller, *others = blocks_of(axis, scheme, setting)
+    if controller.name != axis.cascade.name:
+        raise FricError(
+            f"scheme {scheme.name} puts '{controller.name}' in place of the controller, and fric exports what is added "
+            "to a controller",
+            mend="Choose a scheme whose controller is the cascade.",
+        )
+    nominal, cascade = axis.nominal or axis.plant, axis.cascade
+    return Part(
+        "compensation", machine.name, name, axis.motion, scheme.name, setting.friction, nominal.K_f, nominal.A,
+        nominal.B, cascade.sampling, cascade.limit, axis.encoder.resolution, setting.gain, getattr(setting, "lead", 0.0),
+        blocks=tuple(_block(one, setting) for one in others),
+    )  # fmt: skip
+
+
+def machine_of(machine: Machine, name: str) -> Part:
+    """Return an axis with its true friction, as a plant to try a controller on."""
+    axis = machine.axis(name)
+    plant, cascade = axis.plant, axis.cascade
+    return Part(
+        "machine", machine.name, name, axis.motion, "", axis.friction, plant.K_f, plant.A, plant.B, cascade.sampling,
+        cascade.limit, axis.encoder.resolution, delay=plant.transport_delay(cascade.sampling), load=axis.load,
+        velocity_filter=cascade.velocity_filter,
+    )  # fmt: skip
+
+
+def _block(block: ControlBlock, setting: Setting) -> BlockPart:
+    rest = block.initial_state(replace(setting, position=0.0, seen=0.0))
+    there = block.initial_state(replace(setting, position=1.0, seen=1.0))
+    return BlockPart(block.name, block.kind, type(block).step, block.packed(setting), rest, np.asarray(there - rest))
