@@ -22,7 +22,6 @@ def linuxcnc_files(part: Part) -> Files:
         "component": component,
         "joint": JOINTS.get(part.axis.lower(), 0),
         "scale": repr(pi / 180 if part.motion == "rotary" else 1e-3),
-        "volts": f"{min(part.limit, 1e6):g}",
     }
     files = dict(c_files(part)) | {f"{component}.comp": render(f"{part.role}.comp.j2", **more)}
     if part.role == "compensation":
