@@ -1,19 +1,26 @@
-"""Parts to export, and the three motions along which an exported step must agree with the library's."""
+"""Parts to export, and the motions along which an exported step must agree with the library's."""
 
 from __future__ import annotations
 
 import ctypes
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from fric.control.scheme import PAPER_SCHEMES, Scheme
+from fric.documents.machine_files import read_machine
 from fric.export.base import Part, Role
 from fric.export.c import c_files
+from fric.export.select import compensation_of
 from fric.friction import FrictionModel, models
 
 SAMPLING = 4000.0
 SAMPLES = 100_000
+MACHINE = Path(__file__).parents[2] / "configs/xy-table.yaml"
+REFUSED = {"leuven": "depends on the data", "rolling": "controllers do not have"}
+"""Friction models that no controller's program can hold, and the reason that is given. All others must be exported."""
 
 
 def part(model: FrictionModel, role: Role = "compensation", lead: float = 0.65e-3) -> Part:
@@ -23,24 +30,26 @@ def part(model: FrictionModel, role: Role = "compensation", lead: float = 0.65e-
     )  # fmt: skip
 
 
+def scheme_part(scheme: str | Scheme = "f", axis: str = "x") -> Part:
+    chosen = PAPER_SCHEMES[scheme] if isinstance(scheme, str) else scheme
+    return compensation_of(read_machine(MACHINE), axis, chosen)
+
+
 def exportable() -> list[str]:
     return [name for name in models() if name not in REFUSED]
 
 
-REFUSED = {"leuven": "depends on the data", "rolling": "controllers do not have"}
-
-
-def motions() -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def motions(samples: int = SAMPLES) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Increments [m] and velocities [m/s] of the paper's circle at both feeds, a sine with dwells, a random walk.
 
     The walk is in encoder steps, its velocity what a controller makes of them: a first difference behind 500 Hz.
     """
-    t = np.arange(SAMPLES) / SAMPLING
+    t = np.arange(samples) / SAMPLING
     sine = 15e-6 * np.sin(2 * np.pi * np.minimum(t % 4.0, 3.0))
     smooth = {f"{feed} mm/s": 0.03 * np.sin(feed / 30 * t) for feed in (100, 10)} | {"sine with dwell": sine}
     made = {name: (np.diff(z, prepend=z[0]), np.gradient(z, 1 / SAMPLING)) for name, z in smooth.items()}
-    steps = np.random.default_rng(0).integers(-3, 4, SAMPLES) * 0.25e-6
-    pole, v, filtered = np.exp(-2 * np.pi * 500 / SAMPLING), 0.0, np.empty(SAMPLES)
+    steps = np.random.default_rng(0).integers(-3, 4, samples) * 0.25e-6
+    pole, v, filtered = np.exp(-2 * np.pi * 500 / SAMPLING), 0.0, np.empty(samples)
     for n, step in enumerate(steps):
         v = pole * v + (1 - pole) * step * SAMPLING
         filtered[n] = v
@@ -52,7 +61,19 @@ def replayed(model: FrictionModel, dz: np.ndarray, v: np.ndarray) -> np.ndarray:
     return np.array([step(a, b, 1 / SAMPLING, state, parameters) for a, b in zip(dz.tolist(), v.tolist(), strict=True)])
 
 
-STRICT = "-std=c99 -O2 -Wall -Wextra -Werror -pedantic -Wconversion -Wshadow -Wdouble-promotion".split()
+STRICT = [
+    "-std=c99",
+    "-O2",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-pedantic",
+    "-Wconversion",
+    "-Wshadow",
+    "-Wdouble-promotion",
+]
+
+INPUTS = ("position", "velocity", "acceleration", "measured", "control", "input", "share")
 
 
 class InC:
@@ -75,14 +96,17 @@ void forces(int n, const double *dz, const double *v, double dt, double *force) 
 }}
 int size(void);
 int size(void) {{ return (int)sizeof({self.name}_t); }}
+bool fault(const {self.name}_t *self);
+bool fault(const {self.name}_t *self) {{ return self->fault; }}
 """
         (folder / "driver.c").write_text(driver)
         library = folder / f"{self.name}{single}.so"
-        subprocess.run([compiler, *STRICT, "-shared", "-fPIC", str(folder / "driver.c"), "-o", str(library), "-lm"],
-                       check=True)  # fmt: skip
+        words = [compiler, *STRICT, "-shared", "-fPIC", str(folder / "driver.c"), "-o", str(library), "-lm"]
+        subprocess.run(words, check=True)
         self.library = ctypes.CDLL(str(library))
-        self.real = ctypes.c_float if single else ctypes.c_double
+        self.real: Any = ctypes.c_float if single else ctypes.c_double
         self.memory = ctypes.create_string_buffer(self.library.size())
+        self.library.fault.restype = ctypes.c_bool
 
     def forces(self, dz: np.ndarray, v: np.ndarray) -> np.ndarray:
         array = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
@@ -91,9 +115,16 @@ int size(void) {{ return (int)sizeof({self.name}_t); }}
         self.library.forces(len(dz), np.ascontiguousarray(dz), np.ascontiguousarray(v), 1 / SAMPLING, force)
         return force
 
-    def call(self, function: str, *values: float, result: bool = True) -> float:
-        """Call a function on the part's memory; `model` has none."""
-        called = getattr(self.library, f"{self.name}_{function}")
-        called.restype = self.real if result else None
-        given = [] if function == "model" else [self.memory]
-        return called(*given, *(self.real(value) for value in values))
+    def reset(self, *position: float) -> None:
+        getattr(self.library, f"{self.name}_reset")(self.memory, *(self.real(one) for one in position))
+
+    @property
+    def fault(self) -> bool:
+        return bool(self.library.fault(self.memory))
+
+    def step(self, dt: float = 1 / SAMPLING, **inputs: float) -> float:
+        """One sample of a compensation; inputs that are not given are 0, the share is 1."""
+        step = getattr(self.library, f"{self.name}_step")
+        step.restype = self.real
+        given = (self.real * len(INPUTS))(*(({"share": 1.0} | inputs).get(name, 0.0) for name in INPUTS))
+        return float(step(self.memory, given, self.real(dt)))

@@ -1,4 +1,4 @@
-"""Runs the structured text that fric emits, a line at a time turned into Python; it knows nothing of how it is emitted."""
+"""Runs structured text, turned into Python a line at a time; it knows nothing of how fric emits it."""
 
 from __future__ import annotations
 
@@ -60,7 +60,9 @@ class Program:
             elif line == "ELSE":
                 lines.append((depth - 1, "else:"))
             elif match := re.fullmatch(r"FOR (\w+) := (.*) TO (.*) DO", line):
-                lines.append((depth, f"for {match[1].lower()} in range({expression(match[2])}, {expression(match[3])} + 1):"))
+                lines.append(
+                    (depth, f"for {match[1].lower()} in range({expression(match[2])}, {expression(match[3])} + 1):")
+                )
                 depth += 1
             elif line in {"END_IF;", "END_FOR;"}:
                 depth -= 1

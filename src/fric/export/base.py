@@ -116,8 +116,8 @@ class Part:
         model = self.model
         entries = [Entry(self.step, type(model).step, self.initial_state.size, self.parameters.size)]
         entries += [Entry(one.name, one.step, one.state.size, one.parameters.size) for one in self.blocks]
-        for what, entry in zip((f"friction model '{model.name}'", *(f"block '{b.title}'" for b in self.blocks)), entries,
-                               strict=True):  # fmt: skip
+        names = [f"friction model '{model.name}'", *(f"block '{one.title}'" for one in self.blocks)]
+        for what, entry in zip(names, entries, strict=True):
             try:
                 read_program(entry)
             except FricError as error:
@@ -141,8 +141,8 @@ class BlockPart:
         As the step reads them.
     state
         State of an axis at rest at 0.
-    per_position
-        What a metre of the place where the axis begins adds to the state.
+    per_position, per_measured
+        What a metre of the position commanded, and of that measured, where the axis begins adds to the state.
     """
 
     title: str
@@ -151,6 +151,7 @@ class BlockPart:
     parameters: NDArray[Any]
     state: NDArray[Any]
     per_position: NDArray[Any]
+    per_measured: NDArray[Any]
 
     @property
     def name(self) -> str:

@@ -62,10 +62,16 @@ def values_of(part: Part, number: Callable[[float], str]) -> dict[str, Any]:
         "limits": {name: number(limit) for name, limit in LARGEST.items()},
         "blocks": [
             {
-                "name": block.name, "title": block.title, "kind": block.kind,
+                "name": block.name,
+                "title": block.title,
+                "kind": block.kind,
                 "state": [number(value) for value in block.state],
                 "parameters": [number(value) for value in block.parameters],
-                "per_position": [(int(i), number(block.per_position[i])) for i in np.flatnonzero(block.per_position)],
+                "begins": [
+                    (int(i), number(factors[i]), signal)
+                    for signal, factors in (("position", block.per_position), ("measured", block.per_measured))
+                    for i in np.flatnonzero(factors)
+                ],
             }
             for block in part.blocks
         ],

@@ -34,6 +34,7 @@ class Variable:
 
 
 def _variables(part: Part, unit: str, force: str) -> list[Variable]:
+    rows: list[tuple[str, ...]]
     if part.role == "machine":
         rows = [
             ("voltage", "input", "V", "control voltage, held during a step"),
@@ -116,7 +117,9 @@ def _compiled(name: str, sources: dict[str, str], version: int) -> tuple[str, by
         words = [compiler, "-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", f"{name}_fmi{version}.c"]
         done = subprocess.run([*words, "-o", f"{name}.so", "-lm"], cwd=place, capture_output=True, text=True)
         if done.returncode:
-            raise FricError(f"the compiler refuses the unit: {done.stderr.splitlines()[0]}", where=f"{name}_fmi{version}.c")
+            raise FricError(
+                f"the compiler refuses the unit: {done.stderr.splitlines()[0]}", where=f"{name}_fmi{version}.c"
+            )
         return f"binaries/{folder}/{name}.so", (Path(place) / f"{name}.so").read_bytes()
 
 

@@ -13,6 +13,8 @@ from fric.reference import Reference
 from fric.simulate.axis import blocks_of, setting_of
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from fric.control.base import ControlBlock, Setting
     from fric.control.scheme import Scheme
     from fric.simulate.machine import Machine
@@ -39,7 +41,7 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
     nominal, cascade = axis.nominal or axis.plant, axis.cascade
     return Part(
         "compensation", machine.name, name, axis.motion, scheme.name, setting.friction, nominal.K_f, nominal.A,
-        nominal.B, cascade.sampling, cascade.limit, axis.encoder.resolution, setting.gain, getattr(setting, "lead", 0.0),
+        nominal.B, cascade.sampling, cascade.limit, axis.encoder.resolution, setting.gain, setting.lead,
         blocks=tuple(_block(one, setting) for one in others),
     )  # fmt: skip
 
@@ -56,6 +58,10 @@ def machine_of(machine: Machine, name: str) -> Part:
 
 
 def _block(block: ControlBlock, setting: Setting) -> BlockPart:
-    rest = block.initial_state(replace(setting, position=0.0, seen=0.0))
-    there = block.initial_state(replace(setting, position=1.0, seen=1.0))
-    return BlockPart(block.name, block.kind, type(block).step, block.packed(setting), rest, np.asarray(there - rest))
+    def at(position: float, seen: float) -> NDArray[np.float64]:
+        return block.initial_state(replace(setting, position=position, seen=seen))
+
+    rest = at(0.0, 0.0)
+    return BlockPart(
+        block.name, block.kind, type(block).step, block.packed(setting), rest, at(1.0, 0.0) - rest, at(0.0, 1.0) - rest
+    )

@@ -99,11 +99,15 @@ def bench_files(machine: Machine, scheme: Scheme, feeds: Sequence[float], radius
         made = f"fric_{identifier(name)}_"
         axes.append(
             {
-                "name": identifier(name), "K_v": axis.cascade.K_v, "K_p": axis.cascade.K_p / 1e3,
-                "K_i": axis.cascade.K_i / 1e3, "limit": min(axis.cascade.limit, 1e6),
-                "plant": made + COMPONENTS["machine"], "compensation": made + COMPONENTS["compensation"],
-            }  # fmt: skip
-        )
+                "name": identifier(name),
+                "K_v": axis.cascade.K_v,
+                "K_p": axis.cascade.K_p / 1e3,
+                "K_i": axis.cascade.K_i / 1e3,
+                "limit": min(axis.cascade.limit, 1e6),
+                "plant": made + COMPONENTS["machine"],
+                "compensation": made + COMPONENTS["compensation"],
+            }
+        )  # fmt: skip
     fastest, edge = max(feeds), radius / sqrt(2)
     values = {
         "axes": axes, "machine": machine.name, "tail": TAIL, "period_ns": round(1e9 / rate), "reach": 1e3 * radius * 4,

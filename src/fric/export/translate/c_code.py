@@ -33,11 +33,12 @@ from fric.export.translate.program import (
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-_RESERVED = frozenset(
-    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
-    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true "
-    "false exp pow fabs".split()
-)
+_WORDS = """
+auto break case char const continue default do double else enum extern float for goto if inline int long register
+restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true false
+exp pow fabs
+"""
+_RESERVED = frozenset(_WORDS.split())
 _POWERS = (64, 32, 16, 8, 4, 2, 1)
 HELPERS = {
     "min": """static {real} {prefix}min({real} a, {real} b)
@@ -53,7 +54,7 @@ static {real} {prefix}copysign({real} a, {real} b)
 {{
     return (b < {zero}) ? (-{fabs}(a)) : {fabs}(a);
 }}""",
-    "log1p": """/* ln(1 + x) for x > -1: powers of two are taken out of 1 + x, and the series of artanh gives the rest. */
+    "log1p": """/* ln(1 + x) for x > -1: powers of two are taken out of 1 + x, the series of artanh gives the rest. */
 static {real} {prefix}log1p({real} x)
 {{
     static const {real} factors[7] = {{{factors}}};
@@ -184,7 +185,7 @@ class _Routine:
         return "\n".join([*head, *self.lines, *last, "}"])
 
     def name(self, name: str) -> str:
-        """Return a variable as C may have it; a name that ends as a number's suffix does is taken for one by checkers."""
+        """Return a variable as C may have it; checkers take a name that ends as a number's suffix does for one."""
         taken = name in _RESERVED or name in self.dialect.avoid or name.endswith("ull")
         return f"{name}_" if taken else name
 
@@ -228,7 +229,8 @@ class _Routine:
         match statement:
             case Assign(Name(name, of) as target, value) if name not in self.declared:
                 self.declared.add(name)
-                self.write(f"{c_type(of, self.dialect)} {self.expression(target)} = {self.plain(self.expression(value))};")
+                begun = f"{c_type(of, self.dialect)} {self.expression(target)}"
+                self.write(f"{begun} = {self.plain(self.expression(value))};")
             case Assign(target, value):
                 self.write(f"{self.expression(target)} = {self.plain(self.expression(value))};")
             case Evaluate(call):

@@ -102,7 +102,8 @@ class Field:
 class Operation:
     """An operation on one, two or (``select``: condition, then, else) three values.
 
-    ``+ - * /`` on numbers, ``//`` and ``%`` on integers, ``< <= > >= == !=``, ``and or not``, ``negate``, ``select``, ``to real``.
+    ``+ - * /`` on numbers, ``//`` and ``%`` on integers, ``< <= > >= == !=``, ``and or not``, ``negate``, ``select``,
+    ``to real``.
     """
 
     operator: str
@@ -211,10 +212,9 @@ class Program:
 
     def changes(self, routine: Routine, array: str) -> bool:
         """Return whether a routine, or one that it calls, writes to an array."""
-        for statement in every(routine.body):
-            if isinstance(statement, Assign) and isinstance(statement.target, Element):
-                if statement.target.array.name == array:
-                    return True
+        targets = [statement.target for statement in every(routine.body) if isinstance(statement, Assign)]
+        if any(isinstance(target, Element) and target.array.name == array for target in targets):
+            return True
         called = {part.function for part in parts(routine.body, routine.result) if isinstance(part, Call)}
         return any(self.changes(one, array) for one in self.routines if one.name in called)
 

@@ -148,7 +148,9 @@ class _Reader:
             return self.group(compiled.instance_class)
         if isinstance(compiled, types.BaseTuple):
             key = tuple(map(str, compiled))
-            return self.record(key, f"tuple_{len(key)}", [(f"item_{i}", self.type(of)) for i, of in enumerate(compiled)])
+            return self.record(
+                key, f"tuple_{len(key)}", [(f"item_{i}", self.type(of)) for i, of in enumerate(compiled)]
+            )
         return Absent(str(compiled))
 
     def group(self, of: Any) -> Record:
@@ -383,9 +385,9 @@ class _Body:
                 return self.number(value, node)
             case ast.Name(id=name) if name in self.fixed:
                 return self.fixed[name]
-            case ast.Name(id=name) | ast.Attribute(value=ast.Name(id=name)) | ast.Subscript(
-                value=ast.Name(id=name)
-            ) if isinstance(absent := self.variables.get(name), Absent):
+            case (
+                ast.Name(id=name) | ast.Attribute(value=ast.Name(id=name)) | ast.Subscript(value=ast.Name(id=name))
+            ) if isinstance(self.variables.get(name), Absent):
                 raise self.refuse(f"its step reads '{name}', which no controller has", node)
             case ast.Name(id=name) if name in self.variables:
                 return Name(name, self.variables[name])
@@ -397,14 +399,12 @@ class _Body:
                     return Field(holder, attr, dict(holder.type.fields)[attr])
                 raise self.refuse(f"'{ast.unparse(node)}' has no counterpart", node)
             case ast.Name() | ast.Attribute():
-                value = self.known(node)
-                if not isinstance(value, (int, float)):
+                known = self.known(node)
+                if not isinstance(known, (int, float)):
                     raise self.refuse(f"'{ast.unparse(node)}' has no counterpart", node)
-                return self.number(float(value), node) if isinstance(value, float) else Constant(value, INTEGER)
+                return self.number(known, node) if isinstance(known, float) else Constant(known, INTEGER)
             case ast.Subscript(value=ast.Name(id=name), slice=index) if isinstance(self.variables.get(name), Array):
-                of = self.variables[name]
-                at = self.arithmetic("+", Constant(of.first, INTEGER), self.expression(index)) if of.first else None
-                return Element(Name(of.symbol, of.base), at or self.expression(index))
+                return self.element(self.variables[name], self.expression(index))
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return self.negated(self.expression(operand))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
@@ -420,14 +420,19 @@ class _Body:
                 return Operation(_OPERATORS[type(op)], (first, second), BOOLEAN)
             case ast.BoolOp(op=op, values=values):
                 made = self.expression(values[0])
-                for value in values[1:]:
-                    made = Operation(_OPERATORS[type(op)], (made, self.expression(value)), BOOLEAN)
+                for other in values[1:]:
+                    made = Operation(_OPERATORS[type(op)], (made, self.expression(other)), BOOLEAN)
                 return made
             case ast.IfExp(test=test, body=body, orelse=orelse):
                 return self.select(node, self.expression(test), body, orelse)
             case ast.Call(func=func, args=arguments, keywords=[]):
                 return self.call(node, self.known(func), arguments)
         raise self.refuse(f"'{ast.unparse(node)}' has no counterpart", node)
+
+    def element(self, array: Any, index: Expression) -> Element:
+        if array.first:
+            index = self.arithmetic("+", Constant(array.first, INTEGER), index)
+        return Element(Name(array.symbol, array.base), index)
 
     def number(self, value: float, node: ast.expr) -> Constant:
         if not math.isfinite(value):

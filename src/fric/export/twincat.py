@@ -1,0 +1,101 @@
+"""The target ``twincat``: the velocity → current list of TF5200's friction compensation, and what 20 points leave.
+
+The compensation interpolates linearly between at most 20 points of velocity and current. The points are placed where
+they leave least of the steady friction: each next one as far as the interpolation error stays within a bound, and the
+bound is bisected until 20 points reach the largest velocity.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fric.export.base import Files, Part, Target
+from fric.export.c import name_of
+
+POINTS = 20
+"""Points of the list at most."""
+FASTEST = 0.5
+"""Largest velocity of the list [m/s, rad/s]."""
+
+
+def list_of(
+    part: Part, current_per_volt: float = 1.0, fastest: float = FASTEST
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Return velocities, currents, and the largest error of the interpolation [N].
+
+    Parameters
+    ----------
+    part
+        What is exported.
+    current_per_volt
+        Current that the drive makes of a volt [A/V]; 1 leaves volts.
+    fastest
+        Largest velocity of the list [m/s].
+
+    Returns
+    -------
+    velocity, current, error
+        Shapes (n,), (n,), n of at most 20, symmetric where friction is; and the error.
+    """
+    v = np.concatenate([[0.0], np.geomspace(1e-7 * fastest, fastest, 4000)])
+    half = POINTS // 2
+
+    def side(sign: float) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        force = np.asarray(part.model.steady_state(sign * np.maximum(v, 1e-9 * fastest)), float)
+
+        def chosen(bound: float) -> list[int]:
+            kept = [1]
+            while kept[-1] < len(v) - 1:
+                first = kept[-1]
+                last = first + 1
+                step = 1
+                while step:
+                    nearer = last
+                    while nearer + step < len(v) and _error(v, force, first, nearer + step) <= bound:
+                        nearer += step
+                        step *= 2
+                    last, step = nearer, step // 2
+                kept.append(last)
+            return kept
+
+        low, high = 0.0, float(np.ptp(force)) + 1e-12
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if len(chosen(middle)) <= half else (middle, high)
+        kept = chosen(high)
+        return sign * v[kept], force[kept], high
+
+    (v_minus, f_minus, e_minus), (v_plus, f_plus, e_plus) = side(-1.0), side(1.0)
+    velocity = np.concatenate([v_minus[::-1], v_plus])
+    force = np.concatenate([f_minus[::-1], f_plus])
+    return velocity, part.gain * force / part.K_f * current_per_volt, max(e_minus, e_plus)
+
+
+def _error(v: NDArray[np.float64], force: NDArray[np.float64], first: int, last: int) -> float:
+    inside = slice(first, last + 1)
+    line = np.interp(v[inside], [v[first], v[last]], [force[first], force[last]])
+    return float(np.abs(line - force[inside]).max())
+
+
+def twincat_files(part: Part) -> Files:
+    """Return the list as text, and a page that says what it leaves."""
+    velocity, volts, error = list_of(part)
+    unit, force = ("rad", "N*m") if part.motion == "rotary" else ("mm", "N")
+    per = 1.0 if part.motion == "rotary" else 1e3
+    lines = [f"velocity [{unit}/s];feedforward [V]"]
+    lines += [f"{per * v:.9g};{u:.9g}" for v, u in zip(velocity, volts, strict=True)]
+    page = (
+        f"# Friction list of axis {part.axis} for TwinCAT\n\n"
+        f"`{name_of(part)}-list.csv` holds {len(velocity)} points of velocity and feedforward for the friction "
+        "compensation of TF5200 (ISG kernel); times the drive's current per volt they are currents. The list is "
+        "interpolated linearly; its reversal needs the look-ahead that the kernel has.\n\n"
+        f"- {len(velocity)} points leave at most {error:.3g} {force} of the steady friction between "
+        f"{per * velocity[0]:g} and {per * velocity[-1]:g} {unit}/s.\n"
+        "- A list over velocity has no memory: what friction does before it slides (the hysteresis of the GMS model) "
+        "is not in it. `fric simulate circle … --scheme b` shows what a static map leaves, scheme c what GMS leaves.\n"
+    )
+    return {f"{name_of(part)}-list.csv": "\n".join(lines) + "\n", "README.md": page}
+
+
+TARGET = Target("twincat", "the velocity → current list of TF5200's friction compensation", twincat_files)

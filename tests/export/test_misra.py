@@ -1,0 +1,42 @@
+"""cppcheck's addon for MISRA C:2012 has no findings in exported C, and finds those of a bad file."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from fric.export.c import c_files
+from fric.friction import models
+from tests.export.parts import exportable, part, scheme_part
+
+pytestmark = pytest.mark.skipif(not shutil.which("cppcheck"), reason="cppcheck is not installed")
+
+BAD = """
+#include <stdlib.h>
+int f(int a) { int *p = malloc(4); if (a) return 1; *p = a; goto end; end: return p ? 07 : a++ + a; }
+"""
+
+
+def _findings(*files: Path) -> list[str]:
+    words = ["cppcheck", "--addon=misra", "--std=c99", "--enable=style", "--quiet", "--template={id} {file}:{line}"]
+    done = subprocess.run([*words, *map(str, files)], capture_output=True, text=True, check=True)
+    return [line for line in done.stderr.splitlines() if line.startswith("misra")]
+
+
+def test_the_checker_finds_what_a_bad_file_does(tmp_path: Path) -> None:
+    (tmp_path / "bad.c").write_text(BAD)
+    assert len({line.split()[0] for line in _findings(tmp_path / "bad.c")}) >= 8
+
+
+def test_exported_c_has_no_findings(tmp_path: Path) -> None:
+    for single in (False, True):
+        made = [part(models()[name].typical(), role) for name in exportable() for role in ("compensation", "machine")]
+        for n, one in enumerate([*made, scheme_part("f")]):  # each an axis of its own, for names are compared too
+            for name, text in c_files(replace(one, axis=f"a{n}{single:d}"), single=single).items():
+                (tmp_path / name).write_text(str(text))
+    for file in tmp_path.rglob("*.c"):
+        assert _findings(file) == []

@@ -1,0 +1,111 @@
+"""Exported steps give what the library's compiled steps give: to the last digit in double."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.control.scheme import PAPER_SCHEMES
+from fric.documents.machine_files import read_machine
+from fric.errors import FricError
+from fric.export.c import c_files
+from fric.export.st import st_files
+from fric.friction import models
+from fric.reference import circle
+from fric.simulate.axis import run_axis
+from tests.export.parts import MACHINE, REFUSED, SAMPLING, InC, exportable, motions, part, replayed, scheme_part
+from tests.export.structured_text import Program
+
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+needs_compiler = pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler is installed")
+
+
+@pytest.mark.parametrize("name", sorted(REFUSED))
+def test_what_no_controller_can_run_is_refused_with_the_reason(name: str) -> None:
+    with pytest.raises(FricError, match=REFUSED[name]):
+        c_files(part(models()[name].typical()))
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", exportable())
+def test_c_gives_the_librarys_forces_in_double_and_in_single_precision(name: str, tmp_path: Path) -> None:
+    model = models()[name].typical()
+    level = float(np.max(np.abs(replayed(model, *motions(4000)["100 mm/s"]))))
+    double, single = InC(part(model), tmp_path), InC(part(model), tmp_path, single=True)
+    for motion, (dz, v) in motions().items():
+        library = replayed(model, dz, v)
+        assert np.abs(double.forces(dz, v) - library).max() <= 1e-12 * level, motion
+        assert np.abs(single.forces(dz, v) - library).max() <= 1e-5 * level, motion
+
+
+@needs_compiler
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("role", ["compensation", "machine"])
+def test_strict_compilers_have_nothing_to_say(compiler: str, role: str, tmp_path: Path) -> None:
+    for single in (False, True):
+        for name in exportable():
+            InC(part(models()[name].typical(), role), tmp_path, single=single, compiler=compiler)  # type: ignore[arg-type]
+        if role == "compensation":
+            InC(scheme_part("f"), tmp_path, single=single, compiler=compiler)
+
+
+@pytest.mark.parametrize("name", exportable())
+def test_structured_text_gives_the_librarys_forces(name: str) -> None:
+    model = models()[name].typical()
+    (text,) = st_files(part(model)).values()
+    step = Program(str(text)).names[f"fric_x_{name}_step"]
+    for motion, (dz, v) in motions(100_000 if name == "gms" else 20_000).items():
+        state, parameters = model.initial_state().tolist(), model.packed().tolist()
+        found = [step(a, b, 1 / SAMPLING, state, parameters) for a, b in zip(dz.tolist(), v.tolist(), strict=True)]
+        assert np.abs(np.array(found) - replayed(model, dz, v)).max() <= 1e-9, motion
+
+
+@pytest.mark.parametrize("scheme", ["c", "f"])
+def test_structured_text_is_grammatical(scheme: str) -> None:
+    parse = pytest.importorskip("blark.parse").parse_source_code
+    (text,) = st_files(scheme_part(scheme)).values()
+    assert parse(str(text)).exception is None
+    assert parse(str(text).replace("END_IF;", "END_IFF;", 1)).exception is not None  # it can fail
+
+
+def _along_a_run(scheme: str) -> tuple[list[dict[str, float]], np.ndarray]:
+    """What a controller asks and sees along a simulated circle, and what the compensation adds to its voltage."""
+    axis = read_machine(MACHINE).axis("x")
+    reference = circle(0.03, 0.1, 1, axis.cascade.sampling)[0]
+    run = run_axis(axis, reference, PAPER_SCHEMES[scheme])
+    model = (reference.acceleration + axis.plant.A * reference.velocity) / axis.plant.B
+    added = model + run.feedforward - run.disturbance
+    control = run.input - added  # nothing saturates
+    assert not run.saturated
+    before = np.append(0.0, run.input[:-1])
+    rows = zip(
+        reference.position, reference.velocity, reference.acceleration, run.measured, control, before, strict=True
+    )
+    names = ("position", "velocity", "acceleration", "measured", "control", "input")
+    return [dict(zip(names, map(float, row), strict=True)) for row in rows], added
+
+
+@needs_compiler
+@pytest.mark.parametrize("scheme", ["c", "f"])
+def test_c_adds_in_each_sample_what_the_simulated_controller_added(scheme: str, tmp_path: Path) -> None:
+    asked, added = _along_a_run(scheme)
+    made = InC(scheme_part(scheme), tmp_path)
+    made.reset()
+    found = np.array([made.step(**one) for one in asked])
+    assert np.abs(found - added).max() < 1e-12 * np.abs(added).max() + 1e-11
+    assert not made.fault
+
+
+@pytest.mark.parametrize("scheme", ["c", "f"])
+def test_structured_text_adds_what_the_simulated_controller_added(scheme: str) -> None:
+    asked, added = _along_a_run(scheme)
+    (text,) = st_files(scheme_part(scheme)).values()
+    block = Program(str(text)).instance()
+    found = []
+    for one in asked:
+        inputs = {("previous" if name == "input" else name): value for name, value in one.items()}
+        found.append(block(**inputs).volts)
+    assert np.abs(np.array(found) - added).max() < 1e-9
