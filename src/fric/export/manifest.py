@@ -62,18 +62,12 @@ def manifest_text(content: Mapping[str, Any]) -> str:
 def friction_values(model: FrictionModel, motion: str) -> dict[str, Any]:
     """Return the parameters of a model by section and name, each with its unit."""
     found: dict[str, Any] = {"model": model.name}
-    holders: dict[str, Any] = {model.name: model}
-    holders |= {
-        f.name: getattr(model, f.name) for f in fields(model) if isinstance(getattr(model, f.name), FrictionModel)
-    }
+    parts = {name: value for name, value in vars(model).items() if isinstance(value, FrictionModel)}
+    holders: dict[str, Any] = {model.name: model} | parts
+    kind: Motion = "rotary" if motion == "rotary" else "linear"
     for section, parameters in type(model).declared().items():
         holder = holders.get(section, model)
-        found[section] = {
-            p.name: _quantity(
-                getattr(holder, p.name), si_unit(p.dimension, "rotary" if motion == "rotary" else "linear")
-            )
-            for p in parameters
-        }
+        found[section] = {p.name: _quantity(getattr(holder, p.name), si_unit(p.dimension, kind)) for p in parameters}
     return found
 
 

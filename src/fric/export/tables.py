@@ -66,7 +66,8 @@ def mat_files(part: Part) -> Files:
             if isinstance(quantity["value"], list):
                 sections[section][name] = np.asarray(quantity["value"], float)
     packed = io.BytesIO()
-    savemat(packed, {"fric": sections | {"steady": steady_table(part)}}, long_field_names=True)
+    writable: Any = packed
+    savemat(writable, {"fric": sections | {"steady": steady_table(part)}}, long_field_names=True)
     data = packed.getvalue()
     head = b"MATLAB 5.0 MAT-file, made by fric"
     return {f"{name_of(part)}.mat": head + b" " * (116 - len(head)) + data[116:]}  # the date is not of the content

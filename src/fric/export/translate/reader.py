@@ -145,12 +145,11 @@ class _Reader:
         if isinstance(compiled, types.NoneType):
             return None
         if isinstance(compiled, types.BaseNamedTuple):
-            return self.group(compiled.instance_class)
+            return self.group(compiled.instance_class)  # type: ignore[attr-defined]
         if isinstance(compiled, types.BaseTuple):
-            key = tuple(map(str, compiled))
-            return self.record(
-                key, f"tuple_{len(key)}", [(f"item_{i}", self.type(of)) for i, of in enumerate(compiled)]
-            )
+            members: list[Any] = list(compiled)  # type: ignore[call-overload]
+            items = [(f"item_{i}", self.type(of)) for i, of in enumerate(members)]
+            return self.record(tuple(map(str, members)), f"tuple_{len(items)}", items)
         return Absent(str(compiled))
 
     def group(self, of: Any) -> Record:
