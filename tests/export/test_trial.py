@@ -1,0 +1,76 @@
+"""Exported compensation in a real LinuxCNC."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from fric.control.scheme import PAPER_SCHEMES
+from fric.documents.machine_files import read_machine
+from fric.errors import FricError
+from fric.export.trial import Arc, read_trace, try_in_linuxcnc
+from tests.export.parts import MACHINE
+
+needs_linuxcnc = pytest.mark.skipif(
+    not (shutil.which("linuxcnc") and shutil.which("halcompile") and os.geteuid() == 0),
+    reason="LinuxCNC is not installed, or this is not root",
+)
+
+
+@pytest.mark.parametrize(("lost", "rows"), [(1, "0 1\n1 1\n"), (0, "0 1\n2 1\n"), (0, "")])
+@pytest.mark.filterwarnings("ignore:loadtxt")
+def test_a_record_that_lost_rows_is_an_error(lost: int, rows: str, tmp_path: Path) -> None:
+    (tmp_path / "trace.txt").write_text(rows)
+    with pytest.raises(FricError, match="lost rows"):
+        read_trace(tmp_path / "trace.txt", lost)
+
+
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Arc], list[Arc], Path]:
+    machine = read_machine(MACHINE)
+    folders = [tmp_path_factory.mktemp("linuxcnc") for _ in range(2)]
+    slow = try_in_linuxcnc(machine, PAPER_SCHEMES["f"], folders[0])
+    fast = try_in_linuxcnc(machine, PAPER_SCHEMES["f"], folders[1], feeds=(0.1,))
+    return slow, fast, folders[1]
+
+
+@needs_linuxcnc
+@pytest.mark.long
+def test_each_quadrant_is_as_simulated_and_the_feedforward_takes_off_what_it_should(
+    trials: tuple[list[Arc], list[Arc], Path],
+) -> None:
+    for arc in trials[0]:
+        assert arc.difference < 0.5e-6, (arc.scheme.title, arc.feed, arc.direction)
+    for feed, least in ((0.1, 0.72), (0.01, 0.66)):
+        left = {a.scheme.name: a.measured.glitch for a in trials[0] if a.feed == feed and a.direction == 1}
+        assert left["feedforward"] < (1 - least) * left["none"]
+        assert left["f"] < (1 - 0.85) * left["none"]
+
+
+@needs_linuxcnc
+@pytest.mark.long
+def test_two_runs_are_equal_byte_by_byte(trials: tuple[list[Arc], list[Arc], Path], tmp_path: Path) -> None:
+    try_in_linuxcnc(read_machine(MACHINE), PAPER_SCHEMES["f"], tmp_path, feeds=(0.1,))
+    for session in ("session-none", "session-feedforward", "session-f"):
+        first, second = ((folder / session / "trace.txt").read_bytes() for folder in (trials[2], tmp_path))
+        assert first == second
+
+
+@needs_linuxcnc
+@pytest.mark.long
+def test_exact_belief_with_lead_takes_off_97_percent_at_100_mm_s(tmp_path: Path) -> None:
+    machine = read_machine(MACHINE, gain=1.0, lead="auto")
+    arcs = try_in_linuxcnc(machine, PAPER_SCHEMES["c"], tmp_path, feeds=(0.1,))
+    left = {a.scheme.name: a.measured.glitch for a in arcs if a.direction == 1}
+    assert left["c"] < 0.03 * left["none"]
+    assert max(arc.difference for arc in arcs) < 0.5e-6
+
+
+def test_a_trial_without_linuxcnc_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(FricError, match="apt-get install linuxcnc-uspace"):
+        try_in_linuxcnc(read_machine(MACHINE), PAPER_SCHEMES["c"], tmp_path)
+    assert not any(tmp_path.iterdir())
