@@ -10,7 +10,7 @@ from traceback import format_exc
 from typing import Any
 
 import numpy as np
-from fric.identify.loops.gms import identify_gms
+from fric.identify.gms.gms import identify_gms
 
 from benchmarks.reality.session import Session
 from benchmarks.reality.truth import gms_truth, plant_truth, static_truth, virgin_truth
