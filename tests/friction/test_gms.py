@@ -182,7 +182,7 @@ def energy(model, state):
         TABLE_1,
         ten_blocks(),
         replace(TABLE_1, C=1e7),
-        Rolling(PAPER, TABLE_1.alpha, TABLE_1.k, 1e5, replace(PAPER, F_s=120.0), (0.2, 0.1), (1e-3, 7e-6), (0.0, 1.0)),
+        Rolling(PAPER, TABLE_1.alpha, TABLE_1.k, 1e5, (0.2, 0.1), (1e-3, 7e-6), (0.0, 1.0)),
     ],
     ids=["Table 1", "ten", "fast C", "rolling"],
 )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fric.documents.machine_files import read_machine
+from fric.friction.directed import Directed
 from fric.friction.rolling import Rolling
 from fric.io.hdf5 import read_logs
 from fric.simulate.experiment import experiment
@@ -37,11 +38,12 @@ def test_bundled_logs_are_made_again(kind: str, seed: int, settings: dict[str, o
 
 def test_the_rig_is_richer_than_the_models_that_are_identified() -> None:
     for axis in RIG.axes.values():
-        friction = axis.friction
+        assert isinstance(axis.friction, Directed)
+        friction = axis.friction.model
         assert isinstance(friction, Rolling)
         assert len(friction.alpha) >= 10
         assert abs(axis.load) > 1.0
-        forward, back = (float(friction.steady_state(v)) for v in (0.01, -0.01))
+        forward, back = (float(axis.friction.steady_state(v)) for v in (0.01, -0.01))
         assert 0.02 < abs(forward + back) / forward < 0.08
         assert len(friction.amplitude) == 3
         assert friction.C != 1e4

@@ -11,6 +11,7 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.estimate import Covariance
 from fric.friction import models
+from fric.friction.directed import Directed
 from fric.friction.rolling import Rolling
 from fric.friction.stribeck import StaticMap
 from fric.identify.strokes.map_fit import SpeedPoint, fit_map
@@ -94,7 +95,7 @@ def test_level_and_stiffness_reach_every_model_and_both_directions():
     for model in models().values():
         typical = model.typical()
         if isinstance(typical, Rolling):
-            typical = replace(typical, negative=replace(typical.static, F_c=80.0))
+            typical = Directed(typical, replace(typical.static, F_c=80.0))
         machine = Machine("", {"x": replace(ONE.axes["x"], friction=typical)})
         drawn = draw_machine(machine, 0, spreads={"level": Spread(1.5, 1.5)})[0].axes["x"].friction
         v = np.array([-0.5, -1e-4, 1e-4, 0.5])

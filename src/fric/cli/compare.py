@@ -48,7 +48,7 @@ def compare(
         raise FricError("--fit-on and --cycles are two ways to split", mend="Give one of them.")
     records = fric.read_logs(logs)
     axis, motion = records[0].axis, records[0].motion
-    kept = fric.read_friction(static, axis=axis, motion=motion).estimates("static") if static else None
+    kept = fric.read_friction(static, axis=axis, motion=motion) if static else None
     ready = fric.prepared(records, fric.read_plant(plant, axis=axis, motion=motion) if plant else None)
     if fit_on:
         splits = fric.split_by_record(ready, fit_on)
@@ -57,7 +57,16 @@ def compare(
     else:
         splits = fric.split_by_folds(ready, folds)
     with progress("fitting", total=len(names)) as done:
-        comparison = fric.compare_models(names, ready, splits, static=kept, blocks=blocks, seed=seed, told=done)
+        comparison = fric.compare_models(
+            names,
+            ready,
+            splits,
+            static=kept.estimates("static") if kept else None,
+            negative=kept.backward() if kept else None,
+            blocks=blocks,
+            seed=seed,
+            told=done,
+        )
     document = fric.comparison_tree(comparison)
     if plot:
         fric.save_figure(fric.draw_comparison(comparison), plot, force=force)

@@ -16,6 +16,7 @@ from fric.documents.plant import plant_part
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel, models
+from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
 from fric.log import Log
 from fric.units import Motion, parse, si_unit
@@ -117,8 +118,13 @@ class FrictionDocument(OfAxis):
         return own + self.model_names()
 
     def friction(self, name: str) -> FrictionModel:
-        """Return one friction model of this file (``static``, ``gms``, …) with the parameters given here."""
-        return models()[name].from_sections({key: self.estimates(key) for key in self.sections()})
+        """Return one friction model of this file (``static``, ``gms``, …), with a map a direction where it has them."""
+        sections = {key: self.estimates(key) for key in self.sections()}
+        return directed(models()[name].from_sections(sections), self.backward())
+
+    def backward(self) -> StaticMap | None:
+        """Return the static map of the negative direction, where each has its own."""
+        return StaticMap.from_sections({"static": self.estimates("static_negative")}) if self.static_negative else None
 
     def content(self, *names: str) -> dict[str, Any]:
         """Return the sections and fits that are named, or all, as they go into a file that builds upon this one."""
@@ -133,12 +139,15 @@ class GivenStatic:
     Parameters
     ----------
     static
-        The map; the mean of the two directions where each has its own.
+        The map; that of the positive direction where each has its own.
+    negative
+        That of the negative direction, where each has its own.
     document
         The file.
     """
 
     static: StaticMap
+    negative: StaticMap | None
     document: FrictionDocument
 
 
@@ -162,18 +171,13 @@ def read_static(path: Path, *, axis: str, motion: Motion) -> GivenStatic:
         When the file is no friction file, is of another axis, or holds no static map.
     """
     document = read_friction(path, axis=axis, motion=motion)
-    sections = [document.estimates(name) for name in ("static", "static_negative") if document.section(name)]
-    if not sections:
+    if not document.section("static"):
         raise FricError(
             "holds no static map", where=str(path), mend="Make one with `fric identify static`, or leave --static out."
         )
-    values = {
-        p.name: sum(float(section[p.name]) for section in sections) / len(sections)
-        for p in StaticMap.parameters
-        if p.name in sections[0]
-    }
     try:
-        return GivenStatic(StaticMap(**values), document)
+        forward = StaticMap.from_sections({"static": document.estimates("static")})
+        return GivenStatic(forward, document.backward(), document)
     except (FricError, TypeError) as error:
         raise FricError(f"static: {error}", where=str(path)) from None
 

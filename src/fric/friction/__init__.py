@@ -21,6 +21,6 @@ def models() -> dict[str, type[FrictionModel]]:
     while pending:
         model = pending.pop()
         pending += model.__subclasses__()
-        if "name" in vars(model):
+        if isinstance(vars(model).get("name"), str):
             found[model.name] = model
     return dict(sorted(found.items()))

@@ -1,4 +1,4 @@
-"""GMS friction on a real guideway: two directions that differ, and a level that varies as the balls pass."""
+"""GMS friction on a real guideway: a level that varies as the balls pass."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from fric.errors import FricError
 from fric.friction.base import Parameter, Property
 from fric.friction.gms import GMS
-from fric.friction.stribeck import StaticMap
 from fric.kernels.signatures import Step, compiled_step
 
 if TYPE_CHECKING:
@@ -27,17 +26,16 @@ _gms_step = GMS.step
 @compiled_step
 def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
     waves = int(parameters[0])
-    gms = 6 + 3 * waves  # where the GMS parameters begin, after the negative direction's map
+    gms = 1 + 3 * waves  # where the GMS parameters begin
     own = parameters.size - gms
     state[0] += dz
     level = 1.0
     for i in range(waves):
-        amplitude, pitch, phase = parameters[6 + 3 * i], parameters[7 + 3 * i], parameters[8 + 3 * i]
+        amplitude, pitch, phase = parameters[1 + 3 * i], parameters[2 + 3 * i], parameters[3 + 3 * i]
         level += amplitude * sin(2.0 * pi * state[0] / pitch + phase)
-    here = state[1 : 1 + own]  # the GMS parameters as they hold at this place and in this direction
-    negative = dz < 0.0 or (dz == 0.0 and v < 0.0)
-    for i in range(5):
-        here[i] = parameters[1 + i] if negative else parameters[gms + i]
+    here = state[1 : 1 + own]  # the GMS parameters as they hold at this place
+    for i in range(own):
+        here[i] = parameters[gms + i]
     here[0] *= level
     here[1] *= level
     return _gms_step(dz, v, dt, state[1 + own :], here)
@@ -45,21 +43,18 @@ def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters
 
 @dataclass(frozen=True)
 class Rolling(GMS):
-    """A GMS model whose Stribeck level depends on the direction and on the place along the stroke.
+    """A GMS model whose Stribeck level depends on the place along the stroke.
 
-    ``s(v, z) = {1 + Σ_j amplitude_j·sin(2π·z/pitch_j + phase_j)}·s_±(v)``, with z from where the run begins; what
+    ``s(v, z) = {1 + Σ_j amplitude_j·sin(2π·z/pitch_j + phase_j)}·s(v)``, with z from where the run begins; what
     follows from s(v) is eqs. (3) to (5). Rolling elements that enter and leave the loaded zone vary the friction of a
-    guideway with the pitch of the elements, by some per cent; and its two directions are seldom alike.
+    guideway with the pitch of the elements, by some per cent.
 
-    It stands in a friction file as ``rolling`` beside ``static``, ``gms`` and, where the directions differ,
-    ``static_negative``.
+    It stands in a friction file as ``rolling`` beside ``static`` and ``gms``.
 
     Parameters
     ----------
     static, alpha, k, C
-        As in `GMS`; the static map is that of the positive direction.
-    negative
-        Static map of the negative direction; None where it is that of the positive one.
+        As in `GMS`.
     amplitude, pitch, phase
         Relative amplitude [1], period along the stroke [m] and phase [rad] of each wave, each of shape (waves,).
 
@@ -69,7 +64,6 @@ class Rolling(GMS):
         When the waves differ in length, together reach 1, or have no positive pitch.
     """
 
-    negative: StaticMap | None = None
     amplitude: tuple[float, ...] = ()
     pitch: tuple[float, ...] = ()
     phase: tuple[float, ...] = ()
@@ -97,28 +91,18 @@ class Rolling(GMS):
 
     @classmethod
     def fields_from(cls, sections: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
-        """Return the fields that a friction file gives: its waves, its GMS model, and both static maps."""
-        negative = sections.get("static_negative")
-        return {
-            **GMS.fields_from(sections),
-            **super(GMS, cls).fields_from(sections),
-            "negative": StaticMap.from_sections({"static": negative}) if negative else None,
-        }
+        """Return the fields that a friction file gives: its waves and its GMS model."""
+        return {**GMS.fields_from(sections), **super(GMS, cls).fields_from(sections)}
 
     @classmethod
     def typical_fields(cls) -> dict[str, Any]:
         """Return the fields of `typical`: those of GMS, on a guideway without waves."""
         return {**GMS.typical_fields(), **super(GMS, cls).typical_fields()}
 
-    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        """Return the force [N] at velocity v [m/s], averaged along the stroke."""
-        v = np.asarray(v, float)
-        return np.where(v < 0, (self.negative or self.static).steady_state(v), self.static.steady_state(v))
-
     def packed(self) -> NDArray[np.float64]:
-        """Return ``[waves, negative map, (amplitude, pitch, phase) of each wave, GMS parameters]``."""
+        """Return ``[waves, (amplitude, pitch, phase) of each wave, GMS parameters]``."""
         waves = np.column_stack([self.amplitude, self.pitch, self.phase]).ravel()
-        return np.array([len(self.amplitude), *(self.negative or self.static).packed(), *waves, *super().packed()])
+        return np.array([len(self.amplitude), *waves, *super().packed()])
 
     def initial_state(self) -> NDArray[np.float64]:
         """Return ``[z, the GMS parameters as they hold at z, GMS state]`` of a relaxed contact."""

@@ -154,7 +154,7 @@ def _static(files: AxisFiles, machine: Path | None, axis: str) -> None:
 def _gms(files: AxisFiles, loops: Sequence[Path], machine: Path | None, axis: str) -> None:
     logs = read_logs(loops)
     given = read_static(files.static, axis=axis, motion=logs[0].motion)
-    fit = identify_gms(logs, static=given.static, plant=_damping_plant(files, machine, axis))
+    fit = identify_gms(logs, static=given.static, negative=given.negative, plant=_damping_plant(files, machine, axis))
     write_document(files.friction, gms_tree(fit, logs, given), force=True)
     save_figure(draw_gms(fit), files.fig_4_5, force=True)
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fric.friction.directed import Directed
+
 if TYPE_CHECKING:
     from fric.estimate import Covariance, Estimate
     from fric.friction import FrictionModel, Parameter
@@ -90,7 +92,8 @@ def friction_intervals(
     """
     found: dict[str, tuple[float, float]] = {}
     refused: list[str] = []
-    parts = (("", model), ("", getattr(model, "static", None)), ("negative.", getattr(model, "negative", None)))
+    one = model.model if isinstance(model, Directed) else model
+    parts = (("", one), ("", getattr(one, "static", None)), ("negative.", getattr(model, "negative", None)))
     for prefix, part in parts:
         if part is None:
             continue

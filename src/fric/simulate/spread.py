@@ -224,7 +224,7 @@ def _plant(plant: Plant, draws: _Draws) -> Plant:
 
 def _friction(model: FrictionModel, draws: _Draws, prefix: str = "") -> FrictionModel:
     changed: dict[str, Any] = {}
-    for part in ("static", "negative"):
+    for part in ("model", "static", "negative"):
         if isinstance(inner := getattr(model, part, None), FrictionModel):
             changed[part] = _friction(inner, draws, "negative." if part == "negative" else prefix)
     for parameter in own_parameters(model):

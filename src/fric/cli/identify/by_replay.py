@@ -74,6 +74,7 @@ def command(name: str | None = None) -> Callable[..., None]:
                 model,
                 ready,
                 static=kept.estimates("static") if kept else None,
+                negative=kept.backward() if kept else None,
                 blocks=blocks,
                 fix=fric.parse_parameters(model, fix or (), motion),
                 free=free or (),

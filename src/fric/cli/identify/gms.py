@@ -45,6 +45,7 @@ def gms(
     count, most = _blocks(blocks)
     settings: dict[str, Any] = {
         "static": given.static if given else None,
+        "negative": given.negative if given else None,
         "plant": fric.read_plant(plant, axis=axis, motion=motion) if plant else None,
         "blocks": count,
         "knots": _knots(knots, blocks, motion),

@@ -11,6 +11,7 @@ from scipy.special import expit, logit, stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
+from fric.friction.directed import directed, mean_map
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import find_loops
@@ -50,6 +51,7 @@ def identify_gms(
     logs: Sequence[Log],
     *,
     static: StaticMap | None = None,
+    negative: StaticMap | None = None,
     plant: Plant | None = None,
     blocks: int | None = None,
     most_blocks: int = MOST_BLOCKS,
@@ -69,6 +71,8 @@ def identify_gms(
         ``motion`` or of no kind.
     static
         The static map; without it the plateau gives F_c = F_s.
+    negative
+        That of the negative direction, where each has its own; ``static`` is then that of the positive one.
     plant
         The plant, whose inertia and linear damping are taken off the force.
     blocks
@@ -93,12 +97,13 @@ def identify_gms(
         log.require("position", "the virgin curve")
     ready = prepared([*presliding, *sliding], plant)
     loops = [find_loops(record, cycles) for record in ready[: len(presliding)]]
-    curve = virgin_curve(loops, static)
-    if static is not None and not curve.saturates:
-        curve = replace(curve, level=static.F_s)
+    curve = virgin_curve(loops, static, negative)
+    between = mean_map(static, negative) if static is not None else None
+    if between is not None and not curve.saturates:
+        curve = replace(curve, level=between.F_s)
     motion = presliding[0].motion
     choice, found, without = _blocks(curve, blocks, most_blocks, knots, si_unit("force", motion))
-    base = static or StaticMap(found.limit.sum(), found.limit.sum(), 1e-3)
+    base = between or StaticMap(found.limit.sum(), found.limit.sum(), 1e-3)
     cycled = [one.for_replay() for one in loops]
     slides = [record.in_sliding() for record in ready[len(presliding) :]] if static is not None else []
     records = [*cycled, *slides]
@@ -107,7 +112,8 @@ def identify_gms(
     together: Covariance | None = None
     if refined:
         start = _at_level(base, found, ASSUMED_C, curve.saturates)
-        fit = _refined(records, base, start, with_level=curve.saturates, with_C=bool(slides))
+        given = static or base, negative
+        fit = _refined(records, given, start, with_level=curve.saturates, with_C=bool(slides))
         alpha, k, C = (fit.estimates["gms"][name] for name in ("alpha", "k", "C"))
         level, model, together = fit.level, fit.model, fit.covariance
         if C.fixed:
@@ -116,7 +122,7 @@ def identify_gms(
         alpha, k, level = _by_leaving_out(found, without, base, motion)
         C = Estimate(ASSUMED_C, si_unit("force rate", motion), assumed=True)
         level = level if curve.saturates else Estimate(1.0, "1")
-        model = _at_level(base, found, ASSUMED_C, curve.saturates)
+        model = directed(_at_level(static or base, found, ASSUMED_C, curve.saturates), negative)
     if static is None:
         base = replace(base, F_c=base.F_c * float(level), F_s=base.F_s * float(level))
         level = _relative(level)
@@ -150,15 +156,23 @@ def _at_level(static: StaticMap, blocks: Blocks, C: float, with_level: bool) -> 
 
 
 def _refined(
-    records: Sequence[Prepared], static: StaticMap, start: GMS, *, with_level: bool, with_C: bool
+    records: Sequence[Prepared],
+    maps: tuple[StaticMap, StaticMap | None],
+    start: GMS,
+    *,
+    with_level: bool,
+    with_C: bool,
 ) -> ReplayFit:
     """Return the fit by replay from the blocks of the virgin curve; C is assumed where the records do not tell it."""
-    given = {p.name: Estimate(getattr(static, p.name), "") for p in StaticMap.parameters}
+    given = {p.name: Estimate(getattr(maps[0], p.name), "") for p in StaticMap.parameters}
+    level = start.static.F_s / mean_map(*maps).F_s
+    start = replace(start, static=replace(start.static, F_s=level * maps[0].F_s))
 
     def fitted(**fix: float) -> ReplayFit:
         return identify_by_replay(
-            "gms", records, static=given, blocks=len(start.alpha), start=start, fix=fix, with_level=with_level
-        )
+            "gms", records, static=given, negative=maps[1], blocks=len(start.alpha), start=start, fix=fix,
+            with_level=with_level,
+        )  # fmt: skip
 
     fit = fitted() if with_C else fitted(C=ASSUMED_C)
     low, high = fit.estimates["gms"]["C"].ci95 or (0.0, 0.0)

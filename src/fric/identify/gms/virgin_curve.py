@@ -114,12 +114,15 @@ class _Branches:
     level: float
 
 
-def virgin_curve(loops: Sequence[Loops], static: StaticMap | None = None) -> VirginCurve:
+def virgin_curve(
+    loops: Sequence[Loops], static: StaticMap | None = None, negative: StaticMap | None = None
+) -> VirginCurve:
     """Return the virgin curve of one or more records: the small loop up to its amplitude, the larger one beyond.
 
     In a fast loop the level is below F_s. All limits alpha_i·s(v) scale together, so that with
     ``q = (|s(v)| + F_s)/(2·F_s)`` (slipping at v after a reversal at rest) the halved branch is ``q·V(z/q)``: both
-    axes are divided by q. This is exact for the GMS model but for its lag s/C, and puts the plateau at F_s.
+    axes are divided by q. This is exact for the GMS model but for its lag s/C, and puts the plateau at F_s. Where the
+    directions have a map each, ``q = (|s_±(v)| + F_s∓)/(F_s+ + F_s-)``, and the plateau is at the mean of the two.
 
     Parameters
     ----------
@@ -127,6 +130,8 @@ def virgin_curve(loops: Sequence[Loops], static: StaticMap | None = None) -> Vir
         Pre-sliding records.
     static
         The static map; without it no correction is made, and nothing viscous is taken off.
+    negative
+        That of the negative direction, where each has its own.
     """
     ordered = sorted(loops, key=lambda one: one.amplitude)
     groups: list[list[Loops]] = []
@@ -137,7 +142,7 @@ def virgin_curve(loops: Sequence[Loops], static: StaticMap | None = None) -> Vir
             groups.append([one])
     parts, reach, previous, mismatch = [], 0.0, None, 0.0
     for group in groups:
-        branches = [_branches(one, static, max(one.amplitude for one in group)) for one in group]
+        branches = [_branches(one, (static, negative), max(one.amplitude for one in group)) for one in group]
         merged = np.vstack([b.cycles for b in branches])
         place = np.nanmean(np.vstack([b.displacement for b in branches]), axis=0)
         seen = np.isfinite(merged).mean(axis=0) > 0.5
@@ -182,11 +187,16 @@ def _least_slope(displacement: NDArray[np.float64], force: NDArray[np.float64]) 
     return min(slopes, default=np.inf)
 
 
-def _branches(loops: Loops, static: StaticMap | None, amplitude: float) -> _Branches:
+def _branches(loops: Loops, maps: tuple[StaticMap | None, StaticMap | None], amplitude: float) -> _Branches:
     """Return the halved branches of one record, each cycle the mean of its two directions, binned."""
     z, v = loops.motion.position, loops.motion.velocity
-    force = loops.force - (static.sigma * v if static else 0.0)
-    ratio = 0.5 * (static.level(v) / static.F_s + 1.0) if static else np.ones_like(v)
+    static, force = maps[0], loops.force
+    ratio: NDArray[np.float64] = np.ones_like(v)
+    if static is not None:
+        back = maps[1] or static
+        force = force - np.where(v < 0, back.sigma, static.sigma) * v
+        level = np.where(v < 0, back.level(v) + static.F_s, static.level(v) + back.F_s)
+        ratio = level / (static.F_s + back.F_s)
     edges = _edges(amplitude, loops.motion.step)
     cycles, places, levels = [], [], []
     for first, turn, last in loops.chosen():

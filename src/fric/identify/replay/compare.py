@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from fric.estimate import Estimate
     from fric.friction import FrictionModel
+    from fric.friction.stribeck import StaticMap
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,7 @@ def compare_models(
     splits: Sequence[Split],
     *,
     static: Mapping[str, Estimate] | None = None,
+    negative: StaticMap | None = None,
     blocks: int = 4,
     seed: int = 0,
     told: Callable[[], None] = lambda: None,
@@ -125,7 +127,7 @@ def compare_models(
         See `fric.identify.records.prepared.prepared`.
     splits
         What is fitted and scored.
-    static, blocks, seed
+    static, negative, blocks, seed
         As in `identify_by_replay`.
     told
         Called after each model.
@@ -141,7 +143,7 @@ def compare_models(
         raise FricError("there is no sample to score", where=records[0].log.where)
     scores = []
     for name in names:
-        scores.append(_scored(name, records, splits, near, static, blocks, seed))
+        scores.append(_scored(name, records, splits, near, static, negative, blocks, seed))
         told()
     independent = max(score.fits[0].independent for score in scores)
     scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.rms)
@@ -157,6 +159,7 @@ def _scored(
     splits: Sequence[Split],
     near: Masks,
     static: Mapping[str, Estimate] | None,
+    negative: StaticMap | None,
     blocks: int,
     seed: int,
 ) -> Score:
@@ -166,7 +169,7 @@ def _scored(
     for split in splits:
         chosen = [record.restricted(mask) for record, mask in zip(records, split.fitted, strict=True)]
         start = fits[0].model if fits else None
-        fit = identify_by_replay(name, chosen, static=static, blocks=blocks, seed=seed, start=start)
+        fit = identify_by_replay(name, chosen, static=static, negative=negative, blocks=blocks, seed=seed, start=start)
         fits.append(fit)
         for record, of_fit, to_score, rest in zip(records, chosen, split.scored, residual, strict=True):
             left = record.force - record.replay(fit.model)

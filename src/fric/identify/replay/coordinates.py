@@ -8,7 +8,7 @@ parameter that is never below another by the logarithm of their ratio. How far t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp, isfinite, isnan, log
 from typing import TYPE_CHECKING, Literal
 
@@ -17,6 +17,8 @@ import numpy as np
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.base import Parameter
+from fric.friction.directed import directed
+from fric.friction.stribeck import StaticMap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -77,12 +79,15 @@ class Coordinates:
         parameter it is never below.
     blocks
         Number of blocks of a model that has any.
+    negative
+        Static map of the negative direction, where each has its own.
     """
 
     model: type[FrictionModel]
     free: tuple[Coordinate, ...]
     held: Mapping[tuple[str, str], float]
     blocks: int
+    negative: StaticMap | None = None
 
     @classmethod
     def of(
@@ -93,6 +98,7 @@ class Coordinates:
         blocks: int,
         held: Mapping[tuple[str, str], float],
         level: bool = False,
+        negative: StaticMap | None = None,
     ) -> Coordinates:
         """Return the coordinates of a model where all is free that is not held, and the level where it is asked for.
 
@@ -113,7 +119,7 @@ class Coordinates:
             free.append(Coordinate("static", LEVEL, None, "log", -log(5.0), log(5.0)))
         if not free:
             raise FricError(f"every parameter of {model.name} is given, and none is left to fit")
-        return cls(model, tuple(free), dict(held), blocks)
+        return cls(model, tuple(free), dict(held), blocks, negative)
 
     @property
     def lower(self) -> NDArray[np.float64]:
@@ -129,7 +135,7 @@ class Coordinates:
         """Return the coordinates with one, of a parameter that is one number, held at a value in SI."""
         c = self.free[index]
         held = {**self.held, (c.section, c.parameter.name): value}
-        return Coordinates(self.model, (*self.free[:index], *self.free[index + 1 :]), held, self.blocks)
+        return replace(self, free=(*self.free[:index], *self.free[index + 1 :]), held=held)
 
     def values(self, x: NDArray[np.float64]) -> dict[str, dict[str, float | tuple[float, ...]]]:
         """Return all parameters in SI, by section and name, at a point of the search, shape (p,)."""
@@ -165,12 +171,18 @@ class Coordinates:
 
     def build(self, x: NDArray[np.float64]) -> FrictionModel:
         """Return the model at a point of the search."""
-        return self.model.from_sections(
-            {
-                section: {name: Estimate(value, "") for name, value in values.items()}
-                for section, values in self.values(x).items()
-            }
-        )
+        found = self.values(x)
+        sections = {s: {name: Estimate(value, "") for name, value in values.items()} for s, values in found.items()}
+        return self.on_guideway(self.model.from_sections(sections), found)
+
+    def on_guideway(self, model: FrictionModel, values: Mapping[str, Mapping[str, object]]) -> FrictionModel:
+        """Return a model with the map of the negative direction, at the level of the records."""
+        if self.negative is None:
+            return model
+        level = values["static"].get(LEVEL.name, 1.0)
+        assert isinstance(level, float)
+        forces = {name: level * getattr(self.negative, name) for name in ("F_c", "F_s")}
+        return directed(model, replace(self.negative, **forces))
 
     def spread_start(self, y: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the point of a coarse search: blocks as a geometric row between two numbers.

@@ -12,6 +12,7 @@ from scipy.special import stdtrit
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval
 from fric.friction import models
+from fric.friction.directed import Directed
 from fric.identify.records.prepared import DIMENSIONS, Own, Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.ranges import search_ranges
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.friction import FrictionModel
+    from fric.friction.stribeck import StaticMap
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,7 @@ def identify_by_replay(
     records: Sequence[Prepared],
     *,
     static: Mapping[str, Estimate] | None = None,
+    negative: StaticMap | None = None,
     blocks: int = 4,
     fix: Mapping[str, float] | None = None,
     free: Sequence[str] = (),
@@ -100,7 +103,7 @@ def identify_by_replay(
 
     What each record adds of its own enters linearly and is projected out. After a first fit each sample is weighed by
     its spread (`fric.identify.replay.replay_search.spread`). The intervals hold for residuals that hang together in
-    time (see `covariance_of`), and allow for force and position that do not belong to one instant. A parameter without
+    time (see `replay_covariance`), and allow for force and position that do not belong to one instant. A parameter without
     effect on these records is found by its flat gradient, left at its typical value, and told.
 
     Parameters
@@ -111,6 +114,8 @@ def identify_by_replay(
         See `fric.identify.records.prepared.prepared`.
     static
         Static map to keep, for a model that stands on one; it is fitted too where it is not given.
+    negative
+        That of the negative direction, where each has its own.
     blocks
         Number of blocks, for a model of slip blocks.
     fix
@@ -134,7 +139,9 @@ def identify_by_replay(
     if static is not None:
         records = [_as_it_tells_the_lag(record) for record in records]
     held = _held(model, fix or {}, free, static)
-    coordinates = Coordinates.of(model, search_ranges(records), blocks=blocks, held=held, level=with_level)
+    coordinates = Coordinates.of(
+        model, search_ranges(records), blocks=blocks, held=held, level=with_level, negative=negative
+    )
     if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
         raise FricError("there are too few samples to compare", where=records[0].log.where)
     search = Search(coordinates, records)
@@ -201,6 +208,7 @@ def _held(
 
 def _coordinates_of(coordinates: Coordinates, model: FrictionModel) -> NDArray[np.float64]:
     """Return the point of the search at which a model stands."""
+    model = model.model if isinstance(model, Directed) else model
     x = np.empty(len(coordinates.free))
     for n, c in enumerate(coordinates.free):
         owner = model if c.section == model.name else getattr(model, c.section)
@@ -253,7 +261,7 @@ def _told(
             found = Estimate(value, unit, interval, fixed=interval is None and not untold, assumed=untold)
             kept = section == "static" and static is not None and fitted is None and p.name in static
             estimates[section][p.name], scaled[section][p.name] = (static[p.name] if kept else found), found  # type: ignore[index]
-    model = coordinates.model.from_sections(scaled)
+    model = coordinates.on_guideway(coordinates.model.from_sections(scaled), values)
     level = Estimate(1.0, "1")
     if (of_level := ("static", LEVEL.name)) in within:
         level = Estimate(values["static"][LEVEL.name], "1", within[of_level][0])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.errors import FricError
+from fric.friction.directed import Directed
 from fric.friction.rolling import Rolling
 from fric.friction.stribeck import OnStaticMap
 from fric.kernels import guideway, second_mass
@@ -100,10 +101,11 @@ def _head(axis: Axis) -> int:
 def _on_guideway(axis: Axis, inner: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the parameters of the friction on its guideway."""
     friction, flaws = axis.friction, axis.reality
-    if isinstance(friction, Rolling):
-        maps = [1, 6 + 3 * len(friction.amplitude)]
-    elif isinstance(friction, OnStaticMap):
-        maps = [0]
+    one = friction.model if isinstance(friction, Directed) else friction
+    if isinstance(one, OnStaticMap):
+        maps = [1 + 3 * len(one.amplitude) if isinstance(one, Rolling) else 0]
+        if friction is not one:  # a map for each direction, behind the address of the step
+            maps = [1 + maps[0], 1 + maps[0] + len(one.packed())]
     elif flaws.waves or flaws.dwell or flaws.friction or not flaws.direction.is_none:
         raise FricError(
             f"the friction of axis {axis.name} is '{friction.name}', which stands on no static map",

@@ -1,0 +1,80 @@
+"""Any model on a static map, on a guideway whose two directions have a map each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from fric.friction.base import FrictionModel, Parameter, Property
+from fric.friction.stribeck import OnStaticMap, StaticMap
+from fric.kernels.direction import directed_step
+from fric.kernels.inner import address_of
+from fric.kernels.signatures import Step
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Directed(FrictionModel):
+    """A friction model with the level ``s_+(v)`` forwards and ``s_-(v)`` backwards, and viscous friction likewise.
+
+    It is what a friction file with ``static_negative`` gives of each of its models; a force that both directions
+    share (gravity, the bias of an amplifier) is the ``offset``, and no friction.
+
+    Parameters
+    ----------
+    model
+        The model with the static map of the positive direction: a `StaticMap`, or a model that stands on one.
+    negative
+        Static map of the negative direction.
+    """
+
+    model: FrictionModel
+    negative: StaticMap
+
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    properties: ClassVar[frozenset[Property]] = frozenset()
+    step: ClassVar[Step] = directed_step
+    identified: ClassVar[bool] = False
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        """The name of the model."""
+        return self.model.name
+
+    @property
+    def backward(self) -> FrictionModel:
+        """The model with the static map of the negative direction."""
+        if isinstance(self.model, OnStaticMap):
+            return replace(self.model, static=self.negative)
+        return self.negative
+
+    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return the friction force [N] after a long time at constant velocity v [m/s]."""
+        v = np.asarray(v, float)
+        return np.where(v < 0, self.backward.steady_state(v), self.model.steady_state(v))
+
+    def packed(self) -> NDArray[np.float64]:
+        """Return ``[address of the model's step, its parameters forwards, its parameters backwards]``."""
+        return np.array([address_of(type(self.model).step), *self.model.packed(), *self.backward.packed()])
+
+    def initial_state(self) -> NDArray[np.float64]:
+        """Return the state of the model at rest."""
+        return self.model.initial_state()
+
+
+def directed(model: FrictionModel, negative: StaticMap | None) -> FrictionModel:
+    """Return a model with another static map backwards; the model itself where there is none, or it has none."""
+    on_map = isinstance(model, StaticMap | OnStaticMap)
+    return Directed(model, negative) if negative is not None and on_map else model
+
+
+def mean_map(static: StaticMap, negative: StaticMap | None) -> StaticMap:
+    """Return the static map half way between those of the two directions."""
+    if negative is None:
+        return static
+    halves = {p.name: 0.5 * (getattr(static, p.name) + getattr(negative, p.name)) for p in StaticMap.parameters}
+    return StaticMap(**halves)

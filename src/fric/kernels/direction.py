@@ -1,0 +1,23 @@
+"""Friction whose two directions differ: a step around another model's, with parameters for either direction."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fric.kernels.inner import step_at
+from fric.kernels.signatures import compiled_step
+
+
+@compiled_step
+def directed_step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+    """Advance the inner model with the parameters of this direction.
+
+    ``parameters`` is the address of the inner step, its parameters for the positive direction, and as many for the
+    negative one; ``state`` is the inner model's.
+    """
+    own = (parameters.size - 1) // 2
+    start = 1 + own if dz < 0.0 or (dz == 0.0 and v < 0.0) else 1
+    inner = step_at(parameters[0])
+    force: float = inner(dz, v, dt, state, parameters[start : start + own])
+    return force
