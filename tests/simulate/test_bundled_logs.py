@@ -33,7 +33,7 @@ def test_bundled_logs_are_made_again(kind: str, seed: int, settings: dict[str, o
         np.testing.assert_array_equal(off["time"], 0.0)
         np.testing.assert_allclose(off["reference"], 0.0, atol=1e-15)
         assert np.abs(off["position"]).max() < 10 * axis.encoder.resolution
-        assert off["force"].std() < sum(axis.friction.k) * axis.encoder.resolution
+        assert off["force"].std() < sum(axis.friction.model.k) * axis.encoder.resolution
 
 
 def test_the_rig_is_richer_than_the_models_that_are_identified() -> None:

@@ -99,7 +99,8 @@ def test_level_and_stiffness_reach_every_model_and_both_directions():
         machine = Machine("", {"x": replace(ONE.axes["x"], friction=typical)})
         drawn = draw_machine(machine, 0, spreads={"level": Spread(1.5, 1.5)})[0].axes["x"].friction
         v = np.array([-0.5, -1e-4, 1e-4, 0.5])
-        viscous = getattr(getattr(typical, "static", typical), "sigma") * v  # noqa: B009
+        forward = getattr(typical, "model", typical)
+        viscous = getattr(getattr(forward, "static", forward), "sigma") * v  # noqa: B009
         np.testing.assert_allclose(drawn.steady_state(v) - viscous, 1.5 * (typical.steady_state(v) - viscous))
     gms = draw_machine(ONE, 0, spreads={"stiffness": Spread(2, 2)})[0].axes["x"].friction
     before = ONE.axes["x"].friction

@@ -190,13 +190,12 @@ def _least_slope(displacement: NDArray[np.float64], force: NDArray[np.float64]) 
 def _branches(loops: Loops, maps: tuple[StaticMap | None, StaticMap | None], amplitude: float) -> _Branches:
     """Return the halved branches of one record, each cycle the mean of its two directions, binned."""
     z, v = loops.motion.position, loops.motion.velocity
-    static, force = maps[0], loops.force
-    ratio: NDArray[np.float64] = np.ones_like(v)
+    static, force, ratio = maps[0], loops.force, np.ones(len(v))
     if static is not None:
         back = maps[1] or static
         force = force - np.where(v < 0, back.sigma, static.sigma) * v
-        level = np.where(v < 0, back.level(v) + static.F_s, static.level(v) + back.F_s)
-        ratio = level / (static.F_s + back.F_s)
+        swing = np.where(v < 0, back.level(v) + static.F_s, static.level(v) + back.F_s)
+        ratio = swing / (static.F_s + back.F_s)
     edges = _edges(amplitude, loops.motion.step)
     cycles, places, levels = [], [], []
     for first, turn, last in loops.chosen():

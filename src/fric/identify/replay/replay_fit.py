@@ -103,8 +103,8 @@ def identify_by_replay(
 
     What each record adds of its own enters linearly and is projected out. After a first fit each sample is weighed by
     its spread (`fric.identify.replay.replay_search.spread`). The intervals hold for residuals that hang together in
-    time (see `replay_covariance`), and allow for force and position that do not belong to one instant. A parameter without
-    effect on these records is found by its flat gradient, left at its typical value, and told.
+    time (see `replay_covariance`), and allow for force and position that do not belong to one instant. A
+    parameter without effect on these records is found by its flat gradient, left at its typical value, and told.
 
     Parameters
     ----------
