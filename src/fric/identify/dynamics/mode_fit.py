@@ -21,7 +21,7 @@ UNLIKE = 0.02
 OFF = 6.0
 """Usual residuals from which on a line stands off all others."""
 
-VISIBLE = 0.05
+VISIBLE = 0.01
 """Relative residual that a line which stands off has at least."""
 
 MOST = 0.35

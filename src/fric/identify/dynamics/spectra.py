@@ -283,12 +283,13 @@ def excited(
     return np.asarray(seen & (tall * np.maximum.accumulate(U) < U) & (5 * noise < U))
 
 
-def distortion(spectra: Spectra, driven: NDArray[np.bool_], neighbours: int = 12, reach: float = 1.5) -> Real:
+def distortion(spectra: Spectra, driven: NDArray[np.bool_], neighbours: int = 12) -> Real:
     """Return the relative deviation that what repeats itself without being driven brings to each driven line.
 
     Friction's harmonics and an encoder's steps repeat themselves from period to period, and no scatter over periods
     shows them. The lines between the driven ones do (Pintelon and Schoukens, System Identification, 2nd ed., section
-    4.3): at line k they are worth ``|Z_j/Z_k - U_j/U_k|``, the median over the nearest lines j that are not driven.
+    4.3): they show the voltage ``|Z_j/G - U_j|``, with G between the driven lines; its median over the nearest lines j
+    that are not driven, over U_k, is what line k is off by.
 
     Parameters
     ----------
@@ -297,17 +298,20 @@ def distortion(spectra: Spectra, driven: NDArray[np.bool_], neighbours: int = 12
     driven
         Which lines are driven, shape (n,).
     neighbours
-        Lines that are looked at.
-    reach
-        Ratio of frequencies up to which a line is a neighbour; with fewer than four of them there is no telling: 0.
+        Lines that are looked at; with fewer than four of them there is no telling: 0.
     """
     U, Z = np.mean(spectra.input, axis=0), np.mean(spectra.position, axis=0)
-    at, quiet = np.flatnonzero(driven), np.flatnonzero(~driven)
+    at = np.flatnonzero(driven)
+    inside = np.arange(len(U)) <= (at[-1] if len(at) else -1)
+    quiet = np.flatnonzero(~driven & inside)
     found = np.zeros(len(at))
+    if len(quiet) < 4 or np.any(U[at] == 0) or np.any(Z[at] == 0):
+        return found
+    f, log_G = np.log(spectra.frequency), np.log(Z[at] / U[at])
+    angle = np.unwrap(log_G.imag)
+    G = np.exp(np.interp(f[quiet], f[at], log_G.real) + 1j * np.interp(f[quiet], f[at], angle))
+    voltage = np.abs(Z[quiet] / G - U[quiet]) ** 2
     for n, k in enumerate(at):
-        first, last = np.searchsorted(quiet, [(k + 1) / reach - 1, (k + 1) * reach - 1])
-        near = quiet[first:last]
-        near = near[np.argsort(np.abs(near - k))[:neighbours]]
-        if len(near) >= 4 and Z[k] != 0 and U[k] != 0:
-            found[n] = np.sqrt(np.median(np.abs(Z[near] / Z[k] - U[near] / U[k]) ** 2) / np.log(2.0) / 2)
+        near = np.argsort(np.abs(f[quiet] - f[k]))[:neighbours] if len(quiet) > neighbours else slice(None)
+        found[n] = np.sqrt(np.median(voltage[near]) / np.log(2.0) / 2) / np.abs(U[k])
     return found

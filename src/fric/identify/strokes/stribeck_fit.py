@@ -57,6 +57,11 @@ class StribeckProblem:
         The shape factor where it is fixed; None where it is free.
     with_offset
         False where the offset is 0 by assumption (one direction cannot tell it from Coulomb friction).
+    fall
+        False for Coulomb plus viscous friction alone, F_s = F_c.
+    swing
+        Root mean square of the velocity about its mean over that mean, of each stroke, shape (n,); the force of a stroke
+        is then the mean of eq. (2) along a sine of this size. None where no stroke swings.
     """
 
     v: NDArray[np.float64]
@@ -64,6 +69,8 @@ class StribeckProblem:
     standard_error: NDArray[np.float64]
     delta: float | None = 1.0
     with_offset: bool = True
+    fall: bool = True
+    swing: NDArray[np.float64] | None = None
     _weight: NDArray[np.float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -72,7 +79,8 @@ class StribeckProblem:
     @property
     def free(self) -> tuple[str, ...]:
         """Names of the parameters that are fitted."""
-        held = {"delta"} if self.delta is not None else set()
+        held = set() if self.fall else {"F_s", "v_s", "delta"}
+        held |= {"delta"} if self.delta is not None else set()
         return tuple(n for n in PARAMETERS if n not in (held if self.with_offset else held | {"offset"}))
 
     @property
@@ -87,9 +95,17 @@ class StribeckProblem:
 
     def model(self, theta: Mapping[str, float]) -> NDArray[np.float64]:
         """Return the force of eq. (2), offset included [N], shape (n,)."""
-        g = stribeck_shares(self.v, theta["v_s"], theta["delta"])
+        g = self._shares(theta["v_s"], theta["delta"])
         level = theta["F_c"] + (theta["F_s"] - theta["F_c"]) * g
         return np.sign(self.v) * level + theta["sigma"] * self.v + theta["offset"]
+
+    def _shares(self, v_s: float, delta: float) -> NDArray[np.float64]:
+        """Return what is left of the Stribeck rise at each stroke, averaged over its swing, shape (n,)."""
+        if self.swing is None:
+            return stribeck_shares(self.v, v_s, delta)
+        nodes = np.cos(np.pi * (np.arange(8) + 0.5) / 8)  # of Gauss and Chebyshev: a sine spends its time so
+        around = self.v[:, None] * (1 + np.sqrt(2) * self.swing[:, None] * nodes)
+        return np.asarray(stribeck_shares(around, v_s, delta).mean(axis=1))
 
     def solve(self, held: Mapping[str, float] | None = None, start: Solution | None = None) -> Solution:
         """Return the minimum, with some parameters held at a value; local from ``start`` where that is given."""
@@ -98,6 +114,8 @@ class StribeckProblem:
             held.setdefault("delta", self.delta)
         if not self.with_offset:
             held.setdefault("offset", 0.0)
+        if not self.fall:
+            held |= {"v_s": float(np.abs(self.v).min()), "delta": 1.0 if self.delta is None else self.delta}
         low, high = np.log(self.v_s_range())
         searched = [("v_s", low, high), ("delta", *DELTA_RANGE)]
         searched = [row for row in searched if row[0] not in held]
@@ -122,17 +140,18 @@ class StribeckProblem:
 
     def _project(self, held: Mapping[str, float], v_s: float, delta: float) -> Solution:
         """Minimise over the linear parameters at given v_s and delta, with F_s ≥ F_c ≥ 0 and sigma ≥ 0."""
-        sign, g = np.sign(self.v), stribeck_shares(self.v, v_s, delta)
+        sign, g = np.sign(self.v), self._shares(v_s, delta)
         F = self.F.copy()
         columns: dict[str, NDArray[np.float64]] = {}
         if "F_c" in held:
             F -= held["F_c"] * sign
-            columns["rise"] = sign * g  # F_s - F_c
+            if self.fall:
+                columns["rise"] = sign * g  # F_s - F_c
         elif "F_s" in held:
             F -= held["F_s"] * sign * g
             columns["F_c"] = sign * (1.0 - g)  # from 0 to F_s
         else:
-            columns |= {"F_c": sign, "rise": sign * g}
+            columns |= {"F_c": sign, "rise": sign * g} if self.fall else {"F_c": sign}
         if "sigma" in held:
             F -= held["sigma"] * self.v
         else:
@@ -150,7 +169,7 @@ class StribeckProblem:
         F_c = held.get("F_c", found.get("F_c", 0.0))
         theta = {
             "F_c": F_c,
-            "F_s": held["F_s"] if "F_s" in held else F_c + found["rise"],
+            "F_s": held["F_s"] if "F_s" in held else F_c + found.get("rise", 0.0),
             "v_s": v_s,
             "delta": delta,
             "sigma": held["sigma"] if "sigma" in held else found["sigma"],
@@ -189,7 +208,7 @@ class StribeckProblem:
         with np.errstate(divide="ignore"):
             log_ratio = np.where(ratio > 0, np.log(ratio), 0.0)
         columns = {
-            "F_c": sign * (1.0 - g),
+            "F_c": sign * (1.0 - g) if self.fall else sign,
             "F_s": sign * g,
             "v_s": sign * rise * g * power * theta["delta"] / theta["v_s"],
             "delta": -sign * rise * g * power * log_ratio,
