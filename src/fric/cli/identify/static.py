@@ -28,6 +28,10 @@ def static(
     average: Annotated[
         Literal["robust", "median"], typer.Option(help="Force of a stroke: Huber's robust mean, or the median.")
     ] = "robust",
+    form: Annotated[
+        Literal["auto", "coulomb", "stribeck"],
+        typer.Option(help="Coulomb plus viscous friction, eq. (2), or what predicts held-out strokes better."),
+    ] = "auto",
     plot: Plot = None,
     json: Json = False,
     force: Force = False,
@@ -42,6 +46,7 @@ def static(
         direction=direction,
         weights=weights,
         average=average,
+        form=form,
     )
     document = fric.static_tree(fit, records)
     if plot:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from fric.estimate import Interval
+from fric.notice import Notice
 from fric.units import Motion, readable, si_unit
 
 if TYPE_CHECKING:
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
 
     from fric.drive.plant import Plant
     from fric.identify.strokes.map_fit import MapFit
+
+TAKEN = 0.05
+"""Share of the drive's damping that its plant may be off by, before the strokes contradict it."""
 
 CORRELATED = 0.95
 """Correlation of two parameters from which on the data tell them apart badly."""
@@ -25,33 +29,62 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
     """Say what the data cannot tell about a fitted map."""
     problem, theta = fit.problem, fit.solution.theta
     doubts: list[str] = []
-    slowest = float(np.abs(problem.v).min())
-    told = readable(slowest, si_unit("velocity", motion))
-    flat = theta["F_s"] <= theta["F_c"] * (1 + 1e-9)
-    if flat:
+    slowest = readable(float(np.abs(problem.v).min()), si_unit("velocity", motion))
+    flat = not problem.fall or theta["F_s"] <= theta["F_c"] * (1 + 1e-9)
+    if not problem.fall and fit.held_out is not None:
+        plain, falling = (readable(error, si_unit("force", motion), 3) for error in reversed(fit.held_out))
         doubts.append(
-            f"F_s sits at its bound F_c: friction does not fall with speed down to {told}; v_s means nothing here."
-        )
-    elif any(isinf(limit) or limit == 0.0 for name in ("F_s", "v_s") for limit in _interval(fit, name)):
+            Notice(
+                f"friction is not seen to fall with speed down to {slowest}: Coulomb plus viscous friction predicts "
+                f"strokes that are held out to {plain}, eq. (2) to {falling}. F_s = F_c and v_s are assumed; to see "
+                "the fall log slower strokes, or force it with --form stribeck.", "fall-not-seen", "doubt",
+            )
+        )  # fmt: skip
+    elif flat and problem.fall:
         doubts.append(
-            f"the data do not reach the Stribeck range: F_s and v_s are not settled by strokes from {told} up. "
-            "Log slower strokes."
-        )
+            Notice(
+                f"F_s sits at its bound F_c: friction does not fall with speed down to {slowest}; v_s means nothing "
+                "here.",
+                "fall-not-seen", "doubt",
+            )
+        )  # fmt: skip
+    elif not flat and any(isinf(limit) or limit == 0.0 for name in ("F_s", "v_s") for limit in _interval(fit, name)):
+        doubts.append(
+            Notice(
+                f"the data do not reach the Stribeck range: F_s and v_s are not settled by strokes from {slowest} up. "
+                "Log slower strokes.", "fall-open", "doubt",
+            )
+        )  # fmt: skip
+    if not flat and theta["F_c"] <= 0.0:
+        doubts.append(
+            Notice(
+                "F_c ends at its bound of 0: the fall reaches beyond the fastest stroke. Log faster strokes, or take "
+                "Coulomb plus viscous friction with --form coulomb.", "F_c-at-bound", "wrong",
+            )
+        )  # fmt: skip
     if fit.left_out:
-        speeds = dict.fromkeys(readable(p.velocity, si_unit("velocity", motion)) for p in fit.left_out)
-        strokes = ", ".join(speeds)
-        doubts.append(f"left out, because they stand off all others: the strokes at {strokes}. Look at their records.")
+        unit = si_unit("velocity", motion)
+        strokes = ", ".join(f"{p.record} ({readable(p.velocity, unit)})" for p in fit.left_out)
+        doubts.append(
+            Notice(
+                f"left out, because they stand off all others: the strokes at {strokes}. Look at their records.",
+                "strokes-left-out", "doubt",
+            )
+        )  # fmt: skip
     doubts += _correlations(fit, without=("v_s", "delta") if flat else ())
     own_scatter = float(np.sum(fit.residual**2 / (problem.standard_error**2 - fit.between**2)))
     if fit.between and chdtrc(problem.degrees_of_freedom, own_scatter) < 0.01:
         spread = readable(fit.between, si_unit("force", motion), 2)
-        doubts.append(f"strokes scatter by {spread} beyond their own noise; weights and intervals allow for it.")
+        text = f"strokes scatter by {spread} beyond their own noise; weights and intervals allow for it."
+        doubts.append(Notice(text, "strokes-scatter", "note"))
     visible = fit.rmse > 1e-6 * float(np.abs(problem.F).max())
     if visible and _patterned(problem.v, fit.residual / problem.standard_error):
         doubts.append(
-            "the residuals are not noise, they follow the speed: eq. (2) does not describe these strokes wholly. "
-            "Try --delta free or --direction each, and look at the figure."
-        )
+            Notice(
+                "the residuals are not noise, they follow the speed: eq. (2) does not describe these strokes wholly. "
+                "Try --delta free or --direction each, and look at the figure.", "residuals-follow-speed", "doubt",
+            )
+        )  # fmt: skip
     return doubts
 
 
@@ -74,7 +107,8 @@ def _correlations(fit: MapFit, without: tuple[str, ...]) -> list[str]:
         if not {free[i], free[j]}.intersection(without)
         and CORRELATED < abs(correlation[i, j]) <= 1.0 + 1e-9  # beyond 1 at a bound, where the curvature says nothing
     ]
-    return [f"correlated, the data tell them apart badly: {', '.join(pairs)}."] if pairs else []
+    text = f"correlated, the data tell them apart badly: {', '.join(pairs)}."
+    return [Notice(text, "correlated", "note")] if pairs else []
 
 
 def _patterned(v: NDArray[np.float64], residual: NDArray[np.float64]) -> bool:
@@ -88,10 +122,23 @@ def _patterned(v: NDArray[np.float64], residual: NDArray[np.float64]) -> bool:
 
 
 def damping_doubt(fit: MapFit, plant: Plant, motion: Motion) -> list[str]:
-    """Say when the drive's own damping, taken off with a plant, leaves no viscous friction."""
-    damping = plant.K_f * plant.A / plant.B
-    interval = fit.estimates["sigma"].ci95
-    if fit.solution.theta["sigma"] > 0 or interval is None:
+    """Say when more than the drive's own damping was taken off with a plant, or all viscous friction with it.
+
+    A response shows the sum of both in A; sigma is then what is left of it, and 0 within its error.
+    """
+    if fit.solution.theta["sigma"] > 0 or "sigma" not in fit.problem.free:
         return []
-    told = readable(damping, si_unit("viscous", motion))
-    return [f"sigma is 0 after the drive's own damping of {told} was taken off: is the plant's A or K_f too large?"]
+    J = fit.problem.jacobian(fit.solution.theta) / fit.problem.standard_error[:, None]
+    size = np.linalg.norm(J, axis=0)
+    used = size > 0
+    inverse = np.linalg.pinv(J[:, used] / size[used], rcond=1e-7) / size[used][:, None]
+    at = [name for name, one in zip(fit.problem.free, used, strict=True) if one].index("sigma")
+    short = -float(inverse[at] @ (fit.residual / fit.problem.standard_error))
+    error = 2 * float(np.linalg.norm(inverse[at]))
+    told = readable(plant.damping, si_unit("viscous", motion))
+    if short > max(error, TAKEN * plant.damping):
+        beyond = readable(short, si_unit("viscous", motion))
+        text = f"the drive's own damping of {told} that was taken off is {beyond} more than the strokes show: "
+        return [Notice(text + "is the plant's A or K_f too large?", "damping-too-large", "wrong")]
+    text = f"sigma is 0: the damping of {told} that was taken off with the plant's A holds the viscous friction too."
+    return [Notice(text, "A-holds-viscous", "note")]

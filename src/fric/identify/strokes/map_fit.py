@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -17,15 +17,22 @@ from fric.friction.stribeck import StaticMap
 from fric.identify.strokes.averages import MAD_TO_SIGMA
 from fric.identify.strokes.profile import profile_interval
 from fric.identify.strokes.stribeck_fit import PARAMETERS, Solution, StribeckProblem
-from fric.units import Motion, si_unit
+from fric.units import Motion, readable, si_unit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Weights = Literal["error", "equal"]
+Form = Literal["auto", "coulomb", "stribeck"]
 
 OUTLYING = 6.0
 """Standard deviations from the map beyond which a stroke is left out."""
+
+REPEATED = 0.05
+"""Ratio of speeds, less one, up to which two strokes repeat each other."""
+
+SWUNG = 0.3
+"""Share of what averaging over a swing does to a force that is its error: the swing is no sine."""
 
 MOST_OUTLYING = 0.15
 """Share of the strokes that may be left out: where more stand off, it is the map that is wrong."""
@@ -51,6 +58,8 @@ class SpeedPoint:
         False where the force had not settled by half of the stroke.
     record, start, stop
         Record, and the time in it [s] at which the steady stretch begins and ends.
+    swing
+        Root mean square of the velocity about its mean over that mean [1]; 0 where it does not swing.
     """
 
     velocity: float
@@ -61,6 +70,14 @@ class SpeedPoint:
     start: float
     stop: float
     settled: bool = True
+    swing: float = 0.0
+
+
+class HeldOut(NamedTuple):
+    """Weighted root mean square error at strokes that are held out [N], of eq. (2) and without its fall."""
+
+    stribeck: float
+    coulomb: float
 
 
 @dataclass(frozen=True)
@@ -79,6 +96,8 @@ class MapFit:
         Standard deviation of the strokes beyond their own noise [N].
     left_out
         Strokes that stand off all others, and had no part in the fit.
+    held_out
+        How well the two forms predict strokes that are held out, where one was chosen by it.
     """
 
     problem: StribeckProblem
@@ -87,11 +106,20 @@ class MapFit:
     covariance: NDArray[np.float64]
     between: float
     left_out: tuple[SpeedPoint, ...] = ()
+    held_out: HeldOut | None = None
 
     @property
     def static_map(self) -> StaticMap:
         """The friction map, without the offset."""
         return StaticMap(**{name: value for name, value in self.solution.theta.items() if name != "offset"})
+
+    def form_told(self, motion: Motion) -> str:
+        """Say which form the map has, and why."""
+        form = "eq. (2)" if self.problem.fall else "Coulomb plus viscous friction"
+        if self.held_out is None:
+            return form
+        falling, plain = (readable(error, si_unit("force", motion), 3) for error in self.held_out)
+        return f"{form} (strokes held out: {falling} off by eq. (2), {plain} without its fall)"
 
     @property
     def residual(self) -> NDArray[np.float64]:
@@ -118,12 +146,23 @@ class MapFit:
 
 
 def fit_map(
-    points: Sequence[SpeedPoint], delta: float | None, weights: Weights, motion: Motion, *, with_offset: bool
+    points: Sequence[SpeedPoint],
+    delta: float | None,
+    weights: Weights,
+    motion: Motion,
+    *,
+    with_offset: bool,
+    form: Form = "auto",
+    offset: float = 0.0,
 ) -> MapFit:
     """Fit eq. (2) to strokes; each weighs by its own error and the scatter that all show beyond theirs.
 
-    A stroke that stands off the map by more than `OUTLYING` times the median absolute residual of all (as a standard
-    deviation), and its own error, is left out: a stroke that stuck and slipped, or a value typed by hand. It is told.
+    A stroke is left out where it stands off the map by more than `OUTLYING` times the median absolute residual of all
+    (as a standard deviation), and its own error, and where the strokes of its direction next to it in speed, or those
+    that repeat it, contradict it: the slowest and the fastest have none beside them, and are never left out for it.
+
+    Where Coulomb plus viscous friction predicts held-out strokes no worse, or a parameter of eq. (2) ends at its bound,
+    that is taken: F_s = F_c and v_s are then assumed.
 
     Parameters
     ----------
@@ -136,31 +175,75 @@ def fit_map(
     motion
         Linear or rotary, for the units.
     with_offset
-        False where the offset is 0 by assumption.
+        False where the offset is not fitted.
+    offset
+        What it is then [N].
+    form
+        ``coulomb`` for Coulomb plus viscous friction, ``stribeck`` for eq. (2), ``auto`` for what predicts better.
 
     Raises
     ------
     FricError
         When there are too few strokes for the parameters.
     """
-    v, F, own = np.array([(p.velocity, p.force, p.standard_error) for p in points]).T
+    v, F, own, swing = np.array([(p.velocity, p.force, p.standard_error, p.swing) for p in points]).T
     floor = 1e-9 * float(np.abs(F).max())
     own = np.full_like(F, float(np.std(F)) or 1.0) if weights == "equal" else np.maximum(own, floor)
-    kept = np.ones(len(points), bool)
+    problem = StribeckProblem(
+        v, F, own, delta, with_offset, form != "coulomb",
+        swing if np.any(swing > 0) and form != "coulomb" else None, offset,
+    )  # fmt: skip
+    fitted = _without_outliers(problem, 0.0 * F if weights == "equal" else own, fixed=weights == "equal")
+    held_out = None
+    if form == "auto":
+        simple = replace(fitted.problem, fall=False, swing=None, standard_error=fitted.own)
+        solution, between = _solve_with_scatter(simple, fitted.own, fixed=weights == "equal")
+        simple = replace(simple, standard_error=np.sqrt(fitted.own**2 + between**2))
+        held_out = HeldOut(_press(fitted.problem, fitted.solution), _press(simple, solution))
+        if held_out.coulomb <= held_out.stribeck or _at_bound(fitted.problem, fitted.solution):
+            fitted = fitted._replace(problem=simple, solution=solution, between=between)
+    left_out = tuple(point for point, used in zip(points, fitted.kept, strict=True) if not used)
+    estimates, covariance = _estimates(fitted.problem, fitted.solution, motion)
+    return MapFit(fitted.problem, fitted.solution, estimates, covariance, fitted.between, left_out, held_out)
+
+
+class _Fitted(NamedTuple):
+    problem: StribeckProblem
+    solution: Solution
+    between: float
+    own: NDArray[np.float64]
+    kept: NDArray[np.bool_]
+
+
+def _without_outliers(problem: StribeckProblem, certain: NDArray[np.float64], *, fixed: bool) -> _Fitted:
+    """Fit the strokes, the one that stands off most left out, until none does."""
+    whole, kept, own = problem, np.ones(len(problem.v), bool), problem.standard_error
     while True:
-        problem = StribeckProblem(v[kept], F[kept], own[kept], delta, with_offset)
+        swing = None if whole.swing is None else whole.swing[kept]
+        problem = replace(whole, v=whole.v[kept], F=whole.F[kept], standard_error=own[kept], swing=swing)
         if problem.degrees_of_freedom < 1:
             raise FricError(
-                f"{len(points)} strokes cannot give {len(problem.free)} parameters",
+                f"{len(whole.v)} strokes cannot give {len(problem.free)} parameters",
                 mend=f"Log strokes at {len(problem.free) + 1} speeds or more, or fix delta.",
             )
-        solution, between = _solve_with_scatter(problem, own[kept], fixed=weights == "equal")
-        worst = _outlying(problem, solution, 0.0 * F if weights == "equal" else own, kept)
+        solution, between = _solve_with_scatter(problem, own[kept], fixed=fixed)
+        if swing is not None and not fixed:
+            swung = problem.model(solution.theta) - replace(problem, swing=None).model(solution.theta)
+            own = own.copy()
+            own[kept] = np.hypot(whole.standard_error[kept], SWUNG * swung)
+            problem = replace(problem, standard_error=own[kept])
+            solution, between = _solve_with_scatter(problem, own[kept], fixed=fixed)
+        worst = _outlying(problem, solution, certain, kept)
         if worst is None:
             break
         kept[worst] = False
-    own = own[kept]
-    problem = replace(problem, standard_error=np.sqrt(own**2 + between**2))
+    problem = replace(problem, standard_error=np.sqrt(own[kept] ** 2 + between**2))
+    return _Fitted(problem, solution, between, own[kept], kept)
+
+
+def _estimates(
+    problem: StribeckProblem, solution: Solution, motion: Motion
+) -> tuple[dict[str, Estimate], NDArray[np.float64]]:
     scale = solution.cost / problem.degrees_of_freedom
     covariance = problem.covariance(solution) * scale
     errors = np.sqrt(np.diag(covariance))
@@ -168,25 +251,71 @@ def fit_map(
     for name in PARAMETERS:
         unit, value = si_unit(DIMENSIONS[name], motion), float(solution.theta[name])
         if name not in problem.free:
-            estimates[name] = Estimate(value, unit, fixed=name == "delta", assumed=name == "offset")
+            fixed = name == "delta" and problem.delta is not None
+            estimates[name] = Estimate(value, unit, fixed=fixed, assumed=not fixed)
             continue
         interval = profile_interval(problem, solution, name, scale, float(errors[problem.free.index(name)]))
         estimates[name] = Estimate(value, unit, interval)
-    left_out = tuple(point for point, used in zip(points, kept, strict=True) if not used)
-    return MapFit(problem, solution, estimates, covariance, between, left_out)
+    if problem.fall:
+        for name in _at_bound(problem, solution):
+            estimates[name] = replace(estimates[name], assumed=True)
+    return estimates, covariance
+
+
+def _at_bound(problem: StribeckProblem, solution: Solution) -> tuple[str, ...]:
+    """Return the parameters of the fall that end at a bound: it is then not seen."""
+    theta, (low, high) = solution.theta, problem.v_s_range()
+    if theta["F_s"] <= theta["F_c"] * (1 + 1e-9):
+        return ("F_s", "v_s")
+    return (("F_c",) if theta["F_c"] <= 0.0 else ()) + (
+        ("v_s",) if theta["v_s"] <= low * 1.001 or theta["v_s"] >= high / 1.001 else ()
+    )
+
+
+def _press(problem: StribeckProblem, solution: Solution) -> float:
+    """Return the root mean square of held-out strokes' residuals [N], by their leverage (Allen 1974: PRESS)."""
+    J = problem.jacobian(solution.theta) / problem.standard_error[:, None]
+    size = np.linalg.norm(J, axis=0)
+    Q = np.linalg.svd(J[:, size > 0] / size[size > 0], full_matrices=False)
+    leverage = np.sum(Q.U[:, 1e-9 * Q.S.max() < Q.S] ** 2, axis=1)
+    residual = (problem.F - problem.model(solution.theta)) / np.maximum(1 - leverage, 1e-3)
+    weight = 1 / problem.standard_error**2
+    return float(np.sqrt(np.sum(weight * residual**2) / np.sum(weight)))
 
 
 def _outlying(
     problem: StribeckProblem, solution: Solution, own: NDArray[np.float64], kept: NDArray[np.bool_]
 ) -> int | None:
-    """Return the stroke that stands off most, where it stands off the map beyond all measure."""
+    """Return the stroke that stands off most, where it stands off map and neighbours beyond all measure."""
     if np.count_nonzero(~kept) >= MOST_OUTLYING * len(kept) or problem.degrees_of_freedom < 4:
         return None
     residual = np.abs(problem.F - problem.model(solution.theta))
     usual = MAD_TO_SIGMA * float(np.median(residual)) + 1e-9 * float(np.abs(problem.F).max())
-    stands_off = residual / np.maximum(usual, own[kept])
-    worst = int(np.argmax(stands_off))
-    return int(np.flatnonzero(kept)[worst]) if stands_off[worst] > OUTLYING else None
+    measure = OUTLYING * np.maximum(usual, own[kept])
+    for worst in np.argsort(-residual / measure):
+        if residual[worst] <= measure[worst]:
+            return None
+        if _contradicted(problem, int(worst), float(measure[worst])):
+            return int(np.flatnonzero(kept)[worst])
+    return None
+
+
+def _contradicted(problem: StribeckProblem, n: int, measure: float) -> bool:
+    """Say whether the strokes beside one in speed, of its direction, contradict it.
+
+    Between two others friction is between theirs, whatever the shape of its fall, to within the measure; two that
+    repeat its speed are asked alone.
+    """
+    same = (np.sign(problem.v) == np.sign(problem.v[n])) & (np.arange(len(problem.v)) != n)
+    apart = np.log(np.abs(problem.v) / np.abs(problem.v[n]))
+    repeats = problem.F[same & (np.abs(apart) < REPEATED)]
+    if len(repeats) > 1:
+        return abs(float(problem.F[n] - np.median(repeats))) > measure
+    below, above = np.flatnonzero(same & (apart < 0)), np.flatnonzero(same & (apart >= 0))
+    if not (len(below) and len(above)):
+        return False
+    beside = [problem.F[below[np.argmax(apart[below])]], problem.F[above[np.argmin(apart[above])]]]
+    return bool(problem.F[n] < min(beside) - measure or problem.F[n] > max(beside) + measure)
 
 
 def _solve_with_scatter(problem: StribeckProblem, own: NDArray[np.float64], *, fixed: bool) -> tuple[Solution, float]:
@@ -216,5 +345,5 @@ def excess_variance(residual: NDArray[np.float64], standard_error: NDArray[np.fl
 
     if surplus(0.0) <= 0:
         return 0.0
-    high = float(np.sum(residual**2)) / dof
+    high = float(np.sum(residual**2)) / dof * (1 + 1e-6)
     return float(brentq(surplus, 0.0, high, xtol=1e-15 * high, rtol=1e-10))

@@ -13,10 +13,11 @@ from scipy.special import stdtrit
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.records.clipping import clipped_samples
-from fric.identify.records.segments import steady_stretches
-from fric.identify.strokes.averages import Average, average
+from fric.identify.strokes.averages import Average
 from fric.identify.strokes.map_doubts import damping_doubt, map_doubts
-from fric.identify.strokes.map_fit import MapFit, SpeedPoint, Weights, fit_map
+from fric.identify.strokes.map_fit import Form, MapFit, SpeedPoint, Weights, fit_map
+from fric.identify.strokes.points import stroke_points
+from fric.notice import Notice
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 
@@ -71,6 +72,7 @@ def identify_static(
     direction: Direction = "both",
     weights: Weights = "error",
     average: Average = "robust",
+    form: Form = "auto",
 ) -> StaticFit:
     """Identify the static friction map, eq. (2), from strokes at constant velocity.
 
@@ -87,22 +89,25 @@ def identify_static(
     delta
         Stribeck shape factor [1], or None to fit it.
     direction
-        ``both``: one map and an offset; ``each``: a map for each direction.
+        ``both``: one map and an offset; ``each``: a map for each direction, and the offset that both share.
     weights
         ``error``: by standard error and scatter between strokes; ``equal``: every stroke the same.
     average
         ``robust`` (Huber) or ``median`` force of a stretch.
+    form
+        ``coulomb`` for Coulomb plus viscous friction, ``stribeck`` for eq. (2), ``auto`` for the one of them that
+        predicts strokes better that are held out.
 
     Raises
     ------
     FricError
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
-    points = steady_points(logs, average=average, plant=plant)
-    cut = _cut_off(logs)
+    points, missing = stroke_points(logs, average=average, plant=plant)
+    cut = _cut_off(logs) + missing
     axis, motion = logs[0].axis, logs[0].motion
     method = (
-        f"eq. (2) by separable least squares; weights {weights}; average {average}; direction {direction}; "
+        f"separable least squares; weights {weights}; average {average}; direction {direction}; "
         "95 % intervals by profile likelihood"
     )
     speeds = {round(abs(p.velocity), 12) for p in points}
@@ -117,75 +122,80 @@ def identify_static(
             raise FricError(
                 "only one direction was measured", mend="Log strokes in both directions, or use --direction both."
             )
+        shared = fit_map(points, delta, weights, motion, with_offset=True, form=form).estimates["offset"]
         mirrored = [replace(p, velocity=-p.velocity, force=-p.force) for p in backward]
-        static = fit_map(positive, delta, weights, motion, with_offset=False)
-        negative = fit_map(mirrored, delta, weights, motion, with_offset=False)
-        warnings += [f"positive direction: {text}" for text in map_doubts(static, motion)]
-        warnings += [f"negative direction: {text}" for text in map_doubts(negative, motion)]
+        static = fit_map(positive, delta, weights, motion, with_offset=False, form=form, offset=float(shared))
+        negative = fit_map(mirrored, delta, weights, motion, with_offset=False, form=form, offset=-float(shared))
+        static, negative = (_with_shared(one, shared) for one in (static, negative))
+        told = readable(float(shared), si_unit("force", motion))
+        warnings.append(
+            Notice(
+                f"what both directions share, {told}, is the offset (gravity, the bias of an amplifier) and no "
+                "friction: strokes cannot tell it from a Coulomb friction that differs between the directions",
+                "offset-shared", "note",
+            )
+        )  # fmt: skip
+        for name, one in (("positive", static), ("negative", negative)):
+            doubts = [Notice.of(text) for text in map_doubts(one, motion)]
+            warnings += [Notice(f"{name} direction: {text}", text.code, text.severity) for text in doubts]
+        method = f"{static.form_told(motion)}; {method}"
         return StaticFit(axis, motion, tuple(points), static, negative, {}, tuple(warnings), method, plant)
     if not (positive and backward):
         warnings.append(
-            "only one direction was measured: an offset of the force channel cannot be told from Coulomb friction, "
-            "and 0 is assumed. Log strokes in both directions."
-        )
+            Notice(
+                "only one direction was measured: an offset of the force channel cannot be told from Coulomb friction, "
+                "and 0 is assumed. Log strokes in both directions.", "one-direction", "doubt",
+            )
+        )  # fmt: skip
     elif plant is None and np.median([p.force for p in positive]) < np.median([p.force for p in backward]):
         warnings.append(
-            "forward strokes took less force than backward ones: by these signs friction drives the axis, and this map "
-            "means nothing. Turn the force's `sign:` in the mapping and ingest again."
-        )
-    fit = fit_map(points, delta, weights, motion, with_offset=bool(positive and backward))
+            Notice(
+                "forward strokes took less force than backward ones: by these signs friction drives the axis, and this "
+                "map means nothing. Turn the force's `sign:` in the mapping and ingest again.", "force-turned", "wrong",
+            )
+        )  # fmt: skip
+    fit = fit_map(points, delta, weights, motion, with_offset=bool(positive and backward), form=form)
     if plant is not None:
         warnings += damping_doubt(fit, plant, motion)
     warnings += map_doubts(fit, motion)
+    method = f"{fit.form_told(motion)}; {method}"
     return StaticFit(axis, motion, tuple(points), fit, None, {}, tuple(warnings), method, plant)
 
 
 def steady_points(logs: Sequence[Log], *, average: Average = "robust", plant: Plant | None = None) -> list[SpeedPoint]:
-    """Return one point for each steady stretch of the records, by velocity.
+    """Return one point for each stroke of the records, by velocity, as `identify_static` takes them.
 
     Raises
     ------
     FricError
-        When a record logged no force, or none holds a steady stroke.
+        When a record logged no force, or none holds a stroke.
     """
-    stated = [log for log in logs if log.kind == "constant-velocity"]
-    points = [point for log in stated or logs for point in _points_of(log, average, plant)]
-    if not points:
-        kinds = ", ".join(sorted({log.kind for log in logs if log.kind}))
-        raise FricError(
-            "no stroke at constant velocity was found" + (f" (the records say that they are {kinds})" if kinds else ""),
-            where=logs[0].source,
-            mend="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
-        )
-    return sorted(points, key=lambda point: point.velocity)
+    return stroke_points(logs, average=average, plant=plant)[0]
 
 
-def _points_of(log: Log, method: Average, plant: Plant | None) -> list[SpeedPoint]:
-    force = log.require("force", "the friction map")
-    points = []
-    for stretch in steady_stretches(log):
-        mean = average(force[stretch.start : stretch.stop], method)
-        damping = plant.K_f * plant.A / plant.B * stretch.velocity if plant else 0.0
-        points.append(
-            SpeedPoint(
-                stretch.velocity,
-                mean.value - damping,
-                mean.standard_error,
-                stretch.stop - stretch.start,
-                log.name,
-                float(log.time[stretch.start]),
-                float(log.time[stretch.stop - 1]),
-                stretch.settled,
-            )
-        )
-    return points
+def _with_shared(fit: MapFit, offset: Estimate) -> MapFit:
+    """Return a direction's map with the shared offset, its error in that of the levels."""
+    low, high = offset.ci95 or (0.0, 0.0)
+    own = 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
+    estimates = dict(fit.estimates) | {"offset": offset}
+    for name in ("F_c", "F_s"):
+        one = fit.estimates[name]
+        if one.ci95 is not None:
+            below, above = float(one) - float(one.ci95[0]), float(one.ci95[1]) - float(one)  # type: ignore[arg-type]
+            limits = (float(one) - float(np.hypot(below, own)), float(one) + float(np.hypot(above, own)))
+            estimates[name] = replace(one, ci95=limits)
+    return replace(fit, estimates=estimates)
 
 
 def _cut_off(logs: Sequence[Log]) -> list[str]:
     found = {log.where: clipped_samples(log.force) for log in logs if log.force is not None}
     return [
-        f"{where}: the force is clipped in {samples} samples: what lies beyond is missing in the map. "
-        "Log with a larger range of the trace."
+        Notice(
+            f"{where}: the force is clipped in {samples} samples: what lies beyond is missing in the map. "
+            "Log with a larger range of the trace.",
+            "force-clipped",
+            "wrong",
+        )
         for where, samples in found.items()
         if samples
     ]
@@ -195,7 +205,8 @@ def _unsettled(points: Sequence[SpeedPoint], motion: Motion) -> list[str]:
     speeds = dict.fromkeys(readable(p.velocity, si_unit("velocity", motion)) for p in points if not p.settled)
     if not speeds:
         return []
-    return [f"the force had not settled by half of the strokes at {', '.join(speeds)}: log longer strokes."]
+    text = f"the force had not settled by half of the strokes at {', '.join(speeds)}: log longer strokes."
+    return [Notice(text, "strokes-unsettled", "doubt")]
 
 
 def _one_speed(points: Sequence[SpeedPoint], motion: Motion) -> tuple[dict[str, Estimate], str]:
@@ -211,4 +222,5 @@ def _one_speed(points: Sequence[SpeedPoint], motion: Motion) -> tuple[dict[str, 
         "force": Estimate(value, si_unit("force", motion), (value - half, value + half)),
     }
     told = readable(speed, si_unit("velocity", motion))
-    return at_speed, f"one speed alone was logged ({told}): the friction there is given, and no map."
+    text = f"one speed alone was logged ({told}): the friction there is given, and no map."
+    return at_speed, Notice(text, "one-speed", "doubt")

@@ -60,8 +60,10 @@ class StribeckProblem:
     fall
         False for Coulomb plus viscous friction alone, F_s = F_c.
     swing
-        Root mean square of the velocity about its mean over that mean, of each stroke, shape (n,); the force of a stroke
-        is then the mean of eq. (2) along a sine of this size. None where no stroke swings.
+        Root mean square of the velocity about its mean over that mean, of each stroke, shape (n,); the force of a
+        stroke is then the mean of eq. (2) along a sine of this size. None where no stroke swings.
+    offset
+        The offset where it is not fitted [N].
     """
 
     v: NDArray[np.float64]
@@ -71,6 +73,7 @@ class StribeckProblem:
     with_offset: bool = True
     fall: bool = True
     swing: NDArray[np.float64] | None = None
+    offset: float = 0.0
     _weight: NDArray[np.float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -113,7 +116,7 @@ class StribeckProblem:
         if self.delta is not None:
             held.setdefault("delta", self.delta)
         if not self.with_offset:
-            held.setdefault("offset", 0.0)
+            held.setdefault("offset", self.offset)
         if not self.fall:
             held |= {"v_s": float(np.abs(self.v).min()), "delta": 1.0 if self.delta is None else self.delta}
         low, high = np.log(self.v_s_range())

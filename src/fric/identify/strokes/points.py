@@ -1,0 +1,194 @@
+"""One point of the map from each stroke: its velocity, its force, how sure both are; or why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.identify.records.resolution import lattice_step
+from fric.identify.records.segments import SHORTEST, Stretch, steady_stretches
+from fric.identify.strokes.averages import Average, average
+from fric.identify.strokes.map_fit import SpeedPoint
+from fric.notice import Notice
+from fric.units import readable, si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.drive.plant import Plant
+    from fric.log import Log
+
+SWINGS = 0.03
+"""Root mean square of the velocity about its mean, over that mean, from which on a stroke counts as swinging."""
+
+STICKS = 0.6
+"""The same from which on it comes to rest between: its mean force is that of no velocity."""
+
+UNEVEN = 0.25
+"""Share by which the halves of a stroke that ripples may differ in speed."""
+
+ENOUGH = 4096
+"""Samples that a swing is looked for in; of more, means are taken."""
+
+ENDS = 0.15
+"""Share of the way that is left out at either end of a stroke that ripples: its ramps."""
+
+
+def stroke_points(
+    logs: Sequence[Log], *, average: Average = "robust", plant: Plant | None = None
+) -> tuple[list[SpeedPoint], list[str]]:
+    """Return one point for each stroke of the records, by velocity, and what there is to say of the others.
+
+    A record that says it is of constant velocity, and ripples too much for a steady stretch, gives its inner part.
+
+    Raises
+    ------
+    FricError
+        When a record logged no force, or none holds a stroke.
+    """
+    stated = [log for log in logs if log.kind == "constant-velocity"]
+    points, without = [], []
+    for log in stated or logs:
+        found, reason = _points_of(log, average, plant)
+        points += found
+        if reason:
+            without.append(f"{log.name} ({reason})")
+    if not points:
+        kinds = ", ".join(sorted({log.kind for log in logs if log.kind}))
+        why = f": {'; '.join(without[:3])}" if stated else ""
+        raise FricError(
+            "no stroke at constant velocity was found"
+            + (f" (the records say that they are {kinds})" if kinds else "") + why,
+            where=logs[0].source,
+            mend="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
+        )  # fmt: skip
+    told: list[str] = []
+    if without:
+        told.append(
+            Notice(
+                f"{len(without)} of {len(stated or logs)} records give no stroke: {'; '.join(without)}",
+                "records-without-stroke", "doubt" if 4 * len(without) > len(stated or logs) else "note",
+            )
+        )  # fmt: skip
+    unit = si_unit("velocity", logs[0].motion)
+    swinging = sorted({abs(p.velocity) for p in points if p.swing})
+    if swinging:
+        most = max(p.swing for p in points)
+        told.append(
+            Notice(
+                f"the velocity of {sum(p.swing > 0 for p in points)} strokes swings by up to {most:.0%} (rms) between "
+                f"{readable(swinging[0], unit)} and {readable(swinging[-1], unit)}: what averaging over a falling "
+                "curve does to their forces is allowed for" + ("; some stick and slip" if most > STICKS else ""),
+                "strokes-swing", "doubt" if most > STICKS else "note",
+            )
+        )  # fmt: skip
+    return sorted(points, key=lambda point: point.velocity), told
+
+
+def _points_of(log: Log, method: Average, plant: Plant | None) -> tuple[list[SpeedPoint], str]:
+    force = log.require("force", "the friction map")
+    stretches, reason = steady_stretches(log), ""
+    if not stretches:
+        rippling = _inner_part(log) if log.kind == "constant-velocity" else "no stretch at constant velocity"
+        if isinstance(rippling, str):
+            return [], rippling
+        stretches = [rippling]
+    points = []
+    for stretch in stretches:
+        part = slice(stretch.start, stretch.stop)
+        mean = average(force[part], method)
+        damping = plant.K_f * plant.A / plant.B * stretch.velocity if plant else 0.0
+        swing = velocity_swing(log, stretch)
+        error = mean.standard_error
+        if swing > STICKS:
+            error = float(np.hypot(error, 0.5 * np.std(force[part])))
+        points.append(
+            SpeedPoint(
+                stretch.velocity, mean.value - damping, error, len(stretch), log.name, float(log.time[stretch.start]),
+                float(log.time[stretch.stop - 1]), stretch.settled, swing,
+            )
+        )  # fmt: skip
+    return points, reason
+
+
+def _inner_part(log: Log) -> Stretch | str:
+    """Return the inner part of a stroke whose velocity ripples, or why it is none."""
+    if len(log) < 2 * SHORTEST:
+        return f"{len(log)} samples"
+    if log.position is not None:
+        z = log.position
+    else:
+        v = log.require("velocity", "the friction map")
+        z = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(log.time))])
+    unit = si_unit("velocity", log.motion)
+    way = float(z[-1] - z[0])
+    count = (lattice_step(log.position) or 0.0) if log.position is not None else 0.0
+    if abs(way) <= SHORTEST * count or way == 0.0:
+        steps = f"{abs(way) / count:.0f} steps of the encoder" if count else "nothing"
+        return f"it moves by {steps}"
+    if float(np.ptp(z)) > 1.2 * abs(way):
+        return "it moves to and fro"
+    along = (z - z[0]) / way
+    first, last = int(np.argmax(along > ENDS)), int(len(along) - np.argmax(along[::-1] < 1 - ENDS))
+    if last - first < 2 * SHORTEST:
+        return f"{last - first} samples at speed"
+    t, inner = log.time[first:last], z[first:last]
+    half = (last - first) // 2
+    speeds = [float(np.polyfit(t[part], inner[part], 1)[0]) for part in (slice(None, half), slice(half, None))]
+    velocity = float(np.polyfit(t, inner, 1)[0])
+    if abs(speeds[0] - speeds[1]) > UNEVEN * abs(velocity):
+        return f"its speed goes from {readable(abs(speeds[0]), unit)} to {readable(abs(speeds[1]), unit)}"
+    error = abs(speeds[0] - speeds[1]) / 2
+    return Stretch(first, last, velocity, error, onset=first)
+
+
+def velocity_swing(log: Log, stretch: Stretch) -> float:
+    """Return the root mean square of the velocity about its mean over that mean; 0 where it is under `SWINGS`.
+
+    Of a logged position it is the sum of ``(2πf·Z)²`` over the lines that stand out of its noise, below the frequency
+    from which on the sawtooth of whole counts would look like a swing.
+
+    Parameters
+    ----------
+    log
+        The record.
+    stretch
+        Its steady stretch.
+    """
+    part, n = slice(stretch.start, stretch.stop), len(stretch)
+    if n < 4 * SHORTEST:
+        return 0.0
+    t = log.time[part] - log.time[stretch.start]
+    sampling = (n - 1) / float(t[-1])
+    if log.position is None:
+        v = np.asarray(log.velocity)[part]
+        noise = float(np.var(np.diff(v))) / 2
+        spread = max(float(np.var(v)) - noise, 0.0)
+        swing = float(np.sqrt(spread)) / abs(stretch.velocity)
+        return swing if swing > SWINGS else 0.0
+    count = lattice_step(log.position[part][:ENOUGH]) or 0.0
+    z = log.position[part] - stretch.velocity * t
+    each = max(n // ENOUGH, 1)
+    n = n // each
+    z = z[: n * each].reshape(n, each).mean(axis=1)
+    z, sampling = z - z.mean(), sampling / each
+    # the sawtooth of whole counts, under whichever alias, has less than this of the velocity below that frequency
+    top = min(0.25 * sampling, SWINGS / np.sqrt(2) * abs(stretch.velocity) / count if count else np.inf)
+    if float(np.std(z)) * 2 * np.pi * top < SWINGS * abs(stretch.velocity):
+        return 0.0
+    power = _power(z)
+    f = np.arange(len(power)) * sampling / n
+    floor = max(float(np.median(power[f > 0.25 * sampling])), (count**2 / 12) * 2 / n)
+    seen = (f <= top) & (f >= 2 * sampling / n) & (power > 12 * floor)
+    swing = float(np.sqrt(np.sum((2 * np.pi * f[seen]) ** 2 * power[seen]))) / abs(stretch.velocity)
+    return swing if swing > SWINGS else 0.0
+
+
+def _power(z: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what each line under Hann's window has of the variance."""
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(len(z)) / len(z))
+    power: NDArray[np.float64] = 2 * np.abs(np.fft.rfft(z * window)) ** 2 / (len(z) * float(window @ window))
+    return power
