@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.errors import FricError
+from fric.identify.records.chords import SHORTEST
 from fric.identify.records.resolution import lattice_step
-from fric.identify.records.segments import SHORTEST, Stretch, steady_stretches
+from fric.identify.records.segments import Stretch, steady_stretches
 from fric.identify.strokes.averages import Average, average
 from fric.identify.strokes.map_fit import SpeedPoint
 from fric.notice import Notice
