@@ -11,6 +11,8 @@ from scipy.optimize import curve_fit
 import fric
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
+from fric.identify.gms.identify import identify_gms
+from fric.simulate.experiment import experiment
 
 PAPER = StaticMap(F_c=105.0, F_s=165.0, v_s=1e-3, delta=1.0, sigma=40.0)
 MACHINE = Path(__file__).parents[1] / "configs/xy-table.yaml"
@@ -25,10 +27,10 @@ def _curve(z: np.ndarray, *theta: float) -> np.ndarray:
 def run() -> list[tuple[str, str, str]]:
     """Time the whole identification with five cycles of each record; imports and compilation are done before."""
     axis = fric.read_machine(MACHINE).axes["x"]
-    logs = list(fric.experiment(axis, "presliding-sine"))
-    fit = fric.identify_gms(logs, static=PAPER, plant=axis.plant)
+    logs = list(experiment(axis, "presliding-sine"))
+    fit = identify_gms(logs, static=PAPER, plant=axis.plant)
     begin, cpu = perf_counter(), process_time()
-    fit = fric.identify_gms(logs, static=PAPER, plant=axis.plant)
+    fit = identify_gms(logs, static=PAPER, plant=axis.plant)
     whole, busy = perf_counter() - begin, process_time() - cpu
 
     model = fit.model

@@ -9,6 +9,7 @@ from scipy.optimize import curve_fit
 
 import fric
 from fric.friction.stribeck import StaticMap
+from fric.identify.strokes.static import identify_static
 
 SPEEDS = np.array([0.01, 0.04, 0.08, 0.2, 0.4, 0.5, 1, 2, 4, 5, 8, 10, 14, 16, 20, 25, 30]) * 1e-3
 SAMPLES = 30_000
@@ -34,9 +35,9 @@ def _plain(v: np.ndarray, F_c: float, F_s: float, v_s: float, sigma: float, offs
 def run() -> list[tuple[str, str, str]]:
     """Time the whole identification, segmentation and intervals included; imports are done before."""
     records = logs()
-    fric.identify_static(records[:3] + records[-3:])
+    identify_static(records[:3] + records[-3:])
     start = perf_counter()
-    fric.identify_static(records)
+    identify_static(records)
     whole = perf_counter() - start
     start = perf_counter()
     v = np.array([np.polyfit(log.time, log.position, 1)[0] for log in records])

@@ -1,5 +1,7 @@
 """The examples of the documentation: run each console block of a page, and write what it prints into the page.
 
+A Python block that imports fric is a script; what it prints stands in a text block behind it.
+
 `python docs/examples.py` refreshes every page; the tests run the same blocks and compare.
 """
 
@@ -7,15 +9,20 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted(page for page in (ROOT / "docs").glob("*.md") if page.stem != "commands")]
 FILE = re.compile(r"^`([\w-]+\.\w+)`:\n\n```\w+\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
-BLOCK = re.compile(r"^```console\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(
+    r"^```console\n(?P<console>.*?)^```|^```python\n(?P<python>import fric\n.*?)^```\n\n```text\n(?P<text>.*?)^```",
+    flags=re.MULTILINE | re.DOTALL,
+)
 
 
 def environment() -> dict[str, str]:
@@ -28,8 +35,10 @@ def environment() -> dict[str, str]:
 def examples(page: Path) -> list[tuple[str, str]]:
     """Return each command of the console blocks of a page, with the output that is shown behind it."""
     found = []
-    for block in BLOCK.findall(page.read_text()):
-        for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+    for block in BLOCK.finditer(page.read_text()):
+        if block["python"]:
+            found.append((block["python"], plain(block["text"])))
+        for part in re.split(r"^\$ ", block["console"] or "", flags=re.MULTILINE)[1:]:
             command, _, shown = part.partition("\n")
             found.append((command, plain(shown)))
     return found
@@ -47,8 +56,10 @@ def run(command: str, folder: Path) -> tuple[int, str]:
         link = folder / name
         if not link.exists():
             link.symlink_to(ROOT / name)
+    script = command.startswith("import fric\n")
+    words: Any = [sys.executable, "-c", command] if script else command
     done = subprocess.run(
-        command, shell=True, cwd=folder, env=environment(), capture_output=True, text=True, check=False
+        words, shell=not script, cwd=folder, env=environment(), capture_output=True, text=True, check=False
     )
     return done.returncode, plain(done.stdout + done.stderr)
 
@@ -93,8 +104,11 @@ def refreshed(page: Path) -> str:
             status, printed = run(command, Path(folder))
             if status:
                 raise SystemExit(f"{page.name}: $ {command}\n{printed}")
+            for left in Path(folder).glob(f"{page.stem}-*.png"):
+                shutil.copyfile(left, ROOT / "docs" / "figures" / left.name)
             if shown and not shown.endswith("…"):
-                text = text.replace(f"$ {command}\n{shown}\n", f"$ {command}\n{printed}\n")
+                head = f"{command}```\n\n```text\n" if command.startswith("import fric\n") else f"$ {command}\n"
+                text = text.replace(f"{head}{shown}\n", f"{head}{printed}\n")
     return text
 
 

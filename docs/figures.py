@@ -18,7 +18,9 @@ import fric
 from docs import examples
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure, save_figure
 from fric.identify.strokes.static import steady_points
+from fric.io.hdf5 import read_logs
 from fric.log import Log
+from fric.simulate.experiment import experiment
 
 FIGURES = Path(__file__).parent / "figures"
 
@@ -56,14 +58,14 @@ def data_quality(folder: Path) -> None:
     run_page(FIGURES.parent / "data-quality.md", folder)
 
     def logs(name: str) -> list[Log]:
-        return fric.read_logs(folder / name)
+        return read_logs(folder / name)
 
-    good = fric.read_logs(folder / "data/constant-velocity.h5")
+    good = read_logs(folder / "data/constant-velocity.h5")
     paper = logs("strokes.h5")
     axis = fric.read_machine(folder / "configs/xy-table.yaml").axis("x")
-    loops = list(fric.experiment(axis, "presliding-sine", samples=2500))
-    (slowest,) = fric.experiment(axis, "constant-velocity", speeds=[10e-6], samples=50_000)  # both at some 500 Hz
-    (slow,) = fric.experiment(axis, "constant-velocity", speeds=[80e-6], samples=6_600)
+    loops = list(experiment(axis, "presliding-sine", samples=2500))
+    (slowest,) = experiment(axis, "constant-velocity", speeds=[10e-6], samples=50_000)  # both at some 500 Hz
+    (slow,) = experiment(axis, "constant-velocity", speeds=[80e-6], samples=6_600)
     _beside(
         "quality-speeds", "velocity [mm/s]", "force [N]",
         ("good: down to 10 µm/s", lambda axes: _map(axes, paper)),

@@ -8,8 +8,10 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
+from matplotlib import image
 
 from docs import examples
 from fric.cli.main import app
@@ -18,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 SHOWING = [page for page in examples.PAGES if examples.examples(page)]
 
 
-LONG = {"tutorial", "data-quality"}
+LONG = {"tutorial", "data-quality", "gallery"}
 
 
 def _marked(page: Path) -> object:
@@ -66,6 +68,11 @@ def test_examples_run_and_print_what_is_shown(page, tmp_path):
         assert status == 0, f"$ {command}\n{printed}"
         if shown and not shown.endswith("…"):
             assert examples.alike(printed, shown), f"$ {command}: refresh by `make docs`\n{printed}"
+    for picture in re.findall(rf"figures/({page.stem}-\w+\.png)", page.read_text()):
+        if page.stem == "gallery":  # what an example draws is what the page shows
+            drawn, kept = (image.imread(folder / picture) for folder in (tmp_path, ROOT / "docs" / "figures"))
+            assert drawn.shape == kept.shape, f"{picture}: refresh by `make docs`"
+            assert np.mean(np.abs(drawn - kept)) < 0.01, f"{picture}: refresh by `make docs`"
 
 
 def test_examples_may_differ_in_last_digits_alone():

@@ -1,14 +1,17 @@
-"""The documentation builds strictly, without network, and its pages fetch nothing from elsewhere."""
+"""The documentation builds strictly and without network, its pages fetch nothing from elsewhere, and it is searched."""
 
 from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+import fric
 
 ROOT = Path(__file__).parents[1]
 FETCHED = re.compile(
@@ -51,3 +54,38 @@ def test_every_picture_is_there_and_says_what_it_shows():
         for told, target in re.findall(r"!\[([^\]]*)\]\(([^)]+)\)", page.read_text()):
             assert (page.parent / target).is_file(), f"{page.name}: {target}"
             assert len(told) > 20, f"{page.name}: {target} has no words for those who do not see it"
+
+
+def test_every_public_name_is_on_the_library_page(site):
+    page = (site / "api.html").read_text()
+    for name in fric.__all__:
+        assert re.search(rf'<h[2-5] id="fric\.[\w.]*\b{name}"', page), f"{name} is not in docs/api.md"
+    assert page.count("Parameters:") > 40
+
+
+def test_the_search_works_from_a_file(site, tmp_path):
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+    browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    driver = shutil.which("chromedriver")
+    if not (browser and driver):
+        pytest.skip("there is no Chromium with its driver here")
+    options = webdriver.ChromeOptions()
+    options.binary_location = browser
+    for switch in ("--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}"):
+        options.add_argument(switch)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    page = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    try:
+        page.get((site / "api.html").as_uri())
+        page.execute_script("document.querySelector('[data-md-toggle=search]').click()")
+        page.find_element("css selector", "input.md-search__input").send_keys("with_belief")
+        page.set_script_timeout(30)
+        found = page.execute_async_script(
+            "const done = arguments[0]; const wait = () => { const hits = [...document.querySelectorAll("
+            "'.md-search-result__item')].map((hit) => hit.textContent); "
+            "hits.length ? done(hits) : setTimeout(wait, 50); }; wait();"
+        )
+        assert any("with_belief" in hit for hit in found)
+        assert not [line for line in page.get_log("browser") if line["level"] == "SEVERE"]
+    finally:
+        page.quit()

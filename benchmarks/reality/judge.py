@@ -10,17 +10,17 @@ from traceback import format_exc
 from typing import Any
 
 import numpy as np
-from fric.identify.gms.gms import identify_gms
 
 from benchmarks.reality.session import Session
 from benchmarks.reality.truth import gms_truth, plant_truth, static_truth, virgin_truth
-from fric.documents.friction import gms_tree, read_static, static_tree
-from fric.documents.plant import plant_tree, read_plant
-from fric.documents.yaml import write_document
+from fric.documents.friction import FrictionDocument, given_static, gms_tree, static_tree
+from fric.documents.plant import PlantDocument, plant_tree
+from fric.documents.yaml import read_document, write_document
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
 from fric.identify.dynamics.plant import identify_plant
+from fric.identify.gms.identify import identify_gms
 from fric.identify.strokes.static import identify_static
 from fric.notice import Notice
 
@@ -80,7 +80,7 @@ def identified(session: Session) -> Verdict:
             tree = plant_tree(identify_plant(records), records)
             write_document(plant_file, tree)
             _enter(steps["plant"], tree, tree, plant_truth(session))
-            verdict.plant = read_plant(plant_file, axis="x", motion="linear")
+            verdict.plant = read_document(plant_file, PlantDocument).plant("linear")
 
         def static() -> None:
             records, known = logs["constant-velocity"], verdict.plant
@@ -93,7 +93,7 @@ def identified(session: Session) -> Verdict:
 
         def gms() -> None:
             records = [*logs["presliding-sine"], *logs["sliding-sine"]]
-            given = read_static(friction_file, axis="x", motion="linear") if friction_file.exists() else None
+            given = given_static(read_document(friction_file, FrictionDocument)) if friction_file.exists() else None
             fit = identify_gms(records, static=given.static if given else None, plant=verdict.plant)
             _enter(steps["gms"], {"warnings": fit.warnings}, gms_tree(fit, records)["gms"], gms_truth(session))
             verdict.model = fit.model

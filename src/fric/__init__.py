@@ -1,11 +1,28 @@
 """fric: friction identification and compensation for feed drives.
 
-All that the command line does can be done in a few lines of Python from here. The names below are loaded when
-they are first used, so that ``import fric`` costs nothing.
+The names below are the subject: records, models, machines, and verbs on them. Each is loaded when it is first used, so
+that ``import fric`` costs nothing; ``__init__.pyi`` says where it is from, for type checkers and for this.
 """
 
-import lazy_loader
+import re
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
 __version__ = "0.1.0"
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+_HOMES = {name: module for module, name in re.findall(r"^from (\S+) import (\w+) as \2$", _STUB, re.MULTILINE)}
+
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    found = globals()[name] = getattr(import_module(_HOMES[name], __name__), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

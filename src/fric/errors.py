@@ -1,5 +1,7 @@
 """The one exception that fric raises on purpose."""
 
+from collections.abc import Iterable
+
 
 class FricError(Exception):
     """An input, or the data in it, does not allow what was asked.
@@ -25,3 +27,12 @@ class FricError(Exception):
     def at(self, where: str) -> "FricError":
         """Return the same error, told with the place where it was found (outermost place first)."""
         return FricError(self.what, where=f"{where}: {self.where}" if self.where else where, mend=self.mend)
+
+
+def near(given: str, known: Iterable[str]) -> str:
+    """Return the question whether a name that is near was meant, with a blank behind it; nothing where none is."""
+    from difflib import get_close_matches
+
+    folded = {name.casefold(): name for name in known}
+    found = get_close_matches(given.casefold(), folded, n=1, cutoff=0.65)
+    return f"Is it {folded[found[0]]}? " if found else ""

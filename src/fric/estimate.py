@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import floor, isinf, log10
 from typing import Any, Literal
@@ -101,16 +101,29 @@ def estimate_rows(section: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, s
     interval can tell; a vector is one row an element.
     """
     rows = []
-    for name, entry in section.items():
-        vector = isinstance(entry["value"], list | tuple)
-        values = entry["value"] if vector else [entry["value"]]
-        intervals = entry.get("ci95", [None] * len(values) if vector else None)
-        note = ", ".join(flag for flag in ("fixed", "assumed") if entry.get(flag))
-        for n, (value, interval) in enumerate(zip(values, intervals if vector else [intervals], strict=True), start=1):
-            scale, unit = prefixed(value, str(entry["unit"]))
-            shown, told = in_digits(value, interval, scale)
-            rows.append((f"{name}_{n}" if vector else name, shown, told or note, unit))
+    for name, value, interval, entry in elements(section):
+        scale, unit = prefixed(value, str(entry["unit"]))
+        shown, told = in_digits(value, interval, scale)
+        rows.append((name, shown, told or note_of(entry), unit))
     return rows
+
+
+def elements(
+    section: Mapping[str, Mapping[str, Any]],
+) -> Iterator[tuple[str, float, Sequence[float | None] | None, Mapping[str, Any]]]:
+    """Yield name, value, interval and entry of each parameter of a document's section; of a vector each element's."""
+    for name, entry in section.items():
+        if not isinstance(entry["value"], list | tuple):
+            yield name, entry["value"], entry.get("ci95"), entry
+            continue
+        intervals = entry.get("ci95") or [None] * len(entry["value"])
+        for n, (value, interval) in enumerate(zip(entry["value"], intervals, strict=True), start=1):
+            yield f"{name}_{n}", value, interval, entry
+
+
+def note_of(entry: Mapping[str, Any]) -> str:
+    """Return whether an entry of a document was fixed or assumed, in words."""
+    return ", ".join(flag for flag in ("fixed", "assumed") if entry.get(flag))
 
 
 def in_digits(value: float, interval: Any, scale: float = 1.0) -> tuple[str, str]:

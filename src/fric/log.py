@@ -117,6 +117,11 @@ class Log:
                 mend="Map one of them to a column.",
             )
 
+    def __repr__(self) -> str:
+        told = ", ".join(name for name in self.channels() if name != "time")
+        span = f"{len(self)} samples in {self.time[-1] - self.time[0]:.4g} s" if len(self) else "no sample"
+        return f"<Log '{self.name}' of the {self.motion} axis {self.axis}: {span}: {told}>"
+
     def __len__(self) -> int:
         return len(self.time)
 
@@ -181,6 +186,11 @@ class FrequencyResponse:
     motion: Motion = "linear"
     source: str = ""
     sha256: str = ""
+
+    def __repr__(self) -> str:
+        f = self.frequency
+        span = f"{len(f)} frequencies from {f[0]:.4g} to {f[-1]:.4g} Hz" if len(f) else "no frequency"
+        return f"<FrequencyResponse '{self.name}' of the {self.motion} axis {self.axis}: {span}>"
 
     @property
     def where(self) -> str:

@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fric import FricError, read_document
+from fric import FricError
 from fric.cli.main import app
 from fric.documents.friction import FrictionDocument
+from fric.documents.yaml import read_document
 
 DATA = Path(__file__).parents[2] / "data"
 LOGS = [str(DATA / "presliding-sine.h5"), str(DATA / "sliding-sine.h5")]

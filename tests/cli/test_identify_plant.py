@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import fric
 from fric.cli.main import app
 from fric.documents.plant import PlantDocument
+from fric.documents.yaml import read_document
 from fric.errors import FricError
+from fric.io.hdf5 import write_logs
 from fric.log import FrequencyResponse, Log
 from tests.identify import flawed_axis as flawed
 from tests.identify.excited_axis import X, shaken
@@ -26,12 +27,12 @@ RUN = CliRunner()
 def identified(tmp_path: Path, records: list[Log | FrequencyResponse], *words: str) -> dict[str, Any]:
     """Write the records, run the command on them, and return the JSON that it prints."""
     log, out, figure = tmp_path / "log.h5", tmp_path / "plant.yaml", tmp_path / "plant.png"
-    fric.write_logs(log, records, force=True)
+    write_logs(log, records, force=True)
     common = ["identify", "plant", str(log), "-o", str(out), "--plot", str(figure), "--json", "--force", *words]
     done = RUN.invoke(app, common)
     assert done.exit_code == 0, done.output + str(done.exception)
     assert figure.stat().st_size > 10_000
-    fric.read_document(out, PlantDocument)
+    read_document(out, PlantDocument)
     document: dict[str, Any] = json.loads(done.stdout)
     return document
 
@@ -46,7 +47,7 @@ def test_a_shaken_axis_gives_a_plant_file_that_the_next_command_reads(tmp_path: 
     fit = told["fit"]
     assert fit["hold_delay"]["value"] == pytest.approx(125e-6)
     assert fit["transport_delay"]["value"] + 125e-6 == pytest.approx(told["T_d"]["value"])
-    plant = fric.read_document(tmp_path / "plant.yaml", PlantDocument).plant("linear")
+    plant = read_document(tmp_path / "plant.yaml", PlantDocument).plant("linear")
     assert pytest.approx(548 / X.B, rel=0.01) == plant.M
 
 
@@ -123,7 +124,7 @@ def test_a_table_in_decibels_and_wrapped_degrees_is_ingested_and_fitted(tmp_path
 
 def test_people_read_a_table(tmp_path: Path) -> None:
     for record in (shaken(X, seed=1), replace(motion(), kind="motion")):
-        fric.write_logs(tmp_path / "log.h5", [record], force=True)
+        write_logs(tmp_path / "log.h5", [record], force=True)
         words = ["identify", "plant", str(tmp_path / "log.h5"), "-o", str(tmp_path / "p.yaml"), "--force"]
         done = RUN.invoke(app, words)
         assert done.exit_code == 0, done.exception
@@ -141,7 +142,7 @@ def test_people_read_a_table(tmp_path: Path) -> None:
     ],
 )
 def test_what_cannot_be_identified_leaves_no_file(tmp_path: Path, words: list[str], said: str) -> None:
-    fric.write_logs(tmp_path / "log.h5", [shaken(X, seed=1)])
+    write_logs(tmp_path / "log.h5", [shaken(X, seed=1)])
     done = RUN.invoke(app, ["identify", "plant", str(tmp_path / "log.h5"), "-o", str(tmp_path / "p.yaml"), *words])
     assert isinstance(done.exception, FricError)
     assert said in str(done.exception)
@@ -149,7 +150,7 @@ def test_what_cannot_be_identified_leaves_no_file(tmp_path: Path, words: list[st
 
 
 def test_records_of_another_kind_are_not_taken_by_mistake(tmp_path: Path) -> None:
-    fric.write_logs(tmp_path / "log.h5", [replace(motion(), kind="presliding-sine")])
+    write_logs(tmp_path / "log.h5", [replace(motion(), kind="presliding-sine")])
     words = ["identify", "plant", str(tmp_path / "log.h5"), "-o", str(tmp_path / "p.yaml")]
     done = RUN.invoke(app, words)
     assert isinstance(done.exception, FricError)
@@ -172,6 +173,6 @@ def test_a_text_log_of_a_shaken_axis_is_ingested_as_a_frequency_response(tmp_pat
     assert told["K_f"]["value"] == pytest.approx(210.0, rel=0.01)
     assert told["force_lag"]["value"] * flawed.RATE == pytest.approx(2.0, abs=0.1)
     assert any("the force is logged 500 µs (2 samples) later" in text for text in told["warnings"])
-    plant = fric.read_plant(out, axis="x", motion="linear")
+    plant = read_document(out, PlantDocument).plant("linear")
     assert plant.force_lag == pytest.approx(2 / flawed.RATE, rel=0.05)
     assert plant.force_delay == pytest.approx(plant.T_d - plant.force_lag)

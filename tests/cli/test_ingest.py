@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from fric import read_logs
 from fric.cli.main import app
 from fric.errors import FricError
+from fric.io.hdf5 import read_logs
 
 RUN = CliRunner()
 HEADER = "time [s],position [um],force [N]\n"

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 import fric
 from fric.cli.main import app
 from fric.errors import FricError
+from fric.io.hdf5 import write_logs
 
 DATA = Path(__file__).parents[2] / "data"
 
@@ -63,7 +64,7 @@ def test_plot_is_drawn_and_not_overwritten(name, tmp_path):
 def test_a_response_as_measured_is_told_and_drawn(tmp_path):
     frequency = np.geomspace(1.0, 200.0, 40)
     response = fric.FrequencyResponse(frequency, 1 / frequency**2, -np.ones(40), np.full(40, 0.9))
-    fric.write_logs(tmp_path / "log.h5", [response])
+    write_logs(tmp_path / "log.h5", [response])
     done = run(tmp_path / "log.h5", "--plot", tmp_path / "figure.png")
     assert "40 frequencies from 1 to 200 Hz" in done.stdout
     assert (tmp_path / "figure.png").stat().st_size > 1000

@@ -10,10 +10,15 @@ import pytest
 import fric
 from fric.documents import document_types
 from fric.documents.base import CodedWarning
-from fric.documents.friction import FrictionDocument, gms_tree, read_static, replay_tree, static_tree
+from fric.documents.friction import FrictionDocument, given_static, gms_tree, replay_tree, static_tree
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.documents.yaml import plain, read_document, read_tree, write_document
 from fric.errors import FricError
+from fric.identify.dynamics.plant import identify_plant
+from fric.identify.gms.identify import identify_gms
+from fric.identify.records.prepared import prepared
+from fric.identify.replay.replay_fit import identify_by_replay
+from fric.identify.strokes.static import identify_static
 from fric.io.hdf5 import read_logs, read_records
 from fric.notice import Notice
 
@@ -24,8 +29,8 @@ LOGS = Path(__file__).parents[2] / "data"
 def axis_plant(folder: Path) -> fric.Plant:
     records = read_records(LOGS / "frequency-response.h5")
     path = folder / "plant.yaml"
-    write_document(path, plant_tree(fric.identify_plant(records), records))
-    return fric.read_plant(path, axis="x", motion="linear")
+    write_document(path, plant_tree(identify_plant(records), records))
+    return read_document(path, PlantDocument).plant("linear")
 
 
 @pytest.mark.parametrize("path", sorted(BEFORE.glob("*.yaml")), ids=lambda path: path.stem)
@@ -48,13 +53,13 @@ def test_the_words_of_older_files_become_data_once() -> None:
     gms = read_document(BEFORE / "gms.yaml", FrictionDocument)
     assert gms.fit_of("gms").taken_off == ["inertia", "damping"]
     assert gms.fit_of("static").taken_off == ["damping"]
-    law, load = fric.coulomb_of_plant(BEFORE / "plant-of-motion.yaml", motion="linear")
+    law, load = read_document(BEFORE / "plant-of-motion.yaml", PlantDocument).coulomb()
     assert (law.F_c, load) == (pytest.approx(20.0166), pytest.approx(1.49542))
 
 
 def test_a_static_map_carries_plant_and_covariance_into_the_files_that_build_upon_it(tmp_path: Path) -> None:
     plant, logs = axis_plant(tmp_path), read_logs(LOGS / "constant-velocity.h5")
-    fit = fric.identify_static(logs, plant=plant)
+    fit = identify_static(logs, plant=plant)
     path = tmp_path / "static.yaml"
     write_document(path, static_tree(fit, logs))
     document = read_document(path, FrictionDocument)
@@ -68,14 +73,12 @@ def test_a_static_map_carries_plant_and_covariance_into_the_files_that_build_upo
         low, high = fit.static.estimates[name].ci95  # profile likelihood and covariance tell nearly the same
         assert (high - low) / 2 == pytest.approx(2.05 * one, rel=0.15)
     waves = read_logs(LOGS / "sliding-sine.h5")
-    given = read_static(path, axis="x", motion="linear")
+    given = given_static(read_document(path, FrictionDocument))
     gms = FrictionDocument.model_validate(
-        gms_tree(fric.identify_gms(read_logs(LOGS / "presliding-sine.h5"), static=given.static), waves, given)
+        gms_tree(identify_gms(read_logs(LOGS / "presliding-sine.h5"), static=given.static), waves, given)
     )
     lugre = FrictionDocument.model_validate(
-        replay_tree(
-            fric.identify_by_replay("lugre", fric.prepared(waves), static=document.estimates("static")), document
-        )
+        replay_tree(identify_by_replay("lugre", prepared(waves), static=document.estimates("static")), document)
     )
     for built, name in ((gms, "gms"), (lugre, "lugre")):
         block = built.fit_of(name).covariance

@@ -8,12 +8,15 @@ import pytest
 
 import fric
 from fric.control.feedforward import friction_feedforward
+from fric.control.scheme import choose_schemes
 from fric.documents.friction import FrictionDocument
 from fric.friction import models
 from fric.friction.directed import Directed, mean_map
 from fric.friction.stribeck import StaticMap
+from fric.identify.gms.identify import identify_gms
 from fric.log import Log
 from fric.reference import sine
+from fric.simulate.circle import Circle, run_circle
 from tests.identify.presliding import APART, PAPER
 
 BACK = replace(PAPER, F_c=126.0, F_s=198.0, sigma=60.0)
@@ -70,7 +73,7 @@ def test_identify_gms_finds_the_blocks_behind_two_maps():
         t, z = swing(amplitude)
         force = BOTH.replay(t, z) + 12.0 + rng.standard_normal(len(t))
         logs.append(Log(t, position=z, force=force, kind="presliding-sine", name=f"{amplitude * 1e6:g} um"))
-    fit = fric.identify_gms(logs, static=PAPER, negative=BACK)
+    fit = identify_gms(logs, static=PAPER, negative=BACK)
     assert fit.rmse == pytest.approx(1.0, rel=0.1)
     assert len(fit.blocks) == 4
     assert fit.alpha.value == pytest.approx(APART.alpha, abs=0.01)
@@ -86,11 +89,11 @@ def test_identify_gms_finds_the_blocks_behind_two_maps():
 def test_a_circle_feels_the_direction():
     machine = fric.read_machine(Path(__file__).parents[2] / "configs/xy-table.yaml")
     axis = machine.axes["x"]
-    circle = fric.Circle(radius=10e-3, feed=50e-3)
+    circle = Circle(radius=10e-3, feed=50e-3)
 
     def quadrants(friction):
         with_it = replace(machine, axes={**machine.axes, "x": replace(axis, friction=friction)})
-        return np.abs(fric.run_circle(with_it, fric.choose_schemes("a")[0], circle).circularity.quadrants)
+        return np.abs(run_circle(with_it, choose_schemes("a")[0], circle).circularity.quadrants)
 
     one, two = quadrants(axis.friction), quadrants(Directed(axis.friction, BACK))
     known = np.isfinite(one)

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from fric import FricError, identify_gms
+from fric import FricError
 from fric.drive.plant import Plant
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
+from fric.identify.gms.identify import identify_gms
 from tests.identify.presliding import APART, PAPER, TABLE_1, pair, record, rms_error
 
 SLIDING = {"frequency": 2.0, "mean": 1e-3, "cycles": 12, "kind": "sliding-sine", "dt": 1e-3}

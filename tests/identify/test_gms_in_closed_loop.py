@@ -9,6 +9,8 @@ import pytest
 
 import fric
 from fric.drive.sensing import Encoder
+from fric.identify.gms.identify import identify_gms
+from fric.simulate.experiment import experiment
 from tests.identify.presliding import PAPER, TABLE_1, rms_error
 
 MACHINE = Path(__file__).parents[2] / "configs/xy-table.yaml"
@@ -22,7 +24,7 @@ def axis():
 @cache
 def quiet(kind):
     """Return the records of an experiment without noise; it is added a seed at a time."""
-    return tuple(fric.experiment(replace(axis(), force_noise=0.0), kind))
+    return tuple(experiment(replace(axis(), force_noise=0.0), kind))
 
 
 def noisy(kind, seed):
@@ -37,7 +39,7 @@ def noisy(kind, seed):
 def test_every_seed_is_within_one_newton_and_three_blocks():
     errors = []
     for seed in range(20):
-        fit = fric.identify_gms(noisy("presliding-sine", seed), static=PAPER, plant=axis().plant)
+        fit = identify_gms(noisy("presliding-sine", seed), static=PAPER, plant=axis().plant)
         errors.append(rms_error(fit.model))
         assert len(fit.blocks) == 3
         assert "one more block" in fit.choice.reason
@@ -47,7 +49,7 @@ def test_every_seed_is_within_one_newton_and_three_blocks():
 @pytest.mark.long
 def test_C_within_a_fifth_and_covered():
     logs = [*noisy("presliding-sine", 0), *noisy("sliding-sine", 0)]
-    fit = fric.identify_gms(logs, static=PAPER, plant=axis().plant)
+    fit = identify_gms(logs, static=PAPER, plant=axis().plant)
     low, high = fit.C.ci95
     assert low < TABLE_1.C < high
     assert float(fit.C) == pytest.approx(TABLE_1.C, rel=0.2)
@@ -56,7 +58,7 @@ def test_C_within_a_fifth_and_covered():
 @pytest.mark.long
 def test_noise_free_and_unquantised_the_virgin_curve_is_exact_to_a_thousandth():
     ideal = replace(axis(), encoder=Encoder(0.0), force_noise=0.0)
-    fit = fric.identify_gms(list(fric.experiment(ideal, "presliding-sine")), static=PAPER, plant=ideal.plant)
+    fit = identify_gms(list(experiment(ideal, "presliding-sine")), static=PAPER, plant=ideal.plant)
     z = np.linspace(0.0, 100e-6, 1001)[1:]
     assert np.sqrt(np.mean((fit.curve(z) - TABLE_1.virgin_curve(z)) ** 2)) < 1e-3 * PAPER.F_s
     assert rms_error(fit.model) < 1e-3 * PAPER.F_s

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import fric
 from fric.identify.records.inspection import inspect
+from fric.io.hdf5 import read_records
 from fric.log import FrequencyResponse, Log
 from tests.identify.kinematics import encoder, strokes
 
@@ -24,7 +24,7 @@ def uses(found):
 
 @pytest.mark.parametrize("name", ["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response"])
 def test_bundled_logs_are_recognised_without_their_kind(name):
-    for log in fric.read_records(DATA / f"{name}.h5"):
+    for log in read_records(DATA / f"{name}.h5"):
         stated, recognised = inspect(log), inspect(replace(log, kind=None))
         assert (stated.kind, stated.stated) == (name, True)
         assert (recognised.kind, recognised.stated) == (name, False)
@@ -34,7 +34,7 @@ def test_bundled_logs_are_good_for_what_they_were_made_for():
     good = {
         name: {
             purpose
-            for log in fric.read_records(DATA / f"{name}.h5")
+            for log in read_records(DATA / f"{name}.h5")
             for purpose, use in uses(inspect(log)).items()
             if use.good
         }

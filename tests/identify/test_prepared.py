@@ -11,9 +11,11 @@ import fric
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.identify.gms.identify import identify_gms
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.log import Log
+from fric.simulate.experiment import experiment
 from tests.identify.presliding import PAPER, record
 
 MACHINE = Path(__file__).parents[2] / "configs/xy-table.yaml"
@@ -23,13 +25,13 @@ GIVEN = {p.name: Estimate(getattr(PAPER, p.name), "") for p in PAPER.parameters}
 @cache
 def logged():
     axis = fric.read_machine(MACHINE).axes["x"]
-    return axis, [log for kind in ("presliding-sine", "sliding-sine") for log in fric.experiment(axis, kind)]
+    return axis, [log for kind in ("presliding-sine", "sliding-sine") for log in experiment(axis, kind)]
 
 
 def test_identify_gms_and_the_replay_fit_find_one_attraction_parameter():
     """The replay fit did not delay the force by T_d, and gave C 10531 (10411…10653) where the truth is 10000."""
     axis, logs = logged()
-    by_curve = fric.identify_gms(logs, static=PAPER, plant=axis.plant)
+    by_curve = identify_gms(logs, static=PAPER, plant=axis.plant)
     by_replay = identify_by_replay(
         "gms", prepared(logs, axis.plant), static=GIVEN, blocks=3, start=by_curve.model
     ).estimates["gms"]["C"]

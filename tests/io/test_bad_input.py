@@ -12,7 +12,11 @@ import h5py
 import numpy as np
 import pytest
 
-from fric import FricError, MappingDocument, ingest, read_document, read_logs
+from fric import FricError
+from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_document
+from fric.io.hdf5 import read_logs
+from fric.io.ingest import ingest
 
 HEADER = "time [s],position [mm],force [N]\n"
 

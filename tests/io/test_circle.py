@@ -9,8 +9,12 @@ import h5py
 import numpy as np
 import pytest
 
-import fric
+from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_document
 from fric.errors import FricError
+from fric.identify.circle.diagnose import diagnose
+from fric.io.circle import choose_circles, read_circles, write_circles
+from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.reference import circle as circle_reference
 from tests.identify.synthetic_circles import Faults, circle
 
@@ -28,8 +32,8 @@ def trace(path: Path, *, way: int = 1, header: str | None = None) -> np.ndarray:
 
 def test_a_trace_of_two_axes_tells_radius_feed_and_direction(tmp_path):
     rows = trace(tmp_path / "a.csv", way=-1)
-    done = fric.ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5")
-    (test,) = fric.read_circles(tmp_path / "c.h5")
+    done = ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5")
+    (test,) = read_circles(tmp_path / "c.h5")
     assert (test.radius, test.feed, test.direction) == (0.03, 0.1, -1)
     assert done.samples == len(rows)
     np.testing.assert_allclose(test.axes["x"].position - test.axes["x"].reference, 1e-6, atol=1e-12)
@@ -52,7 +56,7 @@ def test_a_trace_of_two_axes_tells_radius_feed_and_direction(tmp_path):
 )
 def test_headers_are_understood(tmp_path, header):
     trace(tmp_path / "a.csv", header=header)
-    (test,) = fric.ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5").tests
+    (test,) = ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5").tests
     assert set(test.axes["x"].channels()) == {"time", "reference", "position", "input"}
     assert set(test.axes["y"].channels()) == {"time", "reference", "position"}
 
@@ -60,10 +64,10 @@ def test_headers_are_understood(tmp_path, header):
 def test_both_directions_and_more_stand_in_one_file(tmp_path):
     trace(tmp_path / "a.csv")
     trace(tmp_path / "b.csv", way=-1)
-    fric.ingest_circles([tmp_path / "a.csv"], tmp_path / "c.h5")
-    again = fric.ingest_circles([tmp_path / "a.csv", tmp_path / "b.csv"], tmp_path / "c.h5", append=True)
+    ingest_circles([tmp_path / "a.csv"], tmp_path / "c.h5")
+    again = ingest_circles([tmp_path / "a.csv", tmp_path / "b.csv"], tmp_path / "c.h5", append=True)
     assert [warning.code for warning in again.warnings] == ["there-already"]
-    assert [test.direction for test in fric.read_circles(tmp_path / "c.h5")] == [1, -1]
+    assert [test.direction for test in read_circles(tmp_path / "c.h5")] == [1, -1]
 
 
 def test_linuxcnc_sampler_text_without_header(tmp_path):
@@ -77,8 +81,8 @@ def test_linuxcnc_sampler_text_without_header(tmp_path):
     table = np.column_stack([np.arange(len(motion)), motion, motion + 1e-4, encoder, 0.01 * motion])
     np.savetxt(tmp_path / "trace.txt", table, "%.9g")
     with pytest.raises(FricError, match="no time"):
-        fric.ingest_circles(tmp_path / "trace.txt", tmp_path / "c.h5")
-    done = fric.ingest_circles(tmp_path / "trace.txt", tmp_path / "c.h5", stated=fric.StatedCircle(sampling=1000.0))
+        ingest_circles(tmp_path / "trace.txt", tmp_path / "c.h5")
+    done = ingest_circles(tmp_path / "trace.txt", tmp_path / "c.h5", stated=StatedCircle(sampling=1000.0))
     assert [(test.feed, test.direction) for test in done.tests] == [(0.1, -1), (0.05, 1)]
     assert [warning.code for warning in done.warnings] == ["columns-by-content"]
     steps = done.tests[0].axes["x"].position * 1e7 / 2.5  # the encoder's column was taken, not the other
@@ -91,8 +95,8 @@ def test_the_mapping_of_linuxcncs_bench(tmp_path):
     rest = np.zeros((len(motion), 8))
     table = np.column_stack([np.arange(len(motion)), motion, motion, motion, rest])
     np.savetxt(tmp_path / "trace.txt", table, "%.9g")
-    mapping = fric.read_document(ROOT / "configs/mappings/linuxcnc.yaml", fric.MappingDocument)
-    (test,) = fric.ingest_circles(tmp_path / "trace.txt", tmp_path / "c.h5", mapping=mapping).tests
+    mapping = read_document(ROOT / "configs/mappings/linuxcnc.yaml", MappingDocument)
+    (test,) = ingest_circles(tmp_path / "trace.txt", tmp_path / "c.h5", mapping=mapping).tests
     assert (test.radius, test.feed) == (0.03, 0.1)
     assert np.diff(test.axes["x"].time) == pytest.approx(0.00025)
 
@@ -102,14 +106,14 @@ def test_a_ball_bar_needs_radius_and_feed_and_tells_the_direction(tmp_path):
     rows = np.column_stack([np.degrees(angle), 3 * np.cos(2 * angle)])
     np.savetxt(tmp_path / "bar.csv", rows, "%.6f", ";", header="angle [deg];deviation [um]", comments="")
     with pytest.raises(FricError, match="radius"):
-        fric.ingest_circles(tmp_path / "bar.csv", tmp_path / "bar.h5")
+        ingest_circles(tmp_path / "bar.csv", tmp_path / "bar.h5")
     with pytest.raises(FricError, match="feed"):
-        fric.ingest_circles(tmp_path / "bar.csv", tmp_path / "bar.h5", stated=fric.StatedCircle(radius=0.15))
-    fric.ingest_circles(tmp_path / "bar.csv", tmp_path / "bar.h5", stated=fric.StatedCircle(radius=0.15, feed=0.1))
-    (test,) = fric.read_circles(tmp_path / "bar.h5")
+        ingest_circles(tmp_path / "bar.csv", tmp_path / "bar.h5", stated=StatedCircle(radius=0.15))
+    ingest_circles(tmp_path / "bar.csv", tmp_path / "bar.h5", stated=StatedCircle(radius=0.15, feed=0.1))
+    (test,) = read_circles(tmp_path / "bar.h5")
     assert test.is_ball_bar
     assert test.direction == -1
-    found = fric.diagnose([test])
+    found = diagnose([test])
     assert found.figures.G[-1] == pytest.approx(6e-6, rel=1e-3)
     assert "ball-bar-length" in {warning.code for warning in found.warnings}
 
@@ -120,18 +124,18 @@ def test_a_trace_without_a_circle_is_refused(tmp_path):
     header = "time [s],x_ref [mm],x [mm],y_ref [mm],y [mm]"
     np.savetxt(tmp_path / "a.csv", table, "%.9g", ",", header=header, comments="")
     with pytest.raises(FricError, match="no whole circle"):
-        fric.ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5")
+        ingest_circles(tmp_path / "a.csv", tmp_path / "c.h5")
     np.savetxt(tmp_path / "b.csv", table[:, :2], "%.9g", ",", header="time [s],x [mm]", comments="")
     with pytest.raises(FricError, match="takes two axes"):
-        fric.ingest_circles(tmp_path / "b.csv", tmp_path / "c.h5")
+        ingest_circles(tmp_path / "b.csv", tmp_path / "c.h5")
     assert not (tmp_path / "c.h5").exists()
 
 
 def test_a_file_goes_out_and_in_unchanged(tmp_path):
     rng = np.random.default_rng(0)
     tests = [circle(Faults(), rng, direction=way, revolutions=1) for way in (1, -1)]
-    fric.write_circles(tmp_path / "c.h5", tests)
-    for before, after in zip(tests, fric.read_circles(tmp_path / "c.h5"), strict=True):
+    write_circles(tmp_path / "c.h5", tests)
+    for before, after in zip(tests, read_circles(tmp_path / "c.h5"), strict=True):
         assert after.instrument == before.instrument
         for name, axis in before.axes.items():
             for channel, values in axis.channels().items():
@@ -157,4 +161,4 @@ def test_diagnose_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert figure.stat().st_size > 10_000
     assert "backlash x" in run("diagnose", tmp_path / "run.h5", "--scheme", "c")
     with pytest.raises(FricError, match="2 schemes"):
-        fric.choose_circles([tmp_path / "run.h5"])
+        choose_circles([tmp_path / "run.h5"])

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from fric import FricError, MappingDocument, ingest, read_document, read_logs, read_records
+from fric import FricError
+from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_document
+from fric.io.hdf5 import read_logs, read_records
+from fric.io.ingest import ingest
 
 LOG = "Zeit;Weg;Kraft;rest\n0;0;1;a\n1;2;1;b\n2;4;1;c\n3;6;1;d\n"
 

@@ -5,7 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fric import MappingDocument, ingest, read_document, read_logs
+from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_document
+from fric.io.hdf5 import read_logs
+from fric.io.ingest import ingest
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"

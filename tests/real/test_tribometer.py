@@ -5,7 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fric import MappingDocument, identify_gms, ingest, read_document, read_logs
+from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_document
+from fric.identify.gms.identify import identify_gms
+from fric.io.hdf5 import read_logs
+from fric.io.ingest import ingest
 
 ROOT = Path(__file__).parents[2]
 FILE = ROOT.parent / "shared/data/tribometer/reciprocating-first-75s.txt"

@@ -10,6 +10,9 @@ from types import SimpleNamespace
 import pytest
 
 import fric
+from fric.control.scheme import choose_schemes
+from fric.io.run import write_runs
+from fric.simulate.circle import run_circle
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "configs" / "xy-table.yaml"
@@ -65,7 +68,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
     """Documents and runs of the paper's table, in March and in September, when its friction had fallen by 9 %."""
     folder = tmp_path_factory.mktemp("report")
     machine = fric.read_machine(PAPER)
-    schemes = fric.choose_schemes("a,b,c,f")
+    schemes = choose_schemes("a,b,c,f")
     later = replace(
         machine,
         axes={n: replace(a, believed=replace(a.believed, gain=1.0)) for n, a in machine.axes.items()},
@@ -85,7 +88,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
         setattr(found, name, path)
     for name, subject, date in (("run", machine, "2026-03-02"), ("later_run", later, "2026-09-02")):
         path = folder / f"{name}.h5"
-        runs = [fric.run_circle(subject, scheme) for scheme in schemes]
-        fric.write_runs(path, runs, json.dumps(made | {"created": f"{date}T08:00:00+00:00"}))
+        runs = [run_circle(subject, scheme) for scheme in schemes]
+        write_runs(path, runs, json.dumps(made | {"created": f"{date}T08:00:00+00:00"}))
         setattr(found, name, path)
     return found

@@ -10,13 +10,16 @@ import numpy as np
 import pytest
 
 import fric
+from fric.control.scheme import choose_schemes
 from fric.errors import FricError
 from fric.io.recognise import recognise
 from fric.io.report import read_report, write_report
-from fric.io.run import read_runs
+from fric.io.run import read_runs, write_runs
 from fric.report.collect import as_data, collect, contour_test, thinned
 from fric.report.page import render_report
-from fric.simulate.path import PointPath
+from fric.simulate.circle import run_circle
+from fric.simulate.monte_carlo import Study, monte_carlo, monte_carlo_document
+from fric.simulate.path import PointPath, run_path
 
 from .conftest import LOGS, PAPER
 
@@ -102,12 +105,12 @@ def test_thinning_keeps_every_peak() -> None:
 def test_what_many_machines_gave_comes_as_intervals(files: SimpleNamespace, tmp_path: Path) -> None:
     path = tmp_path / "many.h5"
     machine = fric.read_machine(PAPER)
-    schemes = tuple(fric.choose_schemes("a,c"))
-    found = fric.monte_carlo(fric.Study(machine, schemes, seed=1), 8)
-    fric.write_runs(path, [fric.run_circle(machine, scheme) for scheme in schemes], many=found)
+    schemes = tuple(choose_schemes("a,c"))
+    found = monte_carlo(Study(machine, schemes, seed=1), 8)
+    write_runs(path, [run_circle(machine, scheme) for scheme in schemes], many=found)
     for one in collect([path]).tests[0].contours:
         low, high = one.glitch_ci95
-        assert (low, high) == tuple(fric.monte_carlo_document(found)["schemes"][one.scheme.name]["ci95"])
+        assert (low, high) == tuple(monte_carlo_document(found)["schemes"][one.scheme.name]["ci95"])
         assert 0 < low < high
     assert "on 95 % of machines" in render_report(collect([path]))
     assert "on 95 % of machines" not in render_report(collect([files.run]))
@@ -116,9 +119,9 @@ def test_what_many_machines_gave_comes_as_intervals(files: SimpleNamespace, tmp_
 def test_the_reversals_of_a_path_are_told_by_axis_and_place(tmp_path: Path) -> None:
     turn = np.linspace(0, 2 * np.pi, 400)
     ellipse = PointPath(0.02 * np.cos(turn), 0.012 * np.sin(turn), 0.05)
-    run = fric.run_path(fric.read_machine(PAPER), fric.choose_schemes("a")[0], ellipse)
+    run = run_path(fric.read_machine(PAPER), choose_schemes("a")[0], ellipse)
     path = tmp_path / "path.h5"
-    fric.write_runs(path, [run])
+    write_runs(path, [run])
     (test,) = collect([path]).tests
     assert test.radius is None
     assert [label.partition(",")[0] for label in test.labels[1:2]] == ["x at (-20"]

@@ -9,11 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import fric
 from fric.documents.friction import static_tree
-from fric.documents.yaml import write_document
+from fric.documents.plant import PlantDocument
+from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError
 from fric.friction.gms import GMS
+from fric.identify.strokes.static import identify_static
 from fric.io.hdf5 import read_logs
 from fric.report.collect import collect
 from fric.report.curves import friction_curves, map_band, presliding, virgin_band
@@ -66,9 +67,9 @@ def test_logs_are_drawn_less_the_part_of_the_plant_that_stands_in_the_file(
     files: SimpleNamespace, tmp_path: Path
 ) -> None:
     log, path = LOGS / "constant-velocity.h5", tmp_path / "friction.yaml"
-    plant = fric.read_plant(files.plant, axis="x", motion="linear")
+    plant = read_document(files.plant, PlantDocument).plant("linear")
     logs = read_logs(log)
-    fit = fric.identify_static(logs, plant=plant)
+    fit = identify_static(logs, plant=plant)
     write_document(path, static_tree(fit, logs))
     material = collect([path, log])
     curves = friction_curves(material, material.items[0])
@@ -93,7 +94,7 @@ def test_of_a_file_that_tells_the_plant_in_words_logs_are_drawn_with_the_plant_f
 
 def test_the_band_by_the_covariance_of_the_file_is_that_of_the_fit(tmp_path: Path) -> None:
     logs = read_logs(LOGS / "constant-velocity.h5")
-    fit = fric.identify_static(logs)
+    fit = identify_static(logs)
     path = tmp_path / "friction.yaml"
     write_document(path, static_tree(fit, logs))
     item = collect([path]).items[0]

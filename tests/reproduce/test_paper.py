@@ -13,7 +13,7 @@ from fric.cli.main import app
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine import MachineDocument
 from fric.documents.yaml import read_document
-from fric.reproduce.paper import Reproduction, paper_machine, reproduce_paper
+from fric.reproduce.paper import Reproduction, reproduce_paper
 from fric.reproduce.paper import reproduction_steps as steps
 
 ROOT = Path(__file__).parents[2]
@@ -25,12 +25,12 @@ pytestmark = pytest.mark.long
 @pytest.fixture(scope="module")
 def paper(tmp_path_factory) -> tuple[Reproduction, Path]:
     folder = tmp_path_factory.mktemp("paper")
-    return reproduce_paper(paper_machine(), folder), folder
+    return reproduce_paper(folder), folder
 
 
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory) -> Reproduction:
-    return reproduce_paper(ROOT / "configs/virtual-rig.yaml", tmp_path_factory.mktemp("rig"))
+    return reproduce_paper(tmp_path_factory.mktemp("rig"), ROOT / "configs/virtual-rig.yaml")
 
 
 def _glitches(done: Reproduction, feed: float) -> dict[str, float]:
@@ -64,7 +64,7 @@ def test_table_2_within_a_micrometre_in_every_quadrant(paper):
 def test_table_1_is_recovered(paper, axis):
     _, folder = paper
     found = read_document(folder / axis / "friction.yaml", FrictionDocument)
-    true = read_document(paper_machine(), MachineDocument).axes[axis].friction
+    true = read_document(ROOT / "configs/xy-table.yaml", MachineDocument).axes[axis].friction
     given, estimates = true.estimates("static"), found.estimates("static")
     for name, tolerance in {"F_c": 0.03, "F_s": 0.03, "sigma": 0.03, "v_s": 0.10}.items():
         assert float(estimates[name]) == pytest.approx(float(given[name]), rel=tolerance), name
@@ -90,7 +90,7 @@ def test_the_rig_is_compensated_by_what_was_identified_from_its_own_logs(rig):
 def test_a_second_run_makes_nothing_and_the_page_is_whole(paper):
     done, folder = paper
     assert done.made == done.steps == steps()
-    assert reproduce_paper(paper_machine(), folder).made == 0
+    assert reproduce_paper(folder).made == 0
     page = done.page.read_text()
     assert not re.search(r"""(?:src|href)=["']https?:""", page)
     assert page.count("data:image/png;base64,") == 2 + 2 * 4

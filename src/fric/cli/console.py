@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import codecs
 import json
+import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
+from io import TextIOWrapper
+from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from fric.output import refuse_existing
+
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from fric.results.base import Result
 
 # Rich is imported where it is first needed: `fric --help` prints nothing through it, and it costs 50 ms.
 
@@ -37,12 +45,84 @@ class Stream:
         wide = self._stderr or sys.stdout.isatty()
         return Console(stderr=self._stderr, highlight=False, soft_wrap=True, width=None if wide else 1000)
 
-    def print(self, *things: Any, markup: bool = True) -> None:
+    def print(self, *things: Any, markup: bool = True, end: str = "\n") -> None:
         """Print as Rich does, with its markup or without."""
-        self.console.print(*things, markup=markup)
+        self.console.print(*things, markup=markup, end=end)
+
+
+SPELLED = str.maketrans({"≤": "<=", "≥": ">=", "−": "-", "Δ": "Delta", "⁻": "-", "¹": "1", "σ": "sigma", "α": "alpha"})
+"""What an encoding without such signs shows in their place."""
+
+
+def prepare_streams() -> None:
+    """Let any standard output be written to: one of a narrow encoding (cp1252), or one that is closed."""
+    codecs.register_error("spelled", _spelled)
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - it lives as long as we do
+        elif isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="spelled")
+
+
+def _spelled(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeEncodeError)
+    told = error.object[error.start : error.end].translate(SPELLED)
+    return told.encode(error.encoding, "replace").decode(error.encoding), error.end
 
 
 OUT, ERR = Stream(stderr=False), Stream(stderr=True)
+
+
+def finish(
+    make: Callable[[Any], Result],
+    output: Path | None = None,
+    plot: Path | None = None,
+    *,
+    json: bool = False,
+    force: bool = False,
+    doing: str = "",
+    also: Mapping[Path | None, Callable[[Any], Any]] | None = None,
+) -> Any:
+    """End a command: make its result, write, plot, and print report or JSON, and the warnings; return the result.
+
+    Parameters
+    ----------
+    make
+        Makes the result; is handed a function that it may tell of its progress.
+    output, plot
+        Files that the result is saved to, and that its figure is drawn to.
+    json
+        Print the document, and nothing else on standard output.
+    force
+        Replace outputs that exist.
+    doing
+        What a progress bar says meanwhile.
+    also
+        Further figures, by the file that each goes to.
+    """
+    figures = {path: draw for path, draw in (also or {}).items() if path is not None}
+    written = [path for path in (output, plot, *figures) if path is not None]
+    refuse_existing(*written, force=force)
+    with progress(doing) as advance:
+        result = make(advance)
+    if plot is not None:
+        result.plot(plot, force=force)
+    for path, draw in figures.items():
+        from fric.figures.style import save_figure
+
+        save_figure(draw(result), path, force=force)
+    if output is not None:
+        result.save(output, force=force)
+    if json:
+        print_json(result.document)
+    else:
+        for piece in result.report():
+            OUT.print(piece, markup=False)
+        if written:
+            OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
+    print_warnings(result.warnings)
+    return result
 
 
 def print_json(document: Mapping[str, Any]) -> None:
@@ -50,29 +130,18 @@ def print_json(document: Mapping[str, Any]) -> None:
     sys.stdout.write(json.dumps(document, ensure_ascii=False, indent=2, allow_nan=False) + "\n")
 
 
-def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
-    """Print a table: the first column to the left, numbers to the right."""
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
-    for n, column in enumerate(columns):
-        table.add_column(column, justify="left" if n == 0 else "right")
-    for row in rows:
-        table.add_row(*row)
-    OUT.print(table)
-
-
 def print_warnings(warnings: Iterable[str]) -> None:
     """Print each warning on standard error."""
     for warning in warnings:
-        ERR.print(f"[bold yellow]warning:[/] {warning}")
+        ERR.print("[bold yellow]warning:[/]", end=" ")
+        ERR.print(warning, markup=False)
 
 
 @contextmanager
 def progress(description: str, total: int | None = None) -> Iterator[Any]:
     """Show a progress bar on standard error, silent when that is no terminal; gives a function to advance it."""
     if not sys.stderr.isatty():
-        yield lambda steps=1: None
+        yield lambda steps=1, *, total=None: None
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -80,7 +149,8 @@ def progress(description: str, total: int | None = None) -> Iterator[Any]:
     with Progress(*columns, console=ERR.console, transient=True) as bar:
         task = bar.add_task(description, total=total)
 
-        def advance(steps: int = 1) -> None:
+        def advance(steps: int = 1, *, total: int | None = None) -> None:
+            bar.update(task, total=total)
             bar.advance(task, steps)
 
         yield advance

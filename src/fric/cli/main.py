@@ -10,6 +10,7 @@ import typer
 
 import fric
 from fric.cli import compare, design, diagnose, identify, ingest, inspect, report, reproduce, schema, simulate, validate
+from fric.cli.console import ERR, prepare_streams
 from fric.cli.group import Group
 from fric.errors import FricError
 
@@ -55,25 +56,26 @@ class _InterruptedError(BaseException):
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise _InterruptedError
+    raise _InterruptedError(number)
 
 
 def main() -> None:
-    """Run the command line; a `FricError` is told on standard error and ends with exit status 1."""
+    """Run the command line; a `FricError` is told on standard error and ends with exit status 1, Ctrl-C with 130."""
+    prepare_streams()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
     try:
         app()
     except FricError as error:
-        _tell(str(error))
-    except _InterruptedError:
-        _tell("interrupted\nOutputs that were not finished are not there.")
+        _tell(str(error), 1)
+    except _InterruptedError as interrupted:
+        _tell("interrupted\nOutputs that were not finished are not there.", 128 + int(interrupted.args[0]))
 
 
-def _tell(error: str) -> None:
-    typer.secho("error: ", fg=typer.colors.RED, bold=True, nl=False, err=True)
-    typer.echo(error, err=True)
-    sys.exit(1)
+def _tell(error: str, status: int) -> None:
+    ERR.print("[bold red]error:[/]", end=" ")
+    ERR.print(error, markup=False)
+    sys.exit(status)
 
 
 if __name__ == "__main__":

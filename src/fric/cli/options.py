@@ -20,6 +20,7 @@ PlantFile = Annotated[
     Path | None,
     typer.Option("--plant", metavar="PLANT.yaml", help="The plant, whose own linear damping is taken off."),
 ]
+PlantArgument = Annotated[Path, typer.Argument(metavar="PLANT.yaml", help="The plant, eq. (1): A, B, T_d.")]
 MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE.yaml", help="The machine, as in configs/.")]
 SchemeNames = Annotated[str, typer.Option("--scheme", help="A scheme's name, several as a,d,f, or all.")]
 SchemesFile = Annotated[

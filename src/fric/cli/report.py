@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import fric
-from fric.cli.console import OUT, print_json, print_warnings
+from fric.cli.console import finish
 from fric.cli.options import Force, Json
 
 
@@ -27,16 +27,4 @@ def report(
     force: Force = False,
 ) -> None:
     """Make one self-contained HTML page: what was identified, what a circle shows, what to use, and what drifted."""
-    fric.refuse_existing(output, force=force)
-    material = fric.collect(files)
-    fric.write_report(output, fric.render_report(material, title), force=force)
-    document = fric.report_document(material)
-    if json:
-        print_json(document)
-        return
-    for advice in document["advice"]:
-        OUT.print(advice["headline"])
-    for drift in document["drift"]:
-        OUT.print(f"{drift['of']}: {drift['told']}")
-    OUT.print(f"wrote {output}")
-    print_warnings(document["warnings"])
+    finish(lambda _: fric.make_report(*files, title=title), output, json=json, force=force, doing="page")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from fric.control import block_type
-from fric.errors import FricError
+from fric.errors import FricError, near
 
 if TYPE_CHECKING:
     from fric.control.base import ControlBlock
@@ -142,5 +142,7 @@ def choose_schemes(asked: str, known: Mapping[str, Scheme] | None = None) -> lis
     names = list(known) if asked == "all" else [name.strip() for name in asked.split(",")]
     for name in names:
         if name not in known:
-            raise FricError(f"there is no scheme '{name}'", mend=f"There are {', '.join(known)}, and all.")
+            raise FricError(
+                f"there is no scheme '{name}'", mend=f"{near(name, known)}There are {', '.join(known)}, and all."
+            )
     return [known[name] for name in names]

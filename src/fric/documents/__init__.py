@@ -8,7 +8,7 @@ from pkgutil import iter_modules
 from typing import Any
 
 from fric.documents.base import Document, Part, Quantity
-from fric.errors import FricError
+from fric.errors import FricError, near
 
 __all__ = ["Document", "Part", "Quantity", "document_types"]
 
@@ -38,5 +38,8 @@ def document_schema(type_name: str) -> dict[str, Any]:
     """
     types = document_types()
     if type_name not in types:
-        raise FricError(f"there is no document type '{type_name}'", mend=f"The types are {', '.join(types)}.")
+        raise FricError(
+            f"there is no document type '{type_name}'",
+            mend=f"{near(type_name, types)}The types are {', '.join(types)}.",
+        )
     return types[type_name].json_schema()

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from math import isfinite
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
 from fric.control.cascade import Cascade
 from fric.documents.base import AxisDocument, Physical, Quantity
-from fric.documents.of_axis import read_of_axis
 from fric.documents.provenance import provenance
-from fric.errors import FricError
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -51,21 +48,6 @@ class ControllerDocument(AxisDocument, ControllerPart):
     margins: dict[str, Any] = Field(
         default_factory=dict, description="margins of velocity loop, position loop, plant input"
     )
-
-
-def read_cascade(path: Path, *, axis: str, motion: Motion) -> Cascade:
-    """Read the controller of one axis.
-
-    Raises
-    ------
-    FricError
-        When the file is no controller, or of another axis or motion.
-    """
-    document = read_of_axis(path, ControllerDocument, axis=axis, motion=motion)
-    try:
-        return document.cascade(motion)
-    except FricError as error:
-        raise error.at(str(path)) from None
 
 
 def controller_tree(design: CascadeDesign, axis: str, motion: Motion) -> dict[str, Any]:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
 from fric.documents.base import FOOT, HEAD, OfAxis, Quantity, known, nested, quantities
 from fric.documents.fit import Fit
-from fric.documents.of_axis import read_of_axis
 from fric.documents.plant import plant_part
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
@@ -151,40 +149,27 @@ class GivenStatic:
     document: FrictionDocument
 
 
-def read_friction(path: Path, *, axis: str, motion: Motion) -> FrictionDocument:
-    """Read the friction file of one axis.
+def given_static(document: FrictionDocument) -> GivenStatic:
+    """Return the static map of a friction document.
 
     Raises
     ------
     FricError
-        When it is no friction file, or of another axis or motion.
+        When it holds none.
     """
-    return read_of_axis(path, FrictionDocument, axis=axis, motion=motion)
-
-
-def read_static(path: Path, *, axis: str, motion: Motion) -> GivenStatic:
-    """Read the static map of one axis from a friction file.
-
-    Raises
-    ------
-    FricError
-        When the file is no friction file, is of another axis, or holds no static map.
-    """
-    document = read_friction(path, axis=axis, motion=motion)
     if not document.section("static"):
         raise FricError(
-            "holds no static map", where=str(path), mend="Make one with `fric identify static`, or leave --static out."
+            f"the friction of axis {document.axis} holds no static map",
+            mend="Make one with `fric identify static`, or leave --static out.",
         )
     try:
         forward = StaticMap.from_sections({"static": document.estimates("static")})
         return GivenStatic(forward, document.backward(), document)
     except (FricError, TypeError) as error:
-        raise FricError(f"static: {error}", where=str(path)) from None
+        raise FricError(f"static: {error}") from None
 
 
-def friction_and_load(
-    path: Path, model: str | None, record: str, *, axis: str, motion: Motion
-) -> tuple[FrictionModel, float]:
+def friction_and_load(document: FrictionDocument, model: str | None, record: str) -> tuple[FrictionModel, float]:
     """Return a model of a friction file, and the offset [N] that it was identified with.
 
     That of the record itself, where the model was fitted to it by replay; else that of the static map.
@@ -194,16 +179,15 @@ def friction_and_load(
     FricError
         When the file holds several models and none is named, or does not hold the one named.
     """
-    document = read_friction(path, axis=axis, motion=motion)
     found = document.model_names()
     if model is None:
         model = found[0] if len(found) == 1 else "static" if not found else None
     if model is None:
-        raise FricError(f"holds {', '.join(found)}", where=str(path), mend="Name one with --model.")
+        raise FricError(f"the friction file holds {', '.join(found)}", mend="Name one with --model.")
     friction = document.friction(model)
     own = next((one.offset for one in document.fit_of(model).records or () if one.record == record), None)
     if own is not None:
-        return friction, float(own.si("force", motion))
+        return friction, float(own.si("force", document.motion))
     static = document.estimates("static") if document.static else {}
     return friction, float(static["offset"]) if "offset" in static else 0.0
 

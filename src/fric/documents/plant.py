@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from fric.documents.base import AxisDocument, CovarianceBlock, Part, Physical, Quantity, known
-from fric.documents.of_axis import read_of_axis
-from fric.documents.yaml import read_document
 from fric.drive.plant import LinearPlant, Plant
 from fric.drive.resonance import Resonance
 from fric.errors import FricError
@@ -178,7 +175,7 @@ class PlantDocument(AxisDocument, PlantPart):
         levels = [value for name, value in values.items() if name.startswith("F_c")]
         if not levels:
             raise FricError(
-                "holds no Coulomb friction",
+                "the plant file holds no Coulomb friction",
                 mend="Give a friction file with --friction, or identify the plant from an ordinary motion.",
             )
         level = sum(levels) / len(levels)
@@ -193,35 +190,6 @@ def plant_part(plant: Plant, motion: Motion) -> PlantPart:
     dimensions = {name: one for name, one in PlantPart.dimensions.items() if hasattr(plant, name)}
     values = {name: Estimate(getattr(plant, name), si_unit(one, motion)) for name, one in dimensions.items()}
     return PlantPart.model_validate(values)
-
-
-def read_plant(path: Path, *, axis: str, motion: Motion) -> Plant:
-    """Read the plant of one axis, eq. (1), in SI.
-
-    Raises
-    ------
-    FricError
-        When the file is no plant, of another axis or motion, or lacks a value.
-    """
-    document = read_of_axis(path, PlantDocument, axis=axis, motion=motion)
-    try:
-        return document.plant(motion)
-    except FricError as error:
-        raise error.at(str(path)) from None
-
-
-def coulomb_of_plant(path: Path, *, motion: Motion) -> tuple[FrictionModel, float]:
-    """Return the Coulomb friction and the load [N] of a plant file, see `PlantDocument.coulomb`.
-
-    Raises
-    ------
-    FricError
-        When the plant was not identified from a motion.
-    """
-    try:
-        return read_document(path, PlantDocument).coulomb()
-    except FricError as error:
-        raise error.at(str(path)) from None
 
 
 def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Log | FrequencyResponse]) -> dict[str, Any]:

@@ -14,7 +14,8 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import YAMLError
 
 from fric.documents.base import Document
-from fric.errors import FricError
+from fric.documents.bundled import located, missing
+from fric.errors import FricError, near
 from fric.output import staged
 
 D = TypeVar("D", bound=Document)
@@ -38,7 +39,7 @@ def read_document(path: Path, model: type[D]) -> D:
     FricError
         When the file cannot be read, is no YAML, is of another type, or a value does not fit: with its line.
     """
-    path = Path(path)
+    path = located(Path(path), model.type)
     tree = read_tree(path)
     if not isinstance(tree, CommentedMap):
         raise FricError("is no YAML document", where=str(path), mend=f"Start it with 'fric: {model.type_name()}'.")
@@ -50,7 +51,7 @@ def read_document(path: Path, model: type[D]) -> D:
     try:
         return model.model_validate(plain(tree), context={"folder": path.parent})
     except ValidationError as error:
-        raise _told(error, tree, path, model.type_name()) from None
+        raise _told(error, tree, path, model) from None
     except FricError as error:
         raise error.at(str(path)) from None
 
@@ -60,7 +61,7 @@ def read_tree(path: Path) -> Any:
     try:
         return _yaml().load(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise FricError("there is no such file", where=str(path)) from None
+        raise missing(path) from None
     except UnicodeDecodeError:
         raise FricError("is no YAML document in UTF-8", where=str(path)) from None
     except OSError as error:
@@ -114,7 +115,7 @@ def _styled(tree: Any, depth: int = 0) -> Any:
     return float(f"{tree:.6g}") if isinstance(tree, float) else tree
 
 
-def _told(error: ValidationError, tree: CommentedMap, path: Path, type_name: str) -> FricError:
+def _told(error: ValidationError, tree: CommentedMap, path: Path, model: type[Document]) -> FricError:
     """Turn the first complaint of the schema into a line with its place in the file."""
     # a misspelled key is also a missing one: the first is what the user sees
     complaint = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
@@ -138,9 +139,19 @@ def _told(error: ValidationError, tree: CommentedMap, path: Path, type_name: str
             break
     where = f"{path}, line {line}" if line else str(path)
     what, _, mend = message.partition("\n")
-    schema = f"`fric schema {type_name.partition('/')[0]}` lists the keys."
+    schema = f"`fric schema {model.type}` lists the keys."
     if complaint["type"] == "extra_forbidden":
-        what, mend = "is not a key that is known here", schema
+        what, mend = "is not a key that is known here", near(place[-1], _keys(model.model_json_schema())) + schema
     elif complaint["type"] in {"model_type", "dict_type"}:
         what, mend = "takes keys, as in {key: value}, and not one value", schema
     return FricError(f"{'.'.join(place)}: {what}" if place else what, where=where, mend=mend)
+
+
+def _keys(schema: Any) -> set[str]:
+    """Return every key that a JSON Schema knows, at any depth."""
+    if isinstance(schema, list):
+        return set().union(*map(_keys, schema))
+    if not isinstance(schema, dict):
+        return set()
+    own = set(schema["properties"]) if isinstance(schema.get("properties"), dict) else set()
+    return own.union(*map(_keys, schema.values()))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import h5py
 import numpy as np
 
+from fric.documents.bundled import missing
 from fric.errors import FricError
 from fric.io.chunks import GrowingColumn, compressor
 from fric.io.staged_hdf5 import staged_hdf5
@@ -157,7 +158,7 @@ def open_file(path: Path) -> Iterator[h5py.File]:
     try:
         file = h5py.File(path, "r")
     except FileNotFoundError:
-        raise FricError("there is no such file", where=str(path)) from None
+        raise missing(path) from None
     except OSError as error:
         what = "may not be read" if isinstance(error, PermissionError) else "is no whole HDF5 file (cut short?)"
         mend = "Make it again with `fric ingest`."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from fric.documents.bundled import missing
 from fric.documents.yaml import read_tree
 from fric.errors import FricError
 from fric.io.hdf5 import open_file
@@ -26,7 +27,7 @@ def recognise(path: Path) -> str:
         with path.open("rb") as file:
             head = file.read(512)
     except FileNotFoundError:
-        raise FricError("there is no such file", where=str(path)) from None
+        raise missing(path) from None
     except OSError as error:
         raise FricError(f"cannot be read: {error.strerror or error}", where=str(path)) from None
     if head.startswith(HDF5_SIGNATURE):

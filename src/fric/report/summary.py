@@ -1,16 +1,77 @@
-"""The few words of a report that a command prints, for people and for programs."""
+"""A report as a result: the few words of it that a command prints, and its page."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.io.report import write_report
 from fric.report.advice import advise
+from fric.report.collect import collect
 from fric.report.curves import presliding
 from fric.report.drift import document_changes, glitch_changes, told
+from fric.report.page import render_report
+from fric.results.base import Result
+from fric.results.given import path_of
 from fric.units import readable
 
 if TYPE_CHECKING:
     from fric.report.material import Material
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Report(Result):
+    """A report: what was identified, what a circle shows, what to use, and what drifted.
+
+    Parameters
+    ----------
+    material
+        What it is made of.
+    title
+        Heading of its page.
+    """
+
+    material: Material
+    title: str = ""
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """Axes, advice, drift and warnings."""
+        return report_document(self.material)
+
+    def report(self) -> Sequence[str]:
+        """Return what to use, and what drifted."""
+        drifts = (f"{drift['of']}: {drift['told']}" for drift in self.document["drift"])
+        return [*(advice["headline"] for advice in self.document["advice"]), *drifts]
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write one self-contained HTML page."""
+        write_report(Path(path), render_report(self.material, self.title), force=force)
+
+    def _repr_html_(self) -> str:
+        return render_report(self.material, self.title)
+
+
+def make_report(*files: Path | str, title: str = "") -> Report:
+    """Make one page of what was identified, what a circle shows, what to use, and what drifted.
+
+    Parameters
+    ----------
+    files
+        Runs, documents, logs to draw points from, or earlier reports: each is recognised by its content. Of two of one
+        kind the earlier is compared with the later.
+    title
+        Heading of the page; by the machine and its axes where not given.
+
+    Raises
+    ------
+    FricError
+        When a file is none of fric's.
+    """
+    return Report(collect([path_of("make_report", "files", one) for one in files]), title)
 
 
 def report_document(material: Material) -> dict[str, Any]:

@@ -5,29 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from fric.design.cascade import design_cascade
-from fric.design.observer import design_observer
-from fric.design.perturbation import measured_perturbation
-from fric.documents.controller import ControllerDocument, controller_tree
-from fric.documents.friction import gms_tree, read_static, static_tree
 from fric.documents.machine_files import read_machine
-from fric.documents.observer import observer_tree
-from fric.documents.plant import PlantDocument, plant_tree, read_plant
-from fric.documents.yaml import read_document, write_document
-from fric.figures.gms import draw_gms
-from fric.figures.plant import draw_plant
-from fric.figures.qfilter import q_filter_figure
-from fric.figures.static_map import draw_static_map
-from fric.figures.style import save_figure
-from fric.identify.dynamics.frequency_response import measure_response
-from fric.identify.dynamics.plant import identify_plant
-from fric.identify.gms.identify import identify_gms
-from fric.identify.strokes.static import identify_static
-from fric.io.hdf5 import read_logs, write_logs
+from fric.io.hdf5 import write_logs
 from fric.reproduce.workshop import Workshop
+from fric.results.base import Result
+from fric.results.controller import design_controller
+from fric.results.gms import identify_gms
+from fric.results.observer import design_observer
+from fric.results.plant import identify_plant
+from fric.results.static import identify_static
 from fric.simulate.experiment import EXPERIMENTS, experiment
 
 REPEATS = {"constant-velocity": 3}
@@ -95,7 +85,12 @@ def learn_axis(
             kind, make, [machine], [files.log(kind)], seed=seed, samples=SAMPLES[kind], repeats=REPEATS.get(kind, 1)
         )
     response, strokes = files.log("frequency-response"), files.log("constant-velocity")
-    yield made("plant", lambda: _plant(files), [response], [files.plant, files.fig_plant])
+    yield made(
+        "plant",
+        lambda: _left(identify_plant(response), files.plant, files.fig_plant),
+        [response],
+        [files.plant, files.fig_plant],
+    )
     yield made(
         "static map",
         lambda: _static(files, machine if published_plant else None, axis),
@@ -114,7 +109,7 @@ def learn_axis(
     yield made("controller", lambda: _controller(files, machine, axis), [machine, files.plant], [files.controller])
     yield made(
         "observer",
-        lambda: _observer(files),
+        lambda: _left(design_observer(files.plant, response, controller=files.controller), files.observer, files.fig_7),
         [files.plant, files.controller, response],
         [files.observer, files.fig_7],
     )
@@ -130,54 +125,28 @@ def _experiment(machine: Path, axis: str, kind: str, files: AxisFiles, seed: int
     write_logs(files.log(kind), logs, force=True)
 
 
-def _plant(files: AxisFiles) -> None:
-    logs = read_logs(files.log("frequency-response"))
-    fit = identify_plant(logs)
-    write_document(files.plant, plant_tree(fit, logs), force=True)
-    save_figure(draw_plant(fit), files.fig_plant, force=True)
+def _left(result: Result, file: Path, figure: Path | None = None) -> None:
+    result.save(file, force=True)
+    if figure is not None:
+        result.plot(figure, force=True)
 
 
 def _damping_plant(files: AxisFiles, machine: Path | None, axis: str) -> Any:
-    if machine is not None:
-        return read_machine(machine).axis(axis).plant
-    document = read_document(files.plant, PlantDocument)
-    return read_plant(files.plant, axis=axis, motion=document.motion)
+    return files.plant if machine is None else read_machine(machine).axis(axis).plant
 
 
 def _static(files: AxisFiles, machine: Path | None, axis: str) -> None:
-    logs = read_logs(files.log("constant-velocity"))
-    fit = identify_static(logs, plant=_damping_plant(files, machine, axis))
-    write_document(files.static, static_tree(fit, logs), force=True)
-    save_figure(draw_static_map(fit), files.fig_2, force=True)
+    found = identify_static(files.log("constant-velocity"), plant=_damping_plant(files, machine, axis))
+    _left(found, files.static, files.fig_2)
 
 
 def _gms(files: AxisFiles, loops: Sequence[Path], machine: Path | None, axis: str) -> None:
-    logs = read_logs(loops)
-    given = read_static(files.static, axis=axis, motion=logs[0].motion)
-    fit = identify_gms(logs, static=given.static, negative=given.negative, plant=_damping_plant(files, machine, axis))
-    write_document(files.friction, gms_tree(fit, logs, given), force=True)
-    save_figure(draw_gms(fit), files.fig_4_5, force=True)
+    found = identify_gms(loops, static=files.static, plant=_damping_plant(files, machine, axis))
+    _left(found, files.friction, files.fig_4_5)
 
 
 def _controller(files: AxisFiles, machine: Path, axis: str) -> None:
-    document = read_document(files.plant, PlantDocument)
     own = read_machine(machine).axis(axis).cascade
-    design = design_cascade(
-        document.linear(document.motion),
-        sampling=own.sampling,
-        velocity_filter=own.velocity_filter,
-        limit=own.limit,
-    )
-    write_document(files.controller, controller_tree(design, axis, document.motion), force=True)
-
-
-def _observer(files: AxisFiles) -> None:
-    document = read_document(files.plant, PlantDocument)
-    plant = document.linear(document.motion)
-    cascade = read_document(files.controller, ControllerDocument).cascade(document.motion)
-    logs = read_logs(files.log("frequency-response"))
-    response = measure_response(logs[0])
-    Delta = measured_perturbation(response.table, plant, sampling=response.sampling)
-    design = design_observer(plant, cascade, perturbation=Delta)
-    write_document(files.observer, observer_tree(design, document.axis, document.motion, logs), force=True)
-    save_figure(q_filter_figure(design), files.fig_7, force=True)
+    limit = own.limit if isfinite(own.limit) else None
+    design = design_controller(files.plant, sampling=own.sampling, velocity_filter=own.velocity_filter, limit=limit)
+    _left(design, files.controller)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from shutil import copyfile
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import fric
 from fric.control.scheme import choose_schemes
+from fric.documents.bundled import located
 from fric.documents.machine import MachineDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.provenance import provenance
@@ -24,7 +24,16 @@ from fric.io.run import read_runs, write_runs
 from fric.reproduce.axis import STEPS, AxisFiles, learn_axis
 from fric.reproduce.page import write_page
 from fric.reproduce.workshop import Workshop
-from fric.simulate.circle import Circle, CircleRun, pair, run_circle
+from fric.results.base import Result
+from fric.results.circle import CircleResult
+from fric.results.given import Advance, silent
+from fric.results.text import Piece
+from fric.simulate.circle import Circle, CircleRun, circle_document, pair, run_circle
+from fric.simulate.machine import Machine
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 FEEDS = (0.1, 0.01)
 """Feeds of Fig. 8 and Fig. 9 [m/s]."""
@@ -32,15 +41,15 @@ FEEDS = (0.1, 0.01)
 MOST_SAMPLES = 30_000
 """Samples of a trace that a run file keeps: a folder is to be sent by mail."""
 
-Advance = Callable[[str, bool], None]
 
-
-@dataclass(frozen=True)
-class Reproduction:
+@dataclass(frozen=True, eq=False, repr=False)
+class Reproduction(Result):
     """What a reproduction left.
 
     Parameters
     ----------
+    machine
+        The machine that was reproduced.
     page
         The page that sets it all beside the paper.
     runs
@@ -49,17 +58,37 @@ class Reproduction:
         Steps there are, and how many had to be made.
     """
 
+    machine: Machine
     page: Path
     runs: Mapping[float, list[CircleRun]]
     steps: int
     made: int
 
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The page, and what each scheme leaves at each feed."""
+        feeds = {f"{feed:g}": circle_document(runs) for feed, runs in self.runs.items()}
+        return {"page": str(self.page), "steps": self.steps, "made": self.made, "feeds": feeds}
 
-def paper_machine() -> Path:
-    """Return the machine file of the paper's table, which comes with fric."""
-    package = Path(fric.__file__).parent
-    found = [folder / "configs" / "xy-table.yaml" for folder in (package, package.parents[1])]
-    return next(path for path in found if path.exists())
+    def circles(self) -> list[CircleResult]:
+        """Return what each scheme leaves, a circle a feed."""
+        return [CircleResult(self.machine, runs) for runs in self.runs.values()]
+
+    def report(self) -> list[Piece]:
+        """Return the circles beside the paper's, and where the page is."""
+        tables = [piece for circle in self.circles() for piece in circle.report()]
+        made = f"{self.made} of {self.steps} steps were run, the rest was up to date"
+        return [*tables, made, str(self.page)]
+
+    def figure(self) -> Figure:
+        """Return the circles at the first feed."""
+        return self.circles()[0].figure()
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return what each scheme leaves [m], by feed and scheme."""
+        import pandas as pd
+
+        return pd.concat({feed: one.to_frame() for feed, one in zip(self.runs, self.circles(), strict=True)})
 
 
 def reproduction_steps(axes: int = 2) -> int:
@@ -67,7 +96,9 @@ def reproduction_steps(axes: int = 2) -> int:
     return axes * len(STEPS) + len(FEEDS) + 2
 
 
-def reproduce_paper(machine: Path, folder: Path, *, seed: int = 1, advance: Advance | None = None) -> Reproduction:
+def reproduce_paper(
+    folder: Path | str, machine: Path | str = "xy-table", *, seed: int = 1, advance: Advance = silent
+) -> Reproduction:
     """Run the paper from end to end on a machine: experiments, identification, design, circles, page.
 
     The controller of the circles believes what was identified from the virtual experiments, and nothing else; true is
@@ -76,21 +107,22 @@ def reproduce_paper(machine: Path, folder: Path, *, seed: int = 1, advance: Adva
 
     Parameters
     ----------
-    machine
-        The machine file.
     folder
         Where all files go. Steps whose inputs have not changed are not made again.
+    machine
+        The machine file, or the name of a bundled one; the paper's where not given.
     seed
         Seed of all noise.
     advance
-        Is told the name of each step that is done, and whether it was made.
+        Is told of each step that is done.
 
     Raises
     ------
     FricError
         When the machine or its folder does not allow it.
     """
-    tell = advance or (lambda name, made: None)
+    folder, machine = Path(folder), located(Path(machine), "machine")
+    advance(0, total=reproduction_steps())
     shop = Workshop(folder)
     subject = read_machine(machine)
     names = pair(subject)
@@ -98,16 +130,16 @@ def reproduce_paper(machine: Path, folder: Path, *, seed: int = 1, advance: Adva
     if not given.exists() or given.read_bytes() != machine.read_bytes():
         copyfile(machine, given)
     made = 0
-    for name, ran in _learn(machine, names, folder, seed, bool(subject.published)):
+    for _, ran in _learn(machine, names, folder, seed, bool(subject.published)):
         made += ran
-        tell(name, ran)
+        advance()
     files = {name: AxisFiles(folder / name) for name in names}
     learned = [path for one in files.values() for path in (one.plant, one.controller, one.observer, one.friction)]
     identified = folder / "machine.yaml"
     make = partial(_identified_machine, machine, files, identified)
     ran = shop.step("machine", make, reads=[machine, *learned], leaves=[identified])
     made += ran
-    tell("machine", ran)
+    advance()
     runs: dict[float, list[CircleRun]] = {}
     for feed in FEEDS:
         run_file, figure = circle_files(folder, feed)
@@ -118,7 +150,7 @@ def reproduce_paper(machine: Path, folder: Path, *, seed: int = 1, advance: Adva
             leaves=[run_file, figure],
         )
         made += ran
-        tell(f"circle at {1e3 * feed:g} mm/s", ran)
+        advance()
         runs[feed] = [run for run in read_runs(run_file) if isinstance(run, CircleRun)]
     page = folder / "index.html"
     figures = [path for one in files.values() for path in (one.fig_plant, one.fig_2, one.fig_4_5, one.fig_7)]
@@ -126,8 +158,8 @@ def reproduce_paper(machine: Path, folder: Path, *, seed: int = 1, advance: Adva
     shown = {feed: (found, circle_files(folder, feed)[1]) for feed, found in runs.items()}
     ran = shop.step("page", lambda: write_page(page, machine, files, shown), reads=reads, leaves=[page])
     made += ran
-    tell("page", ran)
-    return Reproduction(page, runs, reproduction_steps(len(names)), made)
+    advance()
+    return Reproduction(subject, page, runs, reproduction_steps(len(names)), made)
 
 
 def circle_files(folder: Path, feed: float) -> tuple[Path, Path]:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isclose
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from fric.control.cascade import Cascade
+from fric.control.inverse_model import DisturbanceObserver
 from fric.control.scheme import Lead
+from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
-from fric.errors import FricError
+from fric.errors import FricError, near
+from fric.friction import FrictionModel
 from fric.simulate.reality.flaws import NONE, Reality, SecondMass
 
 if TYPE_CHECKING:
-    from fric.control.cascade import Cascade
-    from fric.control.inverse_model import DisturbanceObserver
-    from fric.drive.plant import Plant
-    from fric.friction import FrictionModel
     from fric.units import Motion
 
 
@@ -90,6 +90,26 @@ class Axis:
     reality: Reality = NONE
     second_mass: SecondMass | None = None
 
+    def believing(self, given: Any) -> Axis:
+        """Return the axis with a controller that believes something else, as in `Machine.with_belief`."""
+        if getattr(given, "axis", self.name) != self.name:
+            raise FricError(f"axis {self.name} was given what is known of axis {given.axis}")
+        known = getattr(given, "belief", given)
+        if isinstance(known, FrictionModel):
+            known = {known.name: known}
+        if isinstance(known, Mapping) and all(isinstance(one, FrictionModel) for one in known.values()):
+            return replace(self, believed=replace(self.believed, models=known))
+        if isinstance(known, Plant):
+            return replace(self, nominal=known)
+        if isinstance(known, Cascade):
+            return replace(self, cascade=known)
+        if isinstance(known, DisturbanceObserver):
+            return replace(self, observer=known)
+        raise FricError(
+            f"{type(given).__name__} is nothing that the controller of axis {self.name} could believe",
+            mend="Give a friction model, plant, cascade, observer, or a result; a file by read_machine(…, believed=…).",
+        )
+
     @property
     def constant_load(self) -> float:
         """The load, and gravity where it is a flaw that no controller knows of [N]."""
@@ -134,8 +154,32 @@ class Machine:
     def axis(self, name: str) -> Axis:
         """Return an axis by its name; raise a `FricError` that names those there are."""
         if name not in self.axes:
-            raise FricError(f"the machine has no axis '{name}'", mend=f"Its axes are {', '.join(self.axes)}.")
+            raise FricError(
+                f"the machine has no axis '{name}'", mend=f"{near(name, self.axes)}Its axes are {', '.join(self.axes)}."
+            )
         return self.axes[name]
+
+    def with_belief(self, **beliefs: Any) -> Machine:
+        """Return the machine with controllers that believe something else; what its axes truly are stays as it is.
+
+        Parameters
+        ----------
+        beliefs
+            By axis: a friction model (or several by name) to feed forward, a nominal plant, a cascade, a disturbance
+            observer, or a result that holds one; several of these in a list.
+
+        Raises
+        ------
+        FricError
+            When there is no such axis, a result is of another axis, or it is none of these.
+        """
+        axes = dict(self.axes)
+        for name, given in beliefs.items():
+            axis = self.axis(name)
+            for one in given if isinstance(given, list | tuple) else [given]:
+                axis = axis.believing(one)
+            axes[name] = axis
+        return replace(self, axes=axes)
 
     def published_glitches(self, radius: float, feed: float) -> Mapping[str, float]:
         """Return the published glitches by scheme [m] for a circle; empty where there are none."""

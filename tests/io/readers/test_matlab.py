@@ -5,7 +5,11 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from fric import FricError, MappingDocument, ingest, read_document, read_logs
+from fric import FricError
+from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_document
+from fric.io.hdf5 import read_logs
+from fric.io.ingest import ingest
 from fric.io.readers import tables
 
 T = np.arange(200_000) / 1000

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from fric import FricError, ingest, read_logs
+from fric import FricError
+from fric.io.hdf5 import read_logs
+from fric.io.ingest import ingest
 
 pyarrow = pytest.importorskip("pyarrow", reason="the extra 'parquet' is not installed")
 from pyarrow import parquet  # noqa: E402

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from math import inf
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 import fric
-from fric.cli.console import OUT, print_json
-from fric.cli.design.shared import PlantArgument, print_margins, print_written
-from fric.cli.options import Force, Json, Plot
-from fric.errors import FricError
+from fric.cli.console import finish
+from fric.cli.options import Force, Json, PlantArgument, Plot
 
 
 def controller(
-    plant_file: PlantArgument,
+    plant: PlantArgument,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="CONTROLLER.yaml", help="The controller file to write.")
     ] = None,
@@ -52,42 +49,15 @@ def controller(
     K_v/2π a third, or less where the position loop needs it. A design that is unstable or misses its margins is
     refused, with the nearest that holds.
     """
-    fric.refuse_existing(output, plot, force=force)
-    document = fric.read_document(plant_file, fric.PlantDocument)
-    motion = document.motion
-    plant = document.linear(motion)
-    asked = fric.Requirement(fric.parse(phase_margin, "angle"), fric.parse_gain(gain_margin))
-    rate, low_pass = fric.parse(sampling, "frequency"), fric.parse(velocity_filter, "frequency")
-    largest = inf if limit is None else fric.parse(limit, "input")
-    gains = [K_v, K_p, K_i]
-    if any(gain is not None for gain in gains):
-        if None in gains or crossover is not None:
-            raise FricError("gains are checked all together", mend="Give --K_p, --K_i and --K_v, and no --crossover.")
-        dimensions = ("rate", "velocity gain", "position gain")
-        v, p, i = (fric.parse(str(gain), kind, motion) for gain, kind in zip(gains, dimensions, strict=True))
-        design = fric.check_cascade(plant, fric.Cascade(v, p, i, low_pass, rate, largest), asked)
-    else:
-        design = fric.design_cascade(
-            plant,
-            asked,
-            sampling=rate,
-            velocity_filter=low_pass,
-            limit=largest,
-            corner_ratio=corner_ratio,
-            separation=separation,
-            crossover=None if crossover is None else fric.parse(crossover, "frequency"),
-        )
-    tree = fric.controller_tree(design, document.axis, motion)
-    loops = design.loops()
-    if output:
-        fric.write_document(output, tree, force=force)
-    if plot:
-        draw = {"bode": fric.bode_figure, "nyquist": fric.nyquist_figure, "nichols": fric.nichols_figure}[view]
-        fric.save_figure(draw(loops.values(), rate / 2), plot, force=force)
-    if as_json:
-        print_json(tree)
-        return
-    for name in ("K_p", "K_i", "K_v"):
-        OUT.print(f"{name}  {fric.readable(tree[name]['value'], tree[name]['unit'], 4)}")
-    print_margins(tree["margins"], {name: loop.title for name, loop in loops.items()})
-    print_written(output, plot)
+    given: dict[str, Any] = {
+        "phase_margin": phase_margin,
+        "gain_margin": gain_margin,
+        "sampling": sampling,
+        "limit": limit,
+    }
+    given |= {"velocity_filter": velocity_filter, "corner_ratio": corner_ratio, "separation": separation}
+    gains = (K_v, K_p, K_i) if K_v or K_p or K_i else None
+    finish(
+        lambda _: fric.design_controller(plant, crossover=crossover, gains=gains, view=view, **given),
+        output, plot, json=as_json, force=force,
+    )  # fmt: skip

@@ -8,16 +8,14 @@ from typing import Annotated, Any, Literal
 import typer
 
 import fric
-from fric.cli.console import OUT, print_json, print_table, print_warnings
-from fric.cli.design.shared import PlantArgument, print_margins, print_written
-from fric.cli.options import Force, Json, Plot
-from fric.errors import FricError
+from fric.cli.console import finish
+from fric.cli.options import Force, Json, PlantArgument, Plot
 
 Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
 
 
 def observer(
-    plant_file: PlantArgument,
+    plant: PlantArgument,
     log: Annotated[
         Path | None,
         typer.Argument(
@@ -67,101 +65,9 @@ def observer(
     Two limits are told: |T·Delta| ≤ 1 at every frequency (eq. (8)), with the confidence of the response, and the
     peak sensitivity of the whole loop. The smaller is taken.
     """
-    fric.refuse_existing(output, plot, force=force)
-    document = fric.read_document(plant_file, fric.PlantDocument)
-    motion, plant = document.motion, document.linear(document.motion)
-    warnings: list[str] = []
-    logs: list[fric.Log | fric.FrequencyResponse] = []
-    if controller is None:
-        cascade = fric.design_cascade(plant).cascade
-        warnings.append("no controller was given: taken is the one that `fric design controller` gives by default")
-    else:
-        given = fric.read_document(controller, fric.ControllerDocument)
-        fric.refuse_other_axis("controller", (given.axis, given.motion), (document.axis, motion), str(controller))
-        cascade = given.cascade(motion)
-    if log is not None:
-        if resonances:
-            raise FricError("a measured response has its resonances", mend="Leave LOG.h5 or --resonance out.")
-        measured = _record(log, record)
-        fric.refuse_other_axis("log", (measured.axis, measured.motion), (document.axis, motion), str(log))
-        logs.append(measured)
-        if isinstance(measured, fric.FrequencyResponse):
-            Delta = fric.measured_perturbation(measured, plant, averages=averages)
-        else:
-            response = fric.measure_response(measured)
-            warnings += response.warnings
-            Delta = fric.measured_perturbation(response.table, plant, sampling=response.sampling)
-    else:
-        Delta = fric.model_perturbation(plant, cascade.sampling / 2, [_resonance(text) for text in resonances or []])
-    if cutoff and bandwidth:
-        raise FricError("cutoff and bandwidth are two names of one choice", mend="Give one of them.")
-    wanted = fric.parse(cutoff, "frequency") if cutoff else None
-    if bandwidth:
-        wanted = fric.QFilter.of_bandwidth(filter_name, fric.parse(bandwidth, "frequency")).cutoff
-    design = fric.design_observer(
-        plant,
-        cascade,
-        filter_name,
-        cutoff=wanted,
-        peak_sensitivity=fric.parse_gain(peak_sensitivity),
-        perturbation=Delta,
-    )
-    tree = fric.observer_tree(design, document.axis, motion, logs)
-    tree["warnings"] = [*warnings, *tree["warnings"]]
-    loops = design.loops()
-    if output:
-        fric.write_document(output, tree, force=force)
-    if plot:
-        draw = {"bode": fric.bode_figure, "nyquist": fric.nyquist_figure, "nichols": fric.nichols_figure}
-        nyquist = cascade.sampling / 2
-        figure = fric.q_filter_figure(design) if view == "q" else draw[view](loops.values(), nyquist)
-        fric.save_figure(figure, plot, force=force)
-    print_warnings(tree["warnings"])
-    if as_json:
-        print_json(tree)
-        return
-    OUT.print(f"Q  {tree['filter']}, cutoff {_hertz(tree['cutoff'])}, −3 dB at {_hertz(tree['bandwidth'])}")
-    OUT.print(f"   {tree['reason']}")
-    titles = {"robust": "|T·Delta| ≤ 1, eq. (8)", "sensitive": f"Ms ≤ {peak_sensitivity} of the whole loop"}
-    print_table(
-        ["limit", "cutoff", "bandwidth"],
-        [
-            [titles[name], *(_hertz(found.get(key)) for key in ("cutoff", "bandwidth"))]
-            for name, found in tree["limits"].items()
-        ],
-    )
-    print_margins(tree["margins"], {name: loop.title for name, loop in loops.items()})
-    print_written(output, plot)
-
-
-def _hertz(quantity: dict[str, Any] | None) -> str:
-    return "–" if quantity is None else f"{quantity['value']:.4g} Hz"
-
-
-def _record(path: Path, name: str | None) -> fric.Log | fric.FrequencyResponse:
-    """Return the record with the measured response or its excitation, by name where there are several."""
-    found = [
-        one
-        for one in fric.read_records(path)
-        if (one.name == name if name else isinstance(one, fric.FrequencyResponse) or one.kind == "frequency-response")
-    ]
-    if len(found) != 1:
-        told = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")
-        raise FricError(
-            f"there are {told}, where one is asked", where=str(path), mend="Name the one with --record, or ingest it."
-        )
-    return found[0]
-
-
-def _resonance(text: str) -> fric.Resonance:
-    """Parse ``FREQUENCY,DAMPING[,SHARE]``."""
-    frequency, *rest = (part.strip() for part in text.split(","))
-    try:
-        numbers = [float(part) for part in rest]
-    except ValueError:
-        numbers = []
-    if not 1 <= len(numbers) <= 2:
-        raise FricError(
-            f"'{text}' is no resonance", mend="Write frequency, damping and share, as in '280 Hz, 0.02, 0.1'."
-        )
-    return fric.Resonance(fric.parse(frequency, "frequency"), *numbers)
+    given: dict[str, Any] = {"filter": filter_name, "controller": controller, "cutoff": cutoff, "bandwidth": bandwidth}
+    given |= {"peak_sensitivity": peak_sensitivity, "record": record, "averages": averages, "view": view}
+    finish(
+        lambda _: fric.design_observer(plant, log, resonances=resonances or (), **given),
+        output, plot, json=as_json, force=force,
+    )  # fmt: skip

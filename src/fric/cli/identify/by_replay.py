@@ -8,15 +8,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 import fric
-from fric.cli.console import OUT, print_json, print_table, print_warnings, progress
+from fric.cli.console import finish
 from fric.cli.options import Force, Json, LogFiles, PlantFile, Plot
-from fric.errors import FricError
-from fric.units import readable
 
 
 def models_in(folder: Path) -> dict[str, str]:
@@ -62,43 +60,13 @@ def command(name: str | None = None) -> Callable[..., None]:
         json: Json = False,
         force: Force = False,
     ) -> None:
-        if model not in MODELS:
-            raise FricError(f"there is no friction model '{model}' to fit", mend=f"There are {', '.join(MODELS)}.")
-        fric.refuse_existing(output, plot, force=force)
-        records = fric.read_logs(logs)
-        axis, motion = records[0].axis, records[0].motion
-        kept = fric.read_friction(static, axis=axis, motion=motion) if static else None
-        ready = fric.prepared(records, fric.read_plant(plant, axis=axis, motion=motion) if plant else None)
-        with progress(f"fitting {model}"):
-            fit = fric.identify_by_replay(
-                model,
-                ready,
-                static=kept.estimates("static") if kept else None,
-                negative=kept.backward() if kept else None,
-                blocks=blocks,
-                fix=fric.parse_parameters(model, fix or (), motion),
-                free=free or (),
-                seed=seed,
-            )
-        document = fric.replay_tree(fit, kept)
-        if plot:
-            fric.save_figure(fric.draw_replay(fit), plot, force=force)
-        fric.write_document(output, document, force=force)
-        if json:
-            print_json(document)
-        else:
-            _print(document, model, output, plot)
-        print_warnings(document["warnings"])
+        finish(
+            lambda _: fric.identify_model(
+                model, *logs, static=static, plant=plant, blocks=blocks, fix=fix or (), free=free or (), seed=seed
+            ),
+            output, plot, json=json, force=force, doing=f"fitting {model}",
+        )  # fmt: skip
 
     what = MODELS[name] if name else "Any friction model, to any records."
     identify.__doc__ = f"Fit by replay: {what[0].lower()}{what[1:]}"
     return identify
-
-
-def _print(document: dict[str, Any], model: str, output: Path, plot: Path | None) -> None:
-    for section in dict.fromkeys(("static", model)):
-        if section in document:
-            print_table(("", "value", "95 % interval", "unit"), fric.estimate_rows(document[section]), title=section)
-    fit = document[f"{model}_fit"]
-    OUT.print(f"{fit['samples']} samples, rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}")
-    OUT.print(f"wrote {output}" + (f" and {plot}" if plot else ""))

@@ -8,10 +8,8 @@ from typing import Annotated, Any, Literal
 import typer
 
 import fric
-from fric.cli.console import OUT, print_json, print_table, print_warnings
+from fric.cli.console import finish
 from fric.cli.options import Force, Json, LogFiles, Plot
-from fric.errors import FricError
-from fric.units import Motion, parse, readable
 
 RESPONSE, MOTION = "Frequency responses", "Motion"
 
@@ -77,84 +75,17 @@ def plant(
     force: Force = False,
 ) -> None:
     """Identify the plant A, B, T_d (eq. 1) and K_f, from frequency responses or from an ordinary motion."""
-    fric.refuse_existing(output, plot, force=force)
-    wanted, records = fric.plant_records(
-        [record for path in logs for record in fric.read_records(path)], None if method == "auto" else method
-    )
-    motion = records[0].motion
-    K_f = _given(force_constant, "force per input", motion)
-    fit: Any
-    if wanted == "response":
-        fit = fric.identify_plant(
-            records,
-            hold=None if hold in {"auto", "none"} else _given(hold, "frequency", motion),
-            continuous=hold == "none",
-            coherence=coherence,
-            band=(_given(lowest, "frequency", motion) or 0.0, _given(highest, "frequency", motion) or float("inf")),
-            period=_given(period, "time", motion),
-            segment=_given(segment, "time", motion),
-            given_force_constant=K_f,
-            mass=_given(mass, "mass", motion),
-        )
-    else:
-        fit = fric.identify_motion(
-            [record for record in records if isinstance(record, fric.Log)],
-            direction=direction,
-            force_constant=K_f,
-            delay=_given(delay, "time", motion),
-            cutoff=_given(cutoff, "frequency", motion),
-            decimation=decimation,
-            border=border,
-            mass=_given(mass, "mass", motion),
-        )
-    document = fric.plant_tree(fit, records)
-    if plot:
-        drawn = fric.draw_plant(fit) if wanted == "response" else fric.draw_motion(fit)
-        fric.save_figure(drawn, plot, force=force)
-    fric.write_document(output, document, force=force)
-    if json:
-        print_json(document)
-    else:
-        _print(document, output, plot)
-    print_warnings(document["warnings"])
-
-
-def _given(text: str | None, dimension: str, motion: Motion) -> float | None:
-    if text is None:
-        return None
-    value = parse(text, dimension, motion)
-    if not value > 0:
-        raise FricError(f"'{text}' is not positive", mend="Give a positive value.")
-    return value
-
-
-def _print(document: dict[str, Any], output: Path, plot: Path | None) -> None:
-    fit = document["fit"]
-    columns = ("", "value", "95 % interval", "unit")
-    print_table(columns, fric.estimate_rows({key: document[key] for key in _VALUES if key in document}))
-    if "second_mass" in document:
-        second = {name: entry for name, entry in document["second_mass"].items() if name != "encoder"}
-        print_table(columns, fric.estimate_rows(second), title="second mass")
-    if "parameters" in fit:
-        print_table(
-            (*columns, "deviation"),
-            [(*row, f"{fit['parameters'][row[0]]['deviation']:.4g}") for row in fric.estimate_rows(fit["parameters"])],
-        )
-        OUT.print(
-            f"{fit['points']} points, relative error {100 * fit['relative_error']['value']:.4f} %, "
-            f"condition number {fit['condition_number']:.4f}"
-        )
-    else:
-        for response in fit["responses"]:
-            OUT.print(
-                f"{response['record']}: {response['estimate']}; {response['lines']} lines used, "
-                f"{readable(response['lowest']['value'], 'Hz')} to {readable(response['highest']['value'], 'Hz')}"
-            )
-        delay = f"transport delay {readable(fit['transport_delay']['value'], 's')}"
-        if "hold_delay" in fit:
-            delay += f", hold {readable(fit['hold_delay']['value'], 's')} (half a sample): together T_d"
-        OUT.print(delay)
-    OUT.print(f"wrote {output}" + (f" and {plot}" if plot else ""))
-
-
-_VALUES = ("A", "B", "T_d", "K_f", "force_lag", "force_filter")
+    given: dict[str, Any] = {
+        "coherence": coherence,
+        "lowest": lowest,
+        "highest": highest,
+        "period": period,
+        "segment": segment,
+    }
+    given |= {"hold": hold, "direction": direction, "delay": delay, "cutoff": cutoff, "decimation": decimation}
+    finish(
+        lambda _: fric.identify_plant(
+            *logs, method=method, force_constant=force_constant, border=border, mass=mass, **given
+        ),
+        output, plot, json=json, force=force, doing="plant",
+    )  # fmt: skip

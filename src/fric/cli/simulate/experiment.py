@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 import fric
-from fric.cli.console import OUT, print_json, print_table, progress
+from fric.cli.console import finish
 from fric.cli.options import Force, Json, MachineFile
-from fric.units import parse, readable
 
 
 def experiment(
@@ -36,6 +34,7 @@ def experiment(
     amplitudes: Annotated[
         str | None, typer.Option("--amplitudes", help='Amplitudes of the pre-sliding sines, as "15 um, 450 um".')
     ] = None,
+    frequency: Annotated[str | None, typer.Option("--frequency", help='Frequency of the sines, as "0.1 Hz".')] = None,
     mean: Annotated[
         str | None,
         typer.Option(
@@ -56,30 +55,9 @@ def experiment(
     json: Json = False,
 ) -> None:
     """Make an identification experiment on a virtual axis, logged as a real drive logs it."""
-    fric.refuse_existing(output, force=force)
-    subject = fric.read_machine(machine).axis(axis)
-    if encoder is not None:
-        subject = replace(subject, encoder=fric.Encoder(parse(encoder, "position", subject.motion)))
-    if noise is not None:
-        subject = replace(subject, force_noise=parse(noise, "force", subject.motion))
-    settings: dict[str, Any] = {"samples": samples} if samples is not None else {}
-    if speeds is not None:
-        settings["speeds"] = [parse(text, "velocity", subject.motion) for text in speeds.split(",")]
-    if amplitudes is not None:
-        settings["amplitudes"] = [parse(text, "position", subject.motion) for text in amplitudes.split(",")]
-    if mean is not None:
-        settings["mean"] = parse(mean, "velocity", subject.motion)
-    if peaks is not None:
-        settings["peaks"] = [parse(text, "velocity", subject.motion) for text in peaks.split(",")]
-    records = []
-    with progress("experiments") as advance:
-        for log in fric.experiment(subject, kind, seed=seed, **settings):
-            records.append(replace(log, source=machine.name))
-            advance()
-    fric.write_logs(output, records, force=force)
-    if json:
-        print_json({"axis": axis, "records": {log.name: {"kind": log.kind, "samples": len(log)} for log in records}})
-        return
-    rows = [(log.name, str(log.kind), str(len(log)), readable(log.time[-1], "s")) for log in records]
-    print_table(("record", "kind", "samples", "time"), rows)
-    OUT.print(f"{output}: {len(records)} records of axis {axis}")
+    given: dict[str, Any] = {"seed": seed, "samples": samples, "speeds": speeds, "amplitudes": amplitudes, "mean": mean}
+    given |= {"frequency": frequency, "peaks": peaks, "encoder": encoder, "noise": noise}
+    finish(
+        lambda advance: fric.experiment(machine, kind, axis, advance=advance, **given),
+        output, json=json, force=force, doing="experiments",
+    )  # fmt: skip

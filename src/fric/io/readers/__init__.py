@@ -13,6 +13,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
+from fric.documents.bundled import missing
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import Table
@@ -38,7 +39,7 @@ def tables(path: Path, layout: Layout | None = None) -> Iterator[Table]:
         with path.open("rb") as file:
             head = file.read(HEAD)
     except FileNotFoundError:
-        raise FricError("there is no such file", where=str(path)) from None
+        raise missing(path) from None
     except IsADirectoryError:
         raise FricError("is a folder", where=str(path), mend=f"Name the files in it, as in {path}/*.csv.") from None
     except OSError as error:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from fric.errors import FricError
+from fric.errors import FricError, near
 from fric.units import is_unit
 
 if TYPE_CHECKING:
@@ -119,7 +119,9 @@ class Table(ABC):
             if found:
                 return found[0]
         raise FricError(
-            f"there is no column '{wanted}' for {channel}", where=str(self.path), mend=f"The columns are {listed}."
+            f"there is no column '{wanted}' for {channel}",
+            where=str(self.path),
+            mend=f"{near(str(wanted), [column.name for column in self.columns])}The columns are {listed}.",
         )
 
 

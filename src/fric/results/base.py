@@ -1,0 +1,94 @@
+"""What every result has: its document, figure, report and table, and how it is saved."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from math import inf, nan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fric.errors import FricError
+from fric.estimate import elements, note_of
+from fric.results.text import Piece, html, plain
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+
+class Result(ABC):
+    """A result: it prints its own report, draws its own figure, and is saved as what its command writes."""
+
+    @cached_property
+    @abstractmethod
+    def document(self) -> dict[str, Any]:
+        """What ``--json`` prints: the document that is saved, or the figures that were found."""
+
+    @abstractmethod
+    def report(self) -> Sequence[Piece]:
+        """Return tables and lines for people."""
+
+    def figure(self) -> Figure:
+        """Return the figure that ``--plot`` draws."""
+        raise FricError(f"a {type(self).__name__} has no figure of its own")
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the figures of the report as a table in SI units."""
+        raise FricError(f"a {type(self).__name__} is no table", mend="Take its document.")
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What the data cannot tell."""
+        return tuple(self.document.get("warnings", ()))
+
+    def plot(self, path: Path | str | None = None, *, force: bool = False) -> Figure:
+        """Draw the figure, and save it where a path is given (.png, .svg or .pdf)."""
+        drawn = self.figure()
+        if path is not None:
+            from fric.figures.style import save_figure
+
+            save_figure(drawn, Path(path), force=force)
+        return drawn
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write the result to a file, whole or not at all; one that exists is kept unless ``force``."""
+        from fric.documents.yaml import write_document
+
+        if "fric" not in self.document:
+            raise FricError(f"{type(self).__name__} has no file of its own", mend="Keep its to_frame(), or its plot().")
+        write_document(Path(path), self.document, force=force)
+
+    def __repr__(self) -> str:
+        return plain([*self.report(), *(f"warning: {text}" for text in self.warnings)])
+
+    def _repr_html_(self) -> str:
+        return html(self.report(), self.warnings)
+
+
+class Identified(Result):
+    """A result whose document holds identified parameters, each with unit and 95 % interval."""
+
+    @abstractmethod
+    def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
+        """Return the parameters by section of the document and by name, as they stand in it."""
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return value, interval and unit of each parameter in SI, by section and name; vectors by element."""
+        import pandas as pd
+
+        rows = [row for name, section in self.sections().items() for row in _rows(name, section)]
+        frame = pd.DataFrame(rows, columns=["section", "parameter", "value", "low", "high", "unit", "note"])
+        return frame.set_index(["section", "parameter"])
+
+    def conf_int(self) -> pd.DataFrame:
+        """Return the 95 % interval of each parameter that has one, in SI; infinite where the data set no limit."""
+        return self.to_frame()[["low", "high"]].dropna()
+
+
+def _rows(section: str, entries: dict[str, dict[str, Any]]) -> Iterator[tuple[Any, ...]]:
+    for name, value, interval, entry in elements(entries):
+        low, high = (nan, nan) if interval is None else interval
+        ends = (-inf if low is None else low, inf if high is None else high)
+        yield section, name, value, *ends, entry["unit"], note_of(entry)

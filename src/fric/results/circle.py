@@ -1,0 +1,238 @@
+"""The circular test under compensation schemes, on one machine or on many."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.identified import Identified
+from fric.documents.provenance import provenance
+from fric.documents.spread import read_spreads
+from fric.errors import FricError
+from fric.io.run import write_runs
+from fric.results.base import Result
+from fric.results.given import Advance, in_si, silent
+from fric.results.machine import machine_of, schemes_of, unique
+from fric.results.text import Piece, Table
+from fric.simulate.circle import Circle, CircleRun, circle_document, reduction, run_circle
+from fric.simulate.cluster import cluster_outcomes
+from fric.simulate.machine import Machine
+from fric.simulate.monte_carlo import MonteCarlo, Study, monte_carlo_document
+from fric.simulate.processes import outcomes
+from fric.units import readable
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+QUADRANTS = ("+x", "+y", "-x", "-y")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CircleResult(Result):
+    """What schemes leave of one circle.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    runs
+        A run a scheme.
+    only
+        Name of the one axis that was simulated.
+    many
+        What they leave on many machines, where that was asked.
+    identified
+        What the many machines were drawn from, where that are the intervals of what was identified.
+    """
+
+    machine: Machine
+    runs: Sequence[CircleRun]
+    only: str | None = None
+    many: MonteCarlo | None = None
+    identified: Identified | None = None
+
+    @property
+    def cut_short(self) -> bool:
+        """Whether fewer machines were run than were asked for."""
+        return self.many is not None and len(self.many) < self.many.asked
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What the user should know of machine, runs and distributions."""
+        told = [f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings]
+        before = self.identified.warnings if self.identified else ()
+        return unique([*before, *told, *(self.many.warnings() if self.many else ())])
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """Glitch and radial error by scheme [m]."""
+        told = circle_document(self.runs)
+        return told | ({"monte_carlo": monte_carlo_document(self.many)} if self.many else {})
+
+    @cached_property
+    def published(self) -> Mapping[str, float]:
+        """Glitches that were published of this circle [m], by scheme."""
+        test = self.runs[0].circle
+        return {} if self.only else self.machine.published_glitches(test.radius, test.feed)
+
+    def report(self) -> list[Piece]:
+        """Return what each scheme leaves in the quadrants, or how its glitch is distributed."""
+        test = self.runs[0].circle
+        where = f"{readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
+        where += ", clockwise" if test.direction < 0 else ""
+        where += f", {self.only} alone; glitches in µm" if self.only else "; glitches in µm"
+        if self.many is not None:
+            return [self._distributions(self.many, f"{self.machine.name}: {len(self.many)} machines, {where}")]
+        columns = ["scheme", *QUADRANTS, "glitch", "rms", "range", "reduction", *(["paper"] if self.published else [])]
+        return [Table(columns, [self._row(run) for run in self.runs], f"{self.machine.name}: {where}")]
+
+    def _row(self, run: CircleRun) -> list[str]:
+        found, less = run.circularity, reduction(run, self.runs)
+        microns = [*found.quadrants, found.glitch, found.rms, found.range]
+        row = [_named(run), *(f"{value * 1e6:.1f}" for value in microns), "" if less is None else f"{less:.0%}"]
+        return row + self._paper(run)
+
+    def _paper(self, run: CircleRun) -> list[str]:
+        known = self.published.get(run.scheme.name)
+        return [] if not self.published else ["" if known is None else f"{known * 1e6:.0f}"]
+
+    def _distributions(self, many: MonteCarlo, title: str) -> Table:
+        rows, found = [], many.distributions()
+        for run in self.runs:
+            one = found[run.scheme.name]
+            told = {name: f"{value * 1e6:.1f}" for name, value in one.quantiles.items()}
+            shown = [told["p05"], told["median"], told["p95"]]
+            if self.identified:
+                shown = [f"{told['median']} ({told['low']} … {told['high']})"]
+            nominal = f"{run.circularity.glitch * 1e6:.1f}"
+            rows.append([_named(run), nominal, *shown, f"{one.best:.0%}", *self._paper(run)])
+        quantiles = ["median (95 % interval)"] if self.identified else ["5 %", "median", "95 %"]
+        centre = "at the estimates" if self.identified else "nominal"
+        return Table(["scheme", centre, *quantiles, "best on", *(["paper"] if self.published else [])], rows, title)
+
+    def figure(self) -> Figure:
+        """Return the radial error of each scheme; of many machines the distribution of the glitch."""
+        from fric.figures.circle import polar_figure
+        from fric.figures.monte_carlo import monte_carlo_figure
+
+        if self.many is None:
+            return polar_figure(self.runs)
+        return monte_carlo_figure(self.many, {run.scheme.name: run.circularity.glitch for run in self.runs})
+
+    def reversal_figure(self) -> Figure:
+        """Return error and voltages over time near a reversal."""
+        from fric.figures.reversal import reversal_figure
+
+        return reversal_figure(self.runs)
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write traces and metrics to a run file."""
+        made = json.dumps(provenance() | {"machine": self.machine.name})
+        write_runs(Path(path), self.runs, made, many=self.many, force=force)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return quadrants, glitch and radial error by scheme [m], and quantiles over many machines."""
+        import pandas as pd
+
+        told = {}
+        distributions = self.many.distributions() if self.many else {}
+        for run in self.runs:
+            found, name = run.circularity, run.scheme.name
+            row = {"title": run.scheme.title, **dict(zip(QUADRANTS, found.quadrants, strict=True))}
+            row |= {"glitch": found.glitch, "rms": found.rms, "range": found.range}
+            told[name] = row | (dict(distributions[name].quantiles) if distributions else {})
+        return pd.DataFrame.from_dict(told, orient="index")
+
+
+def _named(run: CircleRun) -> str:
+    return f"({run.scheme.name}) {run.scheme.title}"
+
+
+def circle(
+    machine: Any,
+    schemes: Any = "all",
+    *,
+    velocity: float | str = 0.1,
+    radius: float | str = 0.03,
+    revolutions: int = 2,
+    clockwise: bool = False,
+    axis: str | None = None,
+    known: Any = None,
+    machines: int | None = None,
+    spread: Any = None,
+    seed: int = 0,
+    accuracy: float | str = 5e-9,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    advance: Advance = silent,
+    interrupted: Callable[[], bool] = lambda: False,
+) -> CircleResult:
+    """Run a circular test under compensation schemes: the quadrant glitches that each leaves.
+
+    Parameters
+    ----------
+    machine
+        The machine, its file, the name of a bundled one; or what `read_identified` returns, to draw many machines from
+        the 95 % intervals of what was identified.
+    schemes
+        Names of schemes, as ``a,c,f`` or ``all``; or schemes.
+    velocity, radius
+        Feed along the circle [m/s] and its radius [m], also as texts with units.
+    revolutions, clockwise
+        Revolutions, of which the last is looked at, and their sense.
+    axis
+        Simulate this axis alone; the other follows its reference exactly.
+    known
+        Schemes of your own by name, or their file; the paper's where not given.
+    machines
+        Run so many machines that are drawn around this one, too.
+    spread
+        What is drawn how widely: spreads by name, or their file.
+    accuracy
+        By how much the integration may move a glitch of the machines drawn [m]; 0 is exact.
+    seed, workers, scheduler
+        Of the machines that are drawn; processes at a time; address of a Dask cluster that runs them.
+    advance
+        Is told of each run that is done.
+    interrupted
+        Asked after each machine; those that are done by then are kept.
+
+    Raises
+    ------
+    FricError
+        When the machine has no two axes for a circle, a scheme is not known, or a loop is not stable.
+    """
+    subject = machine_of("circle", machine)
+    sense = -1 if clockwise else 1
+    test = Circle(in_si(radius, "position"), in_si(velocity, "velocity"), revolutions, sense)
+    chosen = schemes_of("circle", schemes, known)
+    spreads = read_spreads(Path(spread)) if isinstance(spread, str | Path) else spread
+    advance(0, total=len(chosen) + (machines or 0))
+    runs = []
+    for wanted in chosen:
+        runs.append(run_circle(subject, wanted, test, only=axis))
+        advance()
+    identified = machine if isinstance(machine, Identified) else None
+    if machines is None:
+        return CircleResult(subject, runs, axis, None, identified)
+    given: dict[str, Any] = {} if spreads is None else {"spreads": spreads}
+    if identified:
+        given |= {"intervals": identified.intervals, "covariances": identified.covariances}
+    given["accuracy"] = in_si(accuracy, "position")
+    study = Study(subject, tuple(chosen), test, seed, only=axis, **given)
+    opened = cluster_outcomes(study, machines, scheduler) if scheduler else outcomes(study, machines, workers=workers)
+    done = []
+    with opened as found:
+        for outcome in found:
+            done.append(outcome)
+            advance()
+            if interrupted():
+                break
+    if not done:
+        raise FricError("interrupted before a machine was done", mend="Nothing was written.")
+    return CircleResult(subject, runs, axis, MonteCarlo(study, machines, tuple(done)), identified)

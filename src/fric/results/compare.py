@@ -1,0 +1,139 @@
+"""Friction models compared on samples that none of them was fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.comparison import comparison_tree
+from fric.errors import FricError
+from fric.friction import models as known_models
+from fric.identify.records.prepared import prepared
+from fric.identify.replay.compare import Comparison, compare_models
+from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
+from fric.results.base import Result
+from fric.results.given import Advance, friction_of, logs_of, plant_of, silent
+from fric.results.text import Piece, Table
+from fric.units import readable
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ComparisonResult(Result):
+    """Friction models by how well they tell what they were not fitted to.
+
+    Parameters
+    ----------
+    comparison
+        The scores, the best model first.
+    """
+
+    comparison: Comparison
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The figures of the comparison."""
+        return comparison_tree(self.comparison)
+
+    def report(self) -> list[Piece]:
+        """Return a line a model, and whether one of them is the best."""
+        unit = self.document["unit"]
+        rows = [
+            (
+                name,
+                readable(score["rms"], unit),
+                "–" if score["rms_near_reversals"] is None else readable(score["rms_near_reversals"], unit),
+                readable(score["rms_fitted"], unit),
+                str(score["parameters"]),
+                f"{score['bits_per_parameter']:.0f}",
+                f"{score['ns_per_step']:.0f} ns",
+            )
+            for name, score in self.document["models"].items()
+        ]
+        columns = ("", "rms scored", "near reversals", "rms fitted", "parameters", "bits per parameter", "a step")
+        return [Table(columns, rows), self._verdict()]
+
+    def _verdict(self) -> str:
+        if self.document["winner"]:
+            return f"best: {self.document['winner']}, by more than the error of the difference to any other"
+        leads, best = self.document["leads"], next(iter(self.document["models"]))
+        tied = [name for name, lead in leads.items() if lead["error"] is None or lead["lead"] <= lead["error"]]
+        return f"no winner: the lead of {best} over {', '.join(tied) or 'nothing'} is within its error"
+
+    def figure(self) -> Figure:
+        """Return the scores, and the residuals that they are from."""
+        from fric.figures.comparison import draw_comparison
+
+        return draw_comparison(self.comparison)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the scores by model, forces in SI."""
+        import pandas as pd
+
+        told = {
+            name: {key: value for key, value in score.items() if key not in {"records", "estimates"}}
+            for name, score in self.document["models"].items()
+        }
+        return pd.DataFrame.from_dict(told, orient="index")
+
+
+def compare(
+    *logs: Any,
+    models: str | Sequence[str] = "all",
+    fit_on: str | Sequence[str] | None = None,
+    cycles: int | None = None,
+    folds: int = 3,
+    static: Any = None,
+    plant: Any = None,
+    blocks: int = 4,
+    seed: int = 0,
+    advance: Advance = silent,
+) -> ComparisonResult:
+    """Fit friction models on some records or cycles and score them on others.
+
+    Parameters
+    ----------
+    logs
+        Log files or records of one axis.
+    models
+        Names of models, or ``all``.
+    fit_on
+        Records to fit on, by name; the others are scored.
+    cycles
+        Fit on so many first cycles of each record, score on the rest.
+    folds
+        Where neither is given: cut each record in so many parts, each scored by a fit to the others.
+    static, plant, blocks, seed
+        As in `identify_model`.
+    advance
+        Is told of each model that is done.
+
+    Raises
+    ------
+    FricError
+        When there is no such model, or nothing to fit or to score.
+    """
+    if models == "all":
+        names = [name for name, one in known_models().items() if one.identified]
+    else:
+        names = [name.strip() for name in (models.split(",") if isinstance(models, str) else models)]
+    if fit_on and cycles:
+        raise FricError("--fit-on and --cycles are two ways to split", mend="Give one of them.")
+    records = logs_of("compare", logs)
+    axis, motion = records[0].axis, records[0].motion
+    kept = friction_of("compare", static, axis, motion)
+    ready = prepared(records, plant_of("compare", plant, axis, motion))
+    if fit_on:
+        splits = split_by_record(ready, [fit_on] if isinstance(fit_on, str) else list(fit_on))
+    else:
+        splits = split_by_cycles(ready, cycles) if cycles else split_by_folds(ready, folds)
+    advance(0, total=len(names))
+    settings: dict[str, Any] = {"blocks": blocks, "seed": seed, "told": advance}
+    if kept:
+        settings |= {"static": kept.estimates("static"), "negative": kept.backward()}
+    return ComparisonResult(compare_models(names, ready, splits, **settings))

@@ -1,0 +1,67 @@
+"""What both designs share: the plant that they are for, and a table of margins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from fric.results.base import Result
+from fric.results.text import Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+MARGINS = (
+    ("phase_margin", "phase margin", "°", 1),
+    ("gain_margin", "gain margin", " dB", 1),
+    ("peak_sensitivity", "Ms", " dB", 1),
+    ("crossover", "crossover", " Hz", 4),
+    ("bandwidth", "bandwidth", " Hz", 4),
+)
+
+
+class Design(Result):
+    """A design of one axis, with its loops and their margins."""
+
+    design: Any
+    view: str
+
+    @property
+    def axis(self) -> str:
+        """Name of the axis."""
+        return str(self.document["axis"])
+
+    def margins(self) -> Table:
+        """Return the margins, a loop a line."""
+        titles = {name: loop.title for name, loop in self.design.loops().items()}
+        rows = [
+            [titles[name], *(_told(found.get(key), unit, digits) for key, _, unit, digits in MARGINS)]
+            for name, found in self.document["margins"].items()
+        ]
+        return Table(["loop", *(title for _, title, _, _ in MARGINS)], rows)
+
+    def loops_figure(self, nyquist: float) -> Figure:
+        """Return the loops up to half the sampling rate [Hz], as Bode, Nyquist or Nichols draw them."""
+        from fric.figures.bode import bode_figure
+        from fric.figures.nyquist import nichols_figure, nyquist_figure
+
+        draw = {"bode": bode_figure, "nyquist": nyquist_figure, "nichols": nichols_figure}[self.view]
+        return draw(self.design.loops().values(), nyquist)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the margins by loop: °, dB and Hz, as in the file."""
+        import pandas as pd
+
+        told = {
+            name: {key: found[key]["value"] if found.get(key) else float("nan") for key, *_ in MARGINS}
+            for name, found in self.document["margins"].items()
+        }
+        return pd.DataFrame.from_dict(told, orient="index")
+
+
+def _told(quantity: Mapping[str, Any] | None, unit: str, digits: int) -> str:
+    if quantity is None:
+        return "–"
+    value = quantity["value"]
+    return f"{value:.{digits}g}{unit}" if digits > 1 else f"{value:.1f}{unit}"

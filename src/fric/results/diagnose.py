@@ -1,0 +1,178 @@
+"""A measured circle taken apart, and held against a machine file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.identified import machine_to_predict
+from fric.estimate import in_digits
+from fric.identify.circle.agreement import Agreement, agreement, circles_to_predict, predict
+from fric.identify.circle.diagnose import Diagnosis, both_directions
+from fric.identify.circle.diagnose import diagnose as take_apart
+from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.told import diagnosis_document
+from fric.io.circle import choose_circles
+from fric.results.base import Result
+from fric.results.given import Advance, path_of, quantity, refused, silent
+from fric.results.machine import schemes_of
+from fric.results.text import Piece, Table
+from fric.units import readable
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DiagnosisResult(Result):
+    """A measured circle: geometry, cycles, backlash, friction glitches, and the figures of ISO 230-4.
+
+    Parameters
+    ----------
+    found
+        What was found.
+    held
+        How it agrees with what a machine file predicts, where one was given.
+    """
+
+    found: Diagnosis
+    held: Agreement | None = None
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What the circle cannot tell, and what does not agree."""
+        return [*self.found.warnings, *(self.held.warnings if self.held else ())]
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """What was found, with 95 % intervals, and what was predicted."""
+        told = diagnosis_document(self.found)
+        if self.held is not None:
+            coded = [*self.found.warnings, *self.held.warnings]
+            told |= {"predicted": self.held.as_dict(), "scheme": self.held.scheme, "agrees": self.held.all_agree}
+            told |= {"warnings": list(map(str, coded)), "warnings_coded": [one.as_dict() for one in coded]}
+        return told
+
+    def report(self) -> list[Piece]:
+        """Return the glitches, beside those predicted, and the geometry."""
+        return [self._glitches(), "", self._geometry()]
+
+    def _glitches(self) -> Table:
+        found, held, test = self.found, self.held, self.found.test
+        columns = ["glitch", "µm", "95 %", "width mm", "place mm"]
+        columns += ["predicted", "95 %", "agrees"] if held else []
+        rows = []
+        for name, glitch in found.glitches.items():
+            shown, told = in_digits(glitch.value, glitch.ci95, 1e6)
+            row = [name, shown, told, f"{glitch.width * 1e3:.2f}", f"{glitch.place * 1e3:.2f}"]
+            if held:
+                limits = held.intervals[name] if held.intervals else None
+                shown, told = in_digits(held.predicted.glitches[name].value, limits, 1e6)
+                row += [shown, told, "yes" if held.agrees[name] else f"no: {held.causes[name]}"]
+            rows.append(row)
+        way = "both directions" if len(found.tests) > 1 else "counter-clockwise" if test.direction > 0 else "clockwise"
+        of = f"circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
+        return Table(columns, rows, f"{of}, {way}, {sum(one.count for one in found.tests)} revolutions")
+
+    def _geometry(self) -> Table:
+        document, found = self.document, self.found
+        rows = []
+        for what, unit, offset in (("centre", "µm", 0.0), ("scale", "ppm", 1.0), ("backlash", "µm", 0.0)):
+            rows += [_row(f"{what} {name}", document[what][name], unit, offset) for name in found.test.names]
+        rows.append(_row("mismatch of the loops", document["mismatch"], "µm"))
+        rows.append(_row("squareness", document["squareness"], "µrad"))
+        rows += [[f"lag {name}", f"{lag * 1e3:.4f}", "", "ms"] for name, lag in found.lag.items()]
+        for one in document["pitch"]:
+            pitch = readable(one["pitch"]["value"], "m")
+            rows.append(_row(f"repeats every {pitch} of {one['axis']}", one["amplitude"], "µm"))
+        figures = found.figures
+        plain: list[tuple[str, float | None, int]] = [("the rest, rms", found.rest, 3)]
+        plain += [("between revolutions", found.scatter, 3)]
+        plain += [(f"G {'ccw' if way > 0 else 'cw'}", value, 2) for way, value in figures.G.items()]
+        plain += [("G(b)", figures.G_b, 2), ("F max", figures.F_max, 2), ("F min", figures.F_min, 2)]
+        plain += [("D", figures.D, 2)]
+        rows += [[name, f"{v * 1e6:.{digits}f}", "", "µm"] for name, v, digits in plain if v is not None]
+        return Table(["", "value", "95 %", "unit"], rows)
+
+    def figure(self) -> Figure:
+        """Return the circle, and the glitches measured and predicted."""
+        from fric.figures.diagnosis import draw_diagnosis
+
+        return draw_diagnosis(self.found, self.held)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the glitches [m] by quadrant, measured and predicted."""
+        import pandas as pd
+
+        told = {}
+        for name, glitch in self.found.glitches.items():
+            low, high = glitch.ci95
+            told[name] = {"value": glitch.value, "low": low, "high": high, "width": glitch.width}
+            if self.held:
+                told[name]["predicted"] = self.held.predicted.glitches[name].value
+        return pd.DataFrame.from_dict(told, orient="index")
+
+
+def _row(label: str, quantity: dict[str, Any], unit: str, offset: float = 0.0) -> list[str]:
+    limits = quantity.get("ci95")
+    if limits and None in limits:
+        return [label, f"{(quantity['value'] - offset) * 1e6:.2f}", "not told", unit]
+    moved = [limit - offset for limit in limits] if limits else None
+    shown, told = in_digits(quantity["value"] - offset, moved, 1e6)
+    return [label, shown, told, unit]
+
+
+def diagnose(
+    *circles: Any,
+    machine: Any = None,
+    scheme: str | None = None,
+    known: Any = None,
+    feed: float | str | None = None,
+    advance: Advance = silent,
+) -> DiagnosisResult:
+    """Take a measured circle apart: geometry, cycles, backlash, friction glitches, and the figures of ISO 230-4.
+
+    Both directions of one circle, in one file or two, tell more than one.
+
+    Parameters
+    ----------
+    circles
+        Circle test files, run files of a simulated circle, or measured circles.
+    machine
+        Machine file, or the name of a bundled one: what it predicts stands beside what was measured.
+    scheme
+        Scheme of a run file; or the one that was on, for the prediction.
+    known
+        Schemes of your own by name, or their file.
+    feed
+        Of several tests, those at this feed [m/s].
+    advance
+        Is told of each circle that is simulated for the prediction.
+
+    Raises
+    ------
+    FricError
+        When a file is no circle test, or the tests are not of one circle.
+    """
+    given = [one for part in circles for one in (part if isinstance(part, list | tuple) else [part])]
+    files = [path_of("diagnose", "circle tests, or their files", one) for one in given if not _measured(one)]
+    measured = [one for one in given if _measured(one)] + (choose_circles(files, scheme) if files else [])
+    if not measured:
+        raise refused("diagnose", "circle tests, or their files", None)
+    found = take_apart(both_directions(measured, quantity(feed, "velocity")))
+    if machine is None:
+        return DiagnosisResult(found)
+    wanted = schemes_of("diagnose", scheme or found.test.scheme or "a", known)[0]
+    subject, intervals = machine_to_predict(Path(path_of("diagnose", "a machine file", machine)))
+    advance(0, total=circles_to_predict(intervals))
+    predicted, limits = predict(found, subject, wanted, intervals, done=advance)
+    step = max(axis.encoder.resolution for axis in subject.axes.values())
+    return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step))
+
+
+def _measured(given: Any) -> bool:
+    return isinstance(given, MeasuredCircle)

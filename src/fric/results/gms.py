@@ -1,0 +1,148 @@
+"""An identified GMS model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.friction import GivenStatic, given_static, gms_tree
+from fric.errors import FricError
+from fric.identify.gms.fit import GMSFit
+from fric.identify.gms.identify import identify_gms as fit_gms
+from fric.log import Log
+from fric.results.friction import IdentifiedFriction
+from fric.results.given import friction_of, logs_of, plant_of, several
+from fric.results.text import Piece, Table, parameters
+from fric.units import readable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GMSResult(IdentifiedFriction):
+    """An identified GMS model.
+
+    Parameters
+    ----------
+    fit
+        What was found: parameters, virgin curve, replayed records.
+    logs
+        The records that it was found from.
+    given
+        The static map that it stands on, and what of its file is carried over.
+    """
+
+    fit: GMSFit
+    logs: Sequence[Log]
+    given: GivenStatic | None = None
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The friction file, the static map carried over."""
+        return gms_tree(self.fit, self.logs, self.given)
+
+    def report(self) -> list[Piece]:
+        """Return alpha, k and C, why there are so many blocks, and what a replay leaves of each record."""
+        document = self.document
+        fit = document["gms_fit"]
+        told: list[Piece] = [parameters(document["gms"]), fit["blocks"], *map(_replayed, fit["records"])]
+        if "assumed" in document["static"]["F_c"]:
+            plateau = parameters({"F_s": document["static"]["F_s"]})
+            told.append(Table(("plateau", *plateau.columns[1:]), plateau.rows))
+        else:
+            told.append(f"alpha summed to {fit['alpha_sum']['value']:.4f} before it was normalised")
+        return told
+
+    def figure(self) -> Figure:
+        """Return hysteresis cycles, virgin curve and replay."""
+        from fric.figures.gms import draw_gms
+
+        return draw_gms(self.fit)
+
+
+def _replayed(record: Mapping[str, Any]) -> str:
+    told = f"{record['record']}: rms of measured less replayed force {readable(**record['rmse'])}"
+    if "rmse_held_out" in record:
+        told += f", {readable(**record['rmse_held_out'])} over the cycles held out"
+    if "inertia_share" in (done := record["prepared"]):
+        told += f"; inertia {done['inertia_share']:.1%}, damping {done['damping_share']:.1%} of the force"
+    return told
+
+
+def identify_gms(
+    *logs: Any,
+    static: Any = None,
+    plant: Any = None,
+    blocks: int | str = "auto",
+    knots: Sequence[float] | str = "auto",
+    cycles: tuple[int, int] | str | None = None,
+    refine: bool = True,
+) -> GMSResult:
+    """Identify alpha, k and C of the GMS model (eqs. 3 to 6) from pre-sliding sines, and C from a sine in sliding.
+
+    Parameters
+    ----------
+    logs
+        Log files or records of one axis, of kind ``presliding-sine`` and, for C, ``sliding-sine``.
+    static
+        The static map whose F_s is the unit of alpha: a `StaticMap`, its file, or its result, which is carried over.
+        Without it the plateau of the cycles gives F_c = F_s.
+    plant
+        The plant, its file or its result, whose inertia and linear damping are taken off.
+    blocks
+        Slip blocks: a number, ``auto`` for up to 6 by an information criterion, or ``auto:8`` for up to 8.
+    knots
+        Knots of the virgin curve [m], also as ``"0.9 um, 26 um"`` (the paper's way).
+    cycles
+        First and last cycle to fit, from 1, also as ``"1:5"``; the later ones are held out and replayed.
+    refine
+        Whether to refine alpha, k and C by replay along the measured motion.
+
+    Raises
+    ------
+    FricError
+        When no record has whole cycles, an amplitude is under three encoder steps, or the knots do not suit the curve.
+    """
+    records = logs_of("identify_gms", logs)
+    axis, motion = records[0].axis, records[0].motion
+    kept = friction_of("identify_gms", static, axis, motion)
+    given = given_static(kept) if kept is not None else None
+    count, most = _blocks(blocks)
+    at = None if knots == "auto" else several(knots, "position", motion)
+    if at is not None and blocks not in {"auto", len(at), str(len(at))}:
+        raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", mend="Leave --blocks out.")
+    found = fit_gms(
+        records,
+        static=given.static if given else None,
+        negative=given.negative if given else None,
+        plant=plant_of("identify_gms", plant, axis, motion),
+        blocks=count,
+        knots=at,
+        refined=refine,
+        cycles=_cycles(cycles),
+        **({"most_blocks": most} if most else {}),
+    )
+    return GMSResult(found, records, given)
+
+
+def _blocks(given: int | str) -> tuple[int | None, int | None]:
+    """Return the number of blocks, or None and the most that the criterion may choose."""
+    word, colon, most = str(given).partition(":")
+    number = most if word == "auto" else str(given)
+    if word == "auto" and not colon:
+        return None, None
+    if not number.isdigit() or not 1 <= int(number) <= 12:
+        raise FricError(f"'{given}' is not a number of blocks", mend="Give 1 to 12, auto, or auto:8 for 8 at most.")
+    return (None, int(number)) if word == "auto" else (int(number), None)
+
+
+def _cycles(given: tuple[int, int] | str | None) -> tuple[int, int] | None:
+    if given is None:
+        return None
+    first, _, last = (given if isinstance(given, str) else ":".join(map(str, given))).partition(":")
+    if not (first.isdigit() and last.isdigit() and 1 <= int(first) <= int(last)):
+        raise FricError(f"'{given}' is no range of cycles", mend="Write the first and the last, as in 1:5.")
+    return int(first), int(last)

@@ -1,0 +1,114 @@
+"""What an inspection found, in words and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fric.identify.records.inspection import Channel, Inspection, ResponseInspection
+from fric.results.text import Piece, Table
+from fric.units import readable
+
+FEW = 4
+"""Records that are told one by one; more are told in a table, a line each."""
+
+
+def told_of(found: Sequence[Inspection | ResponseInspection]) -> list[Piece]:
+    """Return all that was found in a few records; of many, a line each."""
+    return [piece for one in found for piece in _whole(one)] if len(found) <= FEW else _briefly(found)
+
+
+def _whole(found: Inspection | ResponseInspection) -> list[Piece]:
+    """Return all that was found in one record."""
+    kind = f"{found.kind} ({'stated' if found.stated else 'recognised'})"
+    pieces: list[Piece] = [f"{found.name}: {kind}, {found.motion} axis {found.axis}"]
+    if isinstance(found, ResponseInspection):
+        pieces.append(f"{found.points} frequencies from {found.low:.4g} to {found.high:.4g} Hz")
+        if found.coherence is not None:
+            pieces.append(f"least coherence {found.coherence:.2f}")
+    else:
+        pieces += [f"  {name:<15} {told}" for name, told in _log_rows(found) if told]
+        rows = [_channel_row(name, channel) for name, channel in found.channels.items() if name != "time"]
+        pieces.append(Table(("channel", "from", "to", "step", "no number", "clipped"), rows))
+    pieces += [f"{'good' if use.good else 'not good'} for identify {use.purpose}: {use.why}" for use in found.uses]
+    return [*pieces, ""]
+
+
+def _log_rows(found: Inspection) -> list[tuple[str, str]]:
+    """Return what is told of a record in time, by name; empty where there is nothing to tell."""
+    length, speed = ("rad", "rad/s") if found.motion == "rotary" else ("m", "m/s")
+    rows = [
+        ("source", found.source),
+        ("samples", f"{found.samples} in {found.duration:.4g} s"),
+        ("sampling", _clock(found)),
+        ("gaps", _gaps(found)),
+        ("dropped", f"{found.dropped} samples when ingested" if found.dropped else ""),
+        ("encoder step", _value(found.encoder_step, length) if found.encoder_step else ""),
+        ("reversals", str(len(found.turns)) if "position" in found.channels else ""),
+        ("stretches", str(len(found.stretches)) if found.stretches else ""),
+        ("speeds", _speeds(found, speed)),
+    ]
+    if sine := found.sine:
+        told = f"{_value(sine.amplitude, length)}, {sine.frequency:.4g} Hz, {sine.cycles:.3g} cycles"
+        rows.append(("sine", told + (f", at {_value(sine.mean_velocity, speed)}" if sine.mean_velocity else "")))
+    if found.rise is not None and found.turns:
+        rows.append(("force rises in", f"{100 * found.rise:.3g} % of a stroke"))
+    return rows
+
+
+def _value(value: float, unit: str) -> str:
+    return readable(value, unit, 4)
+
+
+def _clock(found: Inspection) -> str:
+    if found.sampling is None:
+        return ""
+    even = found.jitter * found.sampling < 1e-6
+    return f"{found.sampling:.6g} Hz" + ("" if even else f", jitter {_value(found.jitter, 's')} rms")
+
+
+def _speeds(found: Inspection, unit: str) -> str:
+    if len(found.speeds) <= 12:
+        return ", ".join(_value(speed, unit) for speed in found.speeds)
+    return f"{len(found.speeds)} from {_value(found.speeds[0], unit)} to {_value(found.speeds[-1], unit)}"
+
+
+def _gaps(found: Inspection) -> str:
+    if not found.gaps:
+        return ""
+    longest = max(found.gaps, key=lambda gap: gap.intervals)
+    return f"{len(found.gaps)}, the longest of {longest.intervals:.4g} samples after {longest.time:.6g} s"
+
+
+def _channel_row(name: str, channel: Channel) -> tuple[str, ...]:
+    if channel.low is None or channel.high is None:
+        return name, "", "", "", str(channel.not_a_number), ""
+    step = _value(channel.step, channel.unit) if channel.step else ""
+    counts = (str(count) if count else "" for count in (channel.not_a_number, channel.clipped))
+    return name, _value(channel.low, channel.unit), _value(channel.high, channel.unit), step, *counts
+
+
+def _briefly(found: Sequence[Inspection | ResponseInspection]) -> list[Piece]:
+    """Return a line for each record, and what they are good for together."""
+    rows: list[tuple[str, ...]] = []
+    for one in found:
+        good = " ".join(use.purpose for use in one.uses if use.good)
+        if isinstance(one, ResponseInspection):
+            rows.append((one.name, one.kind, "", "", f"{one.points} frequencies", "", good))
+            continue
+        speed = "rad/s" if one.motion == "rotary" else "m/s"
+        flaws = [f"{len(one.gaps)} gaps"] if one.gaps else []
+        flaws += [f"{name} clipped" for name, channel in one.channels.items() if channel.clipped]
+        flaws += [f"{channel.not_a_number} no number" for channel in one.channels.values() if channel.not_a_number]
+        rate = f"{one.sampling:.4g} Hz" if one.sampling else ""
+        what = _speeds(one, speed) or (f"{len(one.turns)} reversals" if one.turns else "")
+        kind = one.kind if one.stated else f"{one.kind}?"
+        rows.append((one.name, kind, f"{one.duration:.4g} s", rate, what, ", ".join(flaws), good))
+    pieces: list[Piece] = [Table(("record", "kind", "duration", "sampling", "what", "flaws", "good for"), rows)]
+    if any(not one.stated for one in found):
+        pieces.append("? the kind is recognised; the record does not say it")
+    uses = {use.purpose: 0 for one in found for use in one.uses}
+    for one in found:
+        for use in one.uses:
+            uses[use.purpose] += use.good
+    told = ", ".join(f"{purpose} {count}" for purpose, count in uses.items())
+    return [*pieces, f"{len(found)} records; good for identify: {told}"]

@@ -1,0 +1,123 @@
+"""Any friction model, identified by replay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.friction import FrictionDocument, parse_parameters, replay_tree
+from fric.errors import FricError, near
+from fric.friction import models
+from fric.identify.records.prepared import prepared
+from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.results.friction import IdentifiedFriction
+from fric.results.given import friction_of, logs_of, plant_of, refused
+from fric.results.text import Piece, parameters
+from fric.units import Motion, readable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModelResult(IdentifiedFriction):
+    """Any friction model, identified by replay.
+
+    Parameters
+    ----------
+    fit
+        What was found.
+    kept
+        The friction file whose static map was kept.
+    """
+
+    fit: ReplayFit
+    kept: FrictionDocument | None = None
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The friction file."""
+        return replay_tree(self.fit, self.kept)
+
+    def report(self) -> list[Piece]:
+        """Return the parameters, and what a replay leaves."""
+        name = self.fit.model.name
+        told: list[Piece] = [
+            parameters(self.document[key], key) for key in dict.fromkeys(("static", name)) if key in self.document
+        ]
+        fit = self.document[f"{name}_fit"]
+        return [*told, f"{fit['samples']} samples, rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}"]
+
+    def figure(self) -> Figure:
+        """Return measured and replayed force."""
+        from fric.figures.replay import draw_replay
+
+        return draw_replay(self.fit)
+
+
+def identify_model(
+    model: str,
+    *logs: Any,
+    static: Any = None,
+    plant: Any = None,
+    blocks: int = 4,
+    fix: Iterable[str] | Mapping[str, float | str] = (),
+    free: Sequence[str] = (),
+    seed: int = 0,
+) -> ModelResult:
+    """Fit any friction model to any records by replay along the measured motion.
+
+    Parameters
+    ----------
+    model
+        Name of the model: lugre, dahl, gms, ….
+    logs
+        Log files or records of one axis.
+    static
+        The friction whose static map is kept: its file or its result; it is fitted too where it is not given.
+    plant
+        The plant, its file or its result, whose inertia and linear damping are taken off.
+    blocks
+        Slip blocks, for a model that has any.
+    fix
+        Parameters that are not fitted, by name, also as ``["n=1"]``.
+    free
+        Names of parameters to fit that are held by default (``delta``).
+    seed
+        Seed of the coarse search.
+
+    Raises
+    ------
+    FricError
+        When there is no such model or parameter, or no sample to compare.
+    """
+    if not isinstance(model, str):
+        raise refused("identify_model", "the name of a friction model", model)
+    known = {name for name, one in models().items() if one.identified}
+    if model not in known:
+        raise FricError(
+            f"there is no friction model '{model}' to fit",
+            mend=f"{near(model, known)}There are {', '.join(sorted(known))}.",
+        )
+    records = logs_of("identify_model", logs)
+    axis, motion = records[0].axis, records[0].motion
+    kept = friction_of("identify_model", static, axis, motion)
+    found = identify_by_replay(
+        model,
+        prepared(records, plant_of("identify_model", plant, axis, motion)),
+        static=kept.estimates("static") if kept else None,
+        negative=kept.backward() if kept else None,
+        blocks=blocks,
+        fix=_fixed(model, fix, motion),
+        free=free,
+        seed=seed,
+    )
+    return ModelResult(found, kept)
+
+
+def _fixed(model: str, given: Iterable[str] | Mapping[str, float | str], motion: Motion) -> dict[str, float]:
+    texts = given if not isinstance(given, Mapping) else [f"{k}={v}" for k, v in given.items() if isinstance(v, str)]
+    numbers = {k: float(v) for k, v in given.items() if not isinstance(v, str)} if isinstance(given, Mapping) else {}
+    return parse_parameters(model, texts, motion) | numbers

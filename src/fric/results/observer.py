@@ -1,0 +1,212 @@
+"""A designed disturbance observer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+from fric.control.inverse_model import DisturbanceObserver
+from fric.control.q_filter import QFilter
+from fric.design.cascade import design_cascade
+from fric.design.observer import ObserverDesign
+from fric.design.observer import design_observer as find_observer
+from fric.design.perturbation import Resonance, measured_perturbation, model_perturbation
+from fric.documents.observer import observer_tree
+from fric.documents.plant import PlantDocument
+from fric.errors import FricError
+from fric.identify.dynamics.frequency_response import measure_response
+from fric.log import FrequencyResponse
+from fric.results.design import Design
+from fric.results.given import Record, cascade_of, document_of, gain_of, in_si, quantity, records_of
+from fric.results.text import Piece, Table
+from fric.units import Motion
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ObserverResult(Design):
+    """A designed disturbance observer.
+
+    Parameters
+    ----------
+    design
+        The observer, its limits and its loops.
+    of, motion
+        Name and motion of the axis.
+    nyquist
+        Half the sampling rate [Hz].
+    logs
+        The record of the response, where there is one.
+    told
+        What else the user should know.
+    asked
+        The peak sensitivity that was allowed, as it was given.
+    view
+        What the figure shows: ``q`` (Fig. 7), ``bode``, ``nyquist`` or ``nichols``.
+    """
+
+    design: ObserverDesign
+    of: str
+    motion: Motion
+    nyquist: float
+    logs: Sequence[Record]
+    told: Sequence[str]
+    asked: float | str
+    view: str = "q"
+
+    @property
+    def belief(self) -> DisturbanceObserver:
+        """The observer."""
+        return self.design.observer
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The observer file."""
+        tree = observer_tree(self.design, self.of, self.motion, self.logs)
+        return tree | {"warnings": [*self.told, *tree["warnings"]]}
+
+    def report(self) -> list[Piece]:
+        """Return Q, its limits, and the margins."""
+        tree = self.document
+        titles = {"robust": "|T·Delta| ≤ 1, eq. (8)", "sensitive": f"Ms ≤ {self.asked} of the whole loop"}
+        rows = [
+            [titles[name], *(_hertz(found.get(key)) for key in ("cutoff", "bandwidth"))]
+            for name, found in tree["limits"].items()
+        ]
+        return [
+            f"Q  {tree['filter']}, cutoff {_hertz(tree['cutoff'])}, −3 dB at {_hertz(tree['bandwidth'])}",
+            f"   {tree['reason']}",
+            Table(["limit", "cutoff", "bandwidth"], rows),
+            self.margins(),
+        ]
+
+    def figure(self) -> Figure:
+        """Return Q with what limits it, or the loops."""
+        from fric.figures.qfilter import q_filter_figure
+
+        return q_filter_figure(self.design) if self.view == "q" else self.loops_figure(self.nyquist)
+
+
+def _hertz(quantity: dict[str, Any] | None) -> str:
+    return "–" if quantity is None else f"{quantity['value']:.4g} Hz"
+
+
+def design_observer(
+    plant: Any,
+    log: Any = None,
+    *,
+    filter: Filter = "binomial2",
+    controller: Any = None,
+    cutoff: float | str | None = None,
+    bandwidth: float | str | None = None,
+    peak_sensitivity: float | str = "6 dB",
+    resonances: Iterable[str | Resonance] = (),
+    record: str | None = None,
+    averages: int = 1,
+    view: Literal["q", "bode", "nyquist", "nichols"] = "q",
+) -> ObserverResult:
+    """Design the disturbance observer of an axis: how far its filter Q may reach.
+
+    Two limits are told: |T·Delta| ≤ 1 at every frequency (eq. (8)), with the confidence of the response, and the
+    peak sensitivity of the whole loop. The smaller is taken.
+
+    Parameters
+    ----------
+    plant
+        The plant of eq. (1): its file or its result.
+    log
+        A measured response, or a record to take it from; without it the plant's delay is all.
+    filter
+        The shape of Q.
+    controller
+        The controller: a `Cascade`, its file or its result; by `design_controller` where not given.
+    cutoff, bandwidth
+        Of Q, 1/(2πτ) or −3 dB [Hz], where it is given; the largest allowed where not.
+    peak_sensitivity
+        Ms that the whole loop may have at most [1], also as "6 dB".
+    resonances
+        Modes that the plant does not have, as in "280 Hz, 0.02, 0.1": frequency, damping, share.
+    record
+        Name of the record of the log, where it has several.
+    averages
+        Records that a table's coherence was averaged over.
+    view
+        What the figure shows.
+
+    Raises
+    ------
+    FricError
+        When no Q holds, or the log has no frequency response.
+    """
+    document = document_of("design_observer", PlantDocument, plant)
+    axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
+    told: list[str] = []
+    cascade = cascade_of("design_observer", controller, axis, motion, "plant")
+    if cascade is None:
+        cascade = design_cascade(linear).cascade
+        told.append("no controller was given: taken is the one that `fric design controller` gives by default")
+    modes = [_resonance(one) if isinstance(one, str) else one for one in resonances]
+    if log is None:
+        logs, Delta = [], model_perturbation(linear, cascade.sampling / 2, modes)
+    else:
+        if modes:
+            raise FricError("a measured response has its resonances", mend="Leave LOG.h5 or --resonance out.")
+        logs = [_record(log, record, (axis, motion))]
+        if isinstance(logs[0], FrequencyResponse):
+            Delta = measured_perturbation(logs[0], linear, averages=averages)
+        else:
+            response = measure_response(logs[0])
+            told += response.warnings
+            Delta = measured_perturbation(response.table, linear, sampling=response.sampling)
+    if cutoff and bandwidth:
+        raise FricError("cutoff and bandwidth are two names of one choice", mend="Give one of them.")
+    wanted = quantity(cutoff, "frequency")
+    if bandwidth:
+        wanted = QFilter.of_bandwidth(filter, in_si(bandwidth, "frequency")).cutoff
+    allowed = gain_of(peak_sensitivity)
+    design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
+    return ObserverResult(design, axis, motion, cascade.sampling / 2, logs, told, peak_sensitivity, view)
+
+
+def _record(given: Any, name: str | None, of: tuple[str, Motion]) -> Record:
+    """Return the record with the measured response or its excitation, by name where there are several."""
+    records = records_of("design_observer", [given])
+    where = str(given) if isinstance(given, str) or hasattr(given, "suffix") else records[0].source
+    if (records[0].axis, records[0].motion) != of:
+        raise FricError(
+            f"is the log of the {records[0].motion} axis {records[0].axis}, "
+            f"and the plant is of the {of[1]} axis {of[0]}",
+            where=where,
+            mend="Give the log of the axis that is designed for.",
+        )
+    found = [
+        one
+        for one in records
+        if (one.name == name if name else isinstance(one, FrequencyResponse) or one.kind == "frequency-response")
+    ]
+    if len(found) != 1:
+        told = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")
+        raise FricError(
+            f"there are {told}, where one is asked", where=where, mend="Name the one with --record, or ingest it."
+        )
+    return found[0]
+
+
+def _resonance(text: str) -> Resonance:
+    """Parse ``FREQUENCY,DAMPING[,SHARE]``."""
+    frequency, *rest = (part.strip() for part in text.split(","))
+    try:
+        numbers = [float(part) for part in rest]
+    except ValueError:
+        numbers = []
+    if not 1 <= len(numbers) <= 2:
+        raise FricError(
+            f"'{text}' is no resonance", mend="Write frequency, damping and share, as in '280 Hz, 0.02, 0.1'."
+        )
+    return Resonance(in_si(frequency, "frequency"), *numbers)

@@ -1,0 +1,138 @@
+"""Any smooth contour under compensation schemes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.provenance import provenance
+from fric.io.path import read_path
+from fric.io.run import write_runs
+from fric.results.base import Result
+from fric.results.given import Advance, in_si, path_of, silent
+from fric.results.machine import machine_of, schemes_of, unique
+from fric.results.text import Piece, Table
+from fric.simulate.circle import reduction
+from fric.simulate.machine import Machine
+from fric.simulate.path import PathRun, PointPath, path_document, run_path
+from fric.units import readable
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PathResult(Result):
+    """What schemes leave of one path.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    runs
+        A run a scheme.
+    name
+        What the path is.
+    """
+
+    machine: Machine
+    runs: Sequence[PathRun]
+    name: str
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What the user should know."""
+        return unique(f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings)
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """Glitch and contour error by scheme [m]."""
+        return path_document(self.runs)
+
+    def report(self) -> list[Piece]:
+        """Return what each scheme leaves, and the glitch at each reversal."""
+        title = f"{self.machine.name}: {self.name} at {readable(self.runs[0].path.feed, 'm/s')}; contour error in µm"
+        told: list[Piece] = [
+            Table(["scheme", "glitch", "rms", "range", "reduction"], [self._row(run) for run in self.runs], title)
+        ]
+        worst = max(self.runs, key=lambda run: run.contour.glitch)
+        names = tuple(worst.traces)
+        rows = [
+            [f"{names[turn.axis]} turns at {turn.x * 1e3:z.1f}, {turn.y * 1e3:z.1f} mm"]
+            + [f"{run.contour.reversals[n].glitch * 1e6:.1f}" for run in self.runs]
+            for n, turn in enumerate(worst.contour.reversals)
+        ]
+        columns = ["reversal", *(f"({run.scheme.name})" for run in self.runs)]
+        return [*told, Table(columns, rows, "glitch at each reversal in µm")] if rows else told
+
+    def _row(self, run: PathRun) -> list[str]:
+        less, found = reduction(run, self.runs), run.contour
+        microns = [f"{value * 1e6:.1f}" for value in (found.glitch, found.rms, found.range)]
+        return [f"({run.scheme.name}) {run.scheme.title}", *microns, "" if less is None else f"{less:.0%}"]
+
+    def figure(self) -> Figure:
+        """Return the contour, and its error along it."""
+        from fric.figures.path import path_figure
+
+        return path_figure(self.runs)
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write traces and metrics to a run file."""
+        write_runs(Path(path), self.runs, json.dumps(provenance() | {"machine": self.machine.name}), force=force)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return glitch and contour error by scheme [m]."""
+        import pandas as pd
+
+        told = {
+            run.scheme.name: {"title": run.scheme.title, "glitch": run.contour.glitch, "rms": run.contour.rms,
+                              "range": run.contour.range}
+            for run in self.runs
+        }  # fmt: skip
+        return pd.DataFrame.from_dict(told, orient="index")
+
+
+def path(
+    machine: Any,
+    points: PointPath | Path | str,
+    schemes: Any = "all",
+    *,
+    velocity: float | str = 0.1,
+    known: Any = None,
+    advance: Advance = silent,
+) -> PathResult:
+    """Follow a contour given by points under compensation schemes: the glitch at each reversal of an axis.
+
+    Parameters
+    ----------
+    machine
+        The machine, its file, or the name of a bundled one.
+    points
+        The path, or the CSV file of its points, headed ``x [mm], y [mm]``.
+    schemes, known
+        As in `circle`.
+    velocity
+        Feed along the path [m/s], also as a text; that of the path where it is given as itself.
+    advance
+        Is told of each run that is done.
+
+    Raises
+    ------
+    FricError
+        When the path has a corner, or the machine cannot follow it.
+    """
+    subject = machine_of("path", machine)
+    file = None if isinstance(points, PointPath) else path_of("path", "a path, or the file of its points", points)
+    followed = points if isinstance(points, PointPath) else read_path(Path(points), in_si(velocity, "velocity"))
+    chosen = schemes_of("path", schemes, known)
+    advance(0, total=len(chosen))
+    runs = []
+    for wanted in chosen:
+        runs.append(run_path(subject, wanted, followed))
+        advance()
+    return PathResult(subject, runs, file.name if file else "path")

@@ -1,0 +1,171 @@
+"""An identified plant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+from fric.documents.plant import PlantDocument, plant_tree
+from fric.drive.plant import Plant
+from fric.identify.dynamics.choose import plant_records
+from fric.identify.dynamics.plant import PlantFit
+from fric.identify.dynamics.plant import identify_plant as fit_plant
+from fric.identify.dynamics.rigid_body import MotionFit, identify_motion
+from fric.log import Log
+from fric.results.base import Identified
+from fric.results.given import Record, quantity, records_of
+from fric.results.text import Piece, Table, parameters
+from fric.units import readable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlantResult(Identified):
+    """An identified plant, eq. (1).
+
+    Parameters
+    ----------
+    fit
+        What was found, from frequency responses or from motions.
+    records
+        The records that it was found from.
+    """
+
+    fit: PlantFit | MotionFit
+    records: Sequence[Record]
+
+    @property
+    def axis(self) -> str:
+        """Name of the axis."""
+        return self.fit.axis
+
+    @property
+    def belief(self) -> Plant:
+        """The plant in SI; raises a `FricError` where B or K_f is not known."""
+        return PlantDocument.model_validate(self.document).plant(self.fit.motion)
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The plant file."""
+        return plant_tree(self.fit, self.records)
+
+    def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
+        """Return A, B, T_d and K_f, and what else a motion told."""
+        given = self.document
+        second = {name: entry for name, entry in given.get("second_mass", {}).items() if name != "encoder"}
+        found = {"plant": {name: given[name] for name in PlantDocument.dimensions if name in given}}
+        found |= {"second_mass": second} if second else {}
+        return found | ({"motion": given["fit"]["parameters"]} if given["fit"].get("parameters") else {})
+
+    def report(self) -> list[Piece]:
+        """Return A, B, T_d and K_f, and where they are from."""
+        fit, found = self.document["fit"], self.sections()
+        told: list[Piece] = [parameters(found["plant"])]
+        if "second_mass" in found:
+            told.append(parameters(found["second_mass"], "second mass"))
+        if "parameters" in fit:
+            rows = parameters(fit["parameters"])
+            deviations = [f"{fit['parameters'][row[0]]['deviation']:.4g}" for row in rows.rows]
+            told += [
+                Table((*rows.columns, "deviation"), [(*row, d) for row, d in zip(rows.rows, deviations, strict=True)]),
+                f"{fit['points']} points, relative error {100 * fit['relative_error']['value']:.4f} %, "
+                f"condition number {fit['condition_number']:.4f}",
+            ]
+            return told
+        told += [
+            f"{response['record']}: {response['estimate']}; {response['lines']} lines used, "
+            f"{readable(response['lowest']['value'], 'Hz')} to {readable(response['highest']['value'], 'Hz')}"
+            for response in fit["responses"]
+        ]
+        delay = f"transport delay {readable(fit['transport_delay']['value'], 's')}"
+        if "hold_delay" in fit:
+            delay += f", hold {readable(fit['hold_delay']['value'], 's')} (half a sample): together T_d"
+        return [*told, delay]
+
+    def figure(self) -> Figure:
+        """Return the response, or the motion, measured and fitted."""
+        from fric.figures.plant import draw_motion, draw_plant
+
+        return draw_plant(self.fit) if isinstance(self.fit, PlantFit) else draw_motion(self.fit)
+
+
+def identify_plant(
+    *logs: Any,
+    method: Literal["auto", "response", "motion"] = "auto",
+    force_constant: float | str | None = None,
+    mass: float | str | None = None,
+    coherence: float = 0.5,
+    lowest: float | str | None = None,
+    highest: float | str | None = None,
+    period: float | str | None = None,
+    segment: float | str | None = None,
+    hold: float | str = "auto",
+    direction: Literal["both", "each"] = "both",
+    delay: float | str | None = None,
+    cutoff: float | str | None = None,
+    decimation: int | None = None,
+    border: int | None = None,
+) -> PlantResult:
+    """Identify the plant A, B, T_d (eq. 1) and K_f, from frequency responses or from an ordinary motion.
+
+    Parameters
+    ----------
+    logs
+        Log files or records of one axis.
+    method
+        ``response`` or ``motion``; ``auto`` takes responses where there are any.
+    force_constant
+        K_f [N/V], where no force was logged.
+    mass
+        Moving mass [kg] where it is known: K_f/B is held against it.
+    coherence
+        Least coherence of a frequency [1].
+    lowest, highest
+        Band that is fitted [Hz].
+    period, segment
+        Period of the excitation, and length of Welch's segments where it has none [s].
+    hold
+        Rate of the hold before the plant [Hz]; ``auto``: that of a record, none for a table; ``none`` for none.
+    direction
+        Of a motion: one friction and an offset (``both``), or friction of each direction (``each``).
+    delay
+        T_d, which no motion shows [s].
+    cutoff, decimation, border
+        Zero-phase filter [Hz], thinning and border of a motion's samples.
+
+    Raises
+    ------
+    FricError
+        When no record serves, too few lines are sure, or a motion does not separate the terms.
+    """
+    wanted, records = plant_records(records_of("identify_plant", logs), None if method == "auto" else method)
+    motion = records[0].motion
+    K_f, weight = quantity(force_constant, "force per input", motion), quantity(mass, "mass", motion)
+    if wanted == "motion":
+        found = identify_motion(
+            [record for record in records if isinstance(record, Log)],
+            direction=direction,
+            force_constant=K_f,
+            delay=quantity(delay, "time"),
+            cutoff=quantity(cutoff, "frequency"),
+            decimation=decimation,
+            border=border,
+            mass=weight,
+        )
+        return PlantResult(found, records)
+    fit = fit_plant(
+        records,
+        hold=None if hold in {"auto", "none"} else quantity(hold, "frequency"),
+        continuous=hold == "none",
+        coherence=coherence,
+        band=(quantity(lowest, "frequency") or 0.0, quantity(highest, "frequency") or float("inf")),
+        period=quantity(period, "time"),
+        segment=quantity(segment, "time"),
+        given_force_constant=K_f,
+        mass=weight,
+    )
+    return PlantResult(fit, records)

@@ -1,0 +1,116 @@
+"""An identified static map."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+from fric.documents.friction import static_tree
+from fric.errors import FricError
+from fric.identify.strokes.static import StaticFit
+from fric.identify.strokes.static import identify_static as fit_static
+from fric.log import Log
+from fric.results.friction import IdentifiedFriction
+from fric.results.given import logs_of, plant_of
+from fric.results.text import Piece, parameters
+from fric.units import readable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StaticResult(IdentifiedFriction):
+    """An identified static map, eq. (2).
+
+    Parameters
+    ----------
+    fit
+        What was found: points, map, intervals.
+    logs
+        The records that it was found from.
+    """
+
+    fit: StaticFit
+    logs: Sequence[Log]
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The friction file."""
+        return static_tree(self.fit, self.logs)
+
+    def report(self) -> list[Piece]:
+        """Return the map, and how well it fits."""
+        titles = {"static": "", "static_negative": "negative direction", "at_speed": "at one speed"}
+        told: list[Piece] = [
+            parameters(self.document[key], title) for key, title in titles.items() if key in self.document
+        ]
+        fit = self.document["fit"]
+        quality = f", rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}" if "rmse" in fit else ""
+        return [*told, f"{fit['points']} strokes{quality}"]
+
+    def figure(self) -> Figure:
+        """Return force over velocity, measured and fitted."""
+        from fric.figures.static_map import draw_static_map
+
+        return draw_static_map(self.fit)
+
+
+def identify_static(
+    *logs: Any,
+    plant: Any = None,
+    delta: float | str = 1.0,
+    direction: Literal["both", "each"] = "both",
+    weights: Literal["error", "equal"] = "error",
+    average: Literal["robust", "median"] = "robust",
+    form: Literal["auto", "coulomb", "stribeck"] = "auto",
+) -> StaticResult:
+    """Identify the static friction map F_c, F_s, v_s, delta, sigma (eq. 2) from strokes at constant velocity.
+
+    Parameters
+    ----------
+    logs
+        Log files or records of one axis, each with one or many strokes.
+    plant
+        The plant, its file or its result: the drive's own linear damping ``K_f·(A/B)·v`` is taken off first.
+    delta
+        Stribeck shape factor [1], or ``free`` to fit it.
+    direction
+        ``both``: one map and an offset; ``each``: a map for each direction.
+    weights
+        ``error``: by standard error and scatter between strokes; ``equal``: every stroke the same.
+    average
+        ``robust`` (Huber) or ``median`` force of a stroke.
+    form
+        Coulomb plus viscous friction, eq. (2), or what predicts held-out strokes better.
+
+    Raises
+    ------
+    FricError
+        When there is no steady stroke, or there are too few speeds for the parameters.
+    """
+    records = logs_of("identify_static", logs)
+    found = fit_static(
+        records,
+        plant=plant_of("identify_static", plant, records[0].axis, records[0].motion),
+        delta=_shape_factor(delta),
+        direction=direction,
+        weights=weights,
+        average=average,
+        form=form,
+    )
+    return StaticResult(found, records)
+
+
+def _shape_factor(given: float | str) -> float | None:
+    if given == "free":
+        return None
+    try:
+        value = float(given)
+    except (TypeError, ValueError):
+        value = 0.0
+    if not 0.1 <= value <= 4.0:
+        raise FricError(f"delta '{given}' is not a shape factor", mend="Give a number from 0.1 to 4, or 'free'.")
+    return value

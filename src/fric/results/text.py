@@ -1,0 +1,83 @@
+"""Tables and lines that are told the same on the command line, as a result's repr, and in a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+
+from fric.estimate import estimate_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import rich.table
+
+WIDTH = 1000
+"""Columns of text that is no terminal's: a line is as long as it is."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table for people: the first column to the left, numbers to the right.
+
+    Parameters
+    ----------
+    columns
+        Headings.
+    rows
+        Cells, a row of as many as there are headings.
+    title
+        What stands above it.
+    """
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]] = field(default_factory=list)
+    title: str = ""
+
+    def __rich__(self) -> rich.table.Table:
+        """Return the table as Rich prints it."""
+        from rich.table import Table as RichTable
+        from rich.text import Text
+
+        made = RichTable(title=self.title or None, title_justify="left", box=None, pad_edge=False, header_style="bold")
+        for n, column in enumerate(self.columns):
+            made.add_column(column, justify="left" if n == 0 else "right")
+        for row in self.rows:
+            made.add_row(*map(Text, row))
+        return made
+
+    def html(self) -> str:
+        """Return the table as HTML."""
+        head = "".join(f"<th>{escape(column)}</th>" for column in self.columns)
+        body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in self.rows)
+        caption = f"<caption>{escape(self.title)}</caption>" if self.title else ""
+        return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+Piece = Table | str
+
+
+def parameters(section: Mapping[str, Mapping[str, Any]], title: str = "") -> Table:
+    """Return the table of a document's section: name, value, 95 % interval, unit."""
+    return Table(("", "value", "95 % interval", "unit"), estimate_rows(section), title)
+
+
+def plain(pieces: Iterable[Piece]) -> str:
+    """Return pieces of a report as plain text."""
+    from rich.console import Console
+
+    out = StringIO()
+    console = Console(file=out, width=WIDTH, highlight=False, soft_wrap=True, color_system=None, legacy_windows=False)
+    for piece in pieces:
+        console.print(piece, markup=False)
+    return "\n".join(line.rstrip() for line in out.getvalue().splitlines())
+
+
+def html(pieces: Iterable[Piece], warnings: Iterable[str] = ()) -> str:
+    """Return pieces of a report, and its warnings, as HTML."""
+    told = [piece.html() if isinstance(piece, Table) else f"<p>{escape(piece)}</p>" for piece in pieces]
+    told += [f"<p><b>warning:</b> {escape(warning)}</p>" for warning in warnings]
+    return "<div>" + "".join(told) + "</div>"

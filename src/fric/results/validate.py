@@ -1,0 +1,119 @@
+"""A recorded motion replayed by the identified axis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.friction import friction_and_load
+from fric.documents.plant import PlantDocument
+from fric.documents.validation import validation_tree
+from fric.errors import FricError
+from fric.log import Log
+from fric.results.base import Result
+from fric.results.given import cascade_of, document_of, friction_of, in_si, logs_of
+from fric.results.text import Piece, Table
+from fric.simulate.validation import Validation, validate_closed_loop, validate_open_loop
+from fric.units import readable
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ValidationResult(Result):
+    """Records, and what the identified axis makes of them.
+
+    Parameters
+    ----------
+    validations
+        One for each record and loop.
+    logs
+        The records.
+    """
+
+    validations: Sequence[Validation]
+    logs: Sequence[Log]
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The scores."""
+        return validation_tree(self.validations, self.logs)
+
+    def report(self) -> list[Piece]:
+        """Return relative and rms error of each signal."""
+        rows = [
+            (
+                f"{found['record']}, {found['loop']} loop, {found['friction']}",
+                name,
+                f"{100 * signal['relative']:.4g} %",
+                readable(signal["rms"], signal["unit"]),
+            )
+            for found in self.document["validations"]
+            for name, signal in found["signals"].items()
+        ]
+        return [Table(("", "signal", "relative error", "rms error"), rows)]
+
+    def figure(self) -> Figure:
+        """Return the first record, measured and simulated."""
+        from fric.figures.validation import draw_validation
+
+        return draw_validation(self.validations[0])
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the errors by record, loop and signal, in SI."""
+        import pandas as pd
+
+        rows = [
+            {"record": found["record"], "loop": found["loop"], "signal": name, **signal}
+            for found in self.document["validations"]
+            for name, signal in found["signals"].items()
+        ]
+        return pd.DataFrame(rows).set_index(["record", "loop", "signal"])
+
+
+def validate(
+    *logs: Any, plant: Any, controller: Any = None, friction: Any = None, model: str | None = None,
+    load: float | str | None = None,
+) -> ValidationResult:  # fmt: skip
+    """Replay a recorded motion in closed loop and in open loop, and score it against the record.
+
+    Parameters
+    ----------
+    logs
+        Log files or records of one axis.
+    plant
+        The identified plant: its file or its result.
+    controller
+        The drive's own controller: a `Cascade`, its file or its result; without it, the open loop alone.
+    friction
+        The identified friction: its file or its result; else Coulomb, from the plant's own fit.
+    model
+        Name of the model, where the friction holds several.
+    load
+        Constant load [N]; else the identified offset.
+
+    Raises
+    ------
+    FricError
+        When a channel is missing, a file is of another axis, or the friction is not told apart.
+    """
+    records = logs_of("validate", logs)
+    axis, motion = records[0].axis, records[0].motion
+    if model and friction is None:
+        raise FricError("--model names a model of a friction file", mend="Give that file with --friction.")
+    document = document_of("validate", PlantDocument, plant, (axis, motion))
+    identified = document.plant(motion)
+    cascade = cascade_of("validate", controller, axis, motion)
+    told = friction_of("validate", friction, axis, motion)
+    done = []
+    for log in records:
+        law, offset = friction_and_load(told, model, log.name) if told else document.coulomb()
+        weight = offset if load is None else in_si(load, "force", motion)
+        if cascade:
+            done.append(validate_closed_loop(log, identified, cascade, law, weight))
+        done.append(validate_open_loop(log, identified, law, weight))
+    return ValidationResult(done, records)

@@ -1,0 +1,181 @@
+"""Results: what they print is what the command prints, and they plot, tabulate, save and are believed."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect as introspection
+import re
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import fric
+from fric.cli.main import app
+from fric.documents.yaml import plain, read_tree
+
+ROOT = Path(__file__).parents[2]
+DATA = ROOT / "data"
+RUN = CliRunner()
+STROKES, SINES, RESPONSE = DATA / "constant-velocity.h5", DATA / "presliding-sine.h5", DATA / "frequency-response.h5"
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return fric.identify_plant(RESPONSE)
+
+
+@pytest.fixture(scope="module")
+def static(plant):
+    return fric.identify_static(fric.read(STROKES), plant=plant)
+
+
+@pytest.fixture(scope="module")
+def gms(plant, static):
+    return fric.identify_gms(SINES, static=static, plant=plant, blocks=3)
+
+
+def said(*words: object) -> str:
+    """Return what a command prints, without the line that tells what was written."""
+    done = RUN.invoke(app, [*map(str, words)])
+    assert done.exit_code == 0, done.output
+    return "\n".join(line.rstrip() for line in done.stdout.splitlines() if not line.startswith("wrote "))
+
+
+def without_warnings(result: fric.Result) -> str:
+    return "\n".join(line for line in repr(result).splitlines() if not line.startswith("warning: "))
+
+
+def test_the_command_prints_the_very_same(plant, static, gms, tmp_path):
+    files = {name: tmp_path / f"{name}.yaml" for name in ("plant", "static", "gms")}
+    assert said("identify", "plant", RESPONSE, "-o", files["plant"]) == without_warnings(plant)
+    words = ("--plant", files["plant"], "-o", files["static"])
+    assert said("identify", "static", STROKES, *words) == without_warnings(static)
+    words = ("--plant", files["plant"], "--static", files["static"], "--blocks", "3", "-o", files["gms"])
+    assert said("identify", "gms", SINES, *words) == without_warnings(gms)
+    assert said("inspect", STROKES) == without_warnings(fric.inspect(STROKES))
+
+
+def test_what_is_saved_is_what_the_command_writes(static, plant, tmp_path):
+    static.save(tmp_path / "saved.yaml")
+    plant.save(tmp_path / "plant.yaml")
+    said("identify", "static", STROKES, "--plant", tmp_path / "plant.yaml", "-o", tmp_path / "written.yaml")
+    saved, written = (plain(read_tree(tmp_path / name)) for name in ("saved.yaml", "written.yaml"))
+    assert saved["static"].keys() == written["static"].keys()
+    for name, entry in saved["static"].items():
+        assert entry["value"] == pytest.approx(written["static"][name]["value"], rel=1e-4), name
+    with pytest.raises(fric.FricError, match="the output exists"):
+        static.save(tmp_path / "saved.yaml")
+    static.save(tmp_path / "saved.yaml", force=True)
+
+
+def test_tables_hold_values_and_intervals_in_SI(static, gms):
+    frame = static.to_frame()
+    told = static.fit.static.estimates["F_c"]
+    assert frame.loc[("static", "F_c"), "value"] == float(told)
+    assert tuple(static.conf_int().loc[("static", "F_c")]) == told.ci95
+    assert ("static", "delta") not in static.conf_int().index  # it was fixed: there is no interval
+    alpha = gms.to_frame().loc["gms"].filter(like="alpha", axis=0)
+    np.testing.assert_allclose(alpha["value"], gms.fit.alpha.value)
+
+
+def test_a_figure_shows_what_was_found(static, tmp_path):
+    figure = static.plot(tmp_path / "map.svg")
+    assert (tmp_path / "map.svg").read_text().startswith("<?xml")
+    drawn = np.concatenate([line.get_ydata() for line in figure.axes[0].get_lines() if len(line.get_ydata()) > 20])
+    forces = np.array([abs(point.force) for point in static.fit.points])
+    assert np.ptp(drawn) > 0.5 * (forces.max() - forces.min()) * (1e-3 if "kN" in figure.axes[0].get_ylabel() else 1)
+
+
+def test_a_machine_believes_a_result_as_it_believes_its_file(gms, tmp_path):
+    gms.save(tmp_path / "friction.yaml")
+    machine = fric.read_machine("virtual-rig")
+    by_result = fric.circle(machine.with_belief(x=gms), "a,c,f", revolutions=1)
+    by_file = fric.circle(
+        fric.read_machine("virtual-rig", believed=[f"x={tmp_path / 'friction.yaml'}"]), "a,c,f", revolutions=1
+    )
+    assert list(by_result.to_frame().index) == ["a", "c", "f"]
+    # a file holds six digits, and with them an encoder count falls here or there
+    np.testing.assert_allclose(by_result.to_frame()["glitch"], by_file.to_frame()["glitch"], atol=5e-8)
+    unsure = fric.circle(machine, "c", revolutions=1).to_frame()["glitch"]["c"]
+    assert abs(by_result.to_frame()["glitch"]["c"] - unsure) > 2e-7  # it believes something else now
+    assert machine.axis("x").friction is machine.with_belief(x=gms).axis("x").friction
+
+
+def test_a_machine_believes_models_plants_and_designs(plant):
+    machine = fric.read_machine("virtual-rig")
+    axis = machine.with_belief(x=[fric.LuGre.typical(), plant, fric.design_controller(plant)]).axis("x")
+    assert list(axis.believed.models) == ["lugre"]
+    assert axis.nominal == plant.belief
+    assert axis.cascade != machine.axis("x").cascade
+
+
+@pytest.mark.parametrize(
+    ("call", "said_so"),
+    [
+        (lambda r: fric.identify_gms("x.yaml"), "there is no such file"),
+        (lambda r: fric.identify_gms(ROOT / "configs/xy-table.yaml"), "is no log file of fric's"),
+        (lambda r: fric.identify_gms(42), "identify_gms takes log files, or records that fric.read returns.*an int"),
+        (lambda r: fric.identify_gms(None), "was given None"),
+        (lambda r: fric.identify_gms(), "was given no record"),
+        (lambda r: fric.identify_static(STROKES, plant=r), "takes a plant file.*a StaticResult"),
+        (lambda r: fric.identify_gms(SINES, static=3.0), "takes a friction file.*a float"),
+        (lambda r: fric.identify_gms(SINES, blocks="six"), "'six' is not a number of blocks"),
+        (lambda r: fric.identify_model("lugr", SINES), "no friction model 'lugr'.*"),
+        (lambda r: fric.compare(SINES, models="lugr"), "no friction model 'lugr'"),
+        (lambda r: fric.circle(r), "circle takes a machine, or its file, and was given a StaticResult"),
+        (lambda r: fric.circle("xy-tabel"), "Is it xy-table, which comes with fric"),
+        (lambda r: fric.circle("xy-table", 3), "takes names of schemes"),
+        (lambda r: fric.circle("xy-table", radius=None), "takes a number in SI, or a text"),
+        (lambda r: fric.circle("xy-table", radius="30"), "has no unit"),
+        (lambda r: fric.read_machine("virtual-rig").with_belief(y=r), "axis y was given what is known of axis x"),
+        (lambda r: fric.read_machine("virtual-rig").with_belief(x="f.yaml"), "str is nothing that the controller"),
+        (lambda r: fric.validate(STROKES, plant=None), "was given None"),
+    ],
+)
+def test_what_does_not_fit_ends_in_a_sentence(call, said_so, static):
+    with pytest.raises(fric.FricError, match=re.compile(said_so, re.DOTALL)):
+        call(static)
+
+
+def test_no_result_is_told_by_its_arrays(plant, static, gms):
+    records = fric.read(SINES)
+    told = [plant, static, gms, records, records[0], fric.inspect(SINES), fric.circle("xy-table", "a", revolutions=1)]
+    for one in [*told, fric.read(RESPONSE)[0], fric.design_controller(plant), fric.design_observer(plant)]:
+        assert len(repr(one)) < 4000, type(one)
+        assert "array(" not in repr(one), type(one)
+
+
+def test_a_notebook_shows_tables_and_escapes_what_files_say(static):
+    told = static._repr_html_()
+    assert told.count("<table>") == 1
+    assert "<td>F_c</td>" in told
+    assert (
+        "<script"
+        not in fric.circle(
+            fric.Machine("<script>", fric.read_machine("xy-table").axes), "a", revolutions=1
+        )._repr_html_()
+    )
+
+
+def test_each_verb_tells_every_argument():
+    """A public docstring has one sentence, and a word on each argument."""
+    stub = ast.parse((ROOT / "src/fric/__init__.pyi").read_text())
+    for node in (node for node in stub.body if isinstance(node, ast.ImportFrom)):
+        for alias in node.names:
+            found = getattr(importlib.import_module(f"fric.{node.module}"), alias.name)
+            told = textwrap.dedent(introspection.getdoc(found) or "")
+            assert told.split("\n")[0].endswith((".", "``.")), alias.name
+            if introspection.isfunction(found) and len(introspection.signature(found).parameters) > 1:
+                for name in introspection.signature(found).parameters:
+                    assert re.search(rf"^(\w+, )*{name}(, \w+)*$", told, re.MULTILINE), f"{alias.name}: {name}"
+
+
+def test_the_public_names_are_the_subject():
+    plumbing = ("keep_freed_memory", "refuse_existing", "sizes", "draw_", "_tree", "write_document", "save_figure")
+    assert not [name for name in fric.__all__ if any(word in name for word in plumbing)]
+    vocabulary = {"GMS", "StaticMap", "LuGre", "Plant", "Machine", "Axis", "Log", "read", "identify_gms", "circle"}
+    assert vocabulary <= set(fric.__all__)
