@@ -7,10 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 
-from fric.compensation.base import choose_schemes
-
 from benchmarks.reality.judge import Number, Step, Verdict, identified
 from benchmarks.reality.session import Sessions, machine_with
+from fric.control.scheme import choose_schemes
 from fric.errors import FricError
 from fric.simulate.circle import run_circle
 from fric.simulate.machine import Believed, Machine

@@ -97,6 +97,7 @@ def _briefly(found: Sequence[Inspection | ResponseInspection]) -> list[Piece]:
             continue
         speed = "rad/s" if one.motion == "rotary" else "m/s"
         flaws = [f"{len(one.gaps)} gaps"] if one.gaps else []
+        flaws += [warning.code for warning in one.warnings]
         flaws += [f"{name} clipped" for name, channel in one.channels.items() if channel.clipped]
         flaws += [f"{channel.not_a_number} no number" for channel in one.channels.values() if channel.not_a_number]
         rate = f"{one.sampling:.4g} Hz" if one.sampling else ""

@@ -13,6 +13,7 @@ from fric.identify.records.inspection import Inspection, ResponseInspection
 from fric.identify.records.inspection import inspect as inspect_record
 from fric.io.hdf5 import write_logs
 from fric.log import CHANNELS, FrequencyResponse, Log
+from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, Record, in_si, quantity, records_of, several, silent
 from fric.results.inspected import told_of
@@ -138,6 +139,16 @@ class InspectionResult(Result):
     def document(self) -> dict[str, Any]:
         """What was found, by record."""
         return {"records": [one.as_dict() for one in self.found]}
+
+    @property
+    def warnings(self) -> tuple[Notice, ...]:
+        """What is amiss with each record, after its name."""
+        return tuple(
+            Notice(f"{one.name}: {text}", text.code, text.severity)
+            for one in self.found
+            if isinstance(one, Inspection)
+            for text in one.warnings
+        )
 
     def report(self) -> list[Piece]:
         """Return all that a few records hold; of many, a line each."""

@@ -17,6 +17,7 @@ from fric.identify.dynamics.frequency_response import MeasuredResponse, measure_
 from fric.identify.dynamics.mode_fit import at, solve_with_modes
 from fric.identify.dynamics.plant_warnings import told_of
 from fric.identify.dynamics.response_fit import Lines, Solution, select, solve
+from fric.identify.records.flaws import clock_flaws
 from fric.log import FrequencyResponse, Log
 from fric.threads import one_blas_thread
 from fric.units import Motion
@@ -182,11 +183,18 @@ def identify_plant(
     FricError
         When a record does not give a response, too few lines are sure, or the sign of input or position is turned.
     """
-    fits, sets = [], []
+    fits, sets, clocks = [], [], []
     for record in records:
-        measured = measure_response(record, period=period, segment=segment)
-        rate = None if continuous else hold or measured.sampling
-        lines, used = select(measured, hold=rate, coherence=coherence, band=band)
+        clock = clock_flaws([record], "plant") if isinstance(record, Log) else []
+        clocks += clock
+        try:
+            measured = measure_response(record, period=period, segment=segment)
+            rate = None if continuous else hold or measured.sampling
+            lines, used = select(measured, hold=rate, coherence=coherence, band=band)
+        except FricError as error:
+            if not clock:
+                raise
+            raise FricError(error.what, where=error.where, mend=f"The cause may be this: {clock[0]}") from None
         try:
             solution, kept = solve_with_modes(lines)
         except FricError as error:
@@ -211,7 +219,7 @@ def identify_plant(
     return PlantFit(
         fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
         _second_mass(solution),
-        (*told_of(fits, solution, influence, estimates, rate), *told),
+        (*told_of(fits, solution, influence, estimates, rate), *told, *clocks),
     )  # fmt: skip
 
 

@@ -27,6 +27,7 @@ from fric.identify.gms.knots import (
 )
 from fric.identify.gms.notices import told
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
+from fric.identify.records.flaws import clock_flaws
 from fric.identify.records.prepared import Prepared, prepared
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
@@ -131,7 +132,8 @@ def identify_gms(
         presliding[0].axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(loops), found, choice,
         blocks, knots is not None, refined, tuple(replays), together, (),
     )  # fmt: skip
-    return replace(result, warnings=tuple(told(result, sliding_logged=bool(sliding), plant_given=plant is not None)))
+    warnings = told(result, sliding_logged=bool(sliding), plant_given=plant is not None)
+    return replace(result, warnings=(*warnings, *clock_flaws([*presliding, *sliding], "gms")))
 
 
 def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:

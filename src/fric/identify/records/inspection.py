@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fric.identify.records.clipping import STUCK, clipped_samples, counts
+from fric.identify.records.flaws import clock_flaws, stroke_flaws
 from fric.identify.records.recognition import Sine, fitted_sine, force_rise, recognised_kind
 from fric.identify.records.resolution import lattice_step
 from fric.identify.records.segments import Stretch, stretches_and_rests
 from fric.identify.records.turns import reversals
 from fric.identify.records.uses import Use, judged_uses
 from fric.log import FrequencyResponse, Kind, Log
+from fric.notice import Notice
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -88,6 +90,8 @@ class Inspection:
         Share of the stroke that the force takes to come up after a reversal, see `force_rise`.
     uses
         What the record is good for and what not.
+    warnings
+        What is amiss with its clock, its encoder, its strokes.
     """
 
     name: str
@@ -109,6 +113,7 @@ class Inspection:
     rise: float | None = None
     uses: tuple[Use, ...] = ()
     dropped: int = 0
+    warnings: tuple[Notice, ...] = ()
 
     @property
     def encoder_step(self) -> float | None:
@@ -122,7 +127,9 @@ class Inspection:
             | {"settled": s.settled}
             for s in self.stretches
         ]
-        fields = asdict(replace(self, stretches=()))
+        fields = asdict(replace(self, stretches=(), warnings=()))
+        fields |= {"warnings": list(map(str, self.warnings))}
+        fields |= {"warnings_coded": [warning.as_dict() for warning in self.warnings]}
         fields["reversals"] = list(fields.pop("turns"))
         return fields | {"stretches": stretches, "encoder_step": self.encoder_step}
 
@@ -192,6 +199,8 @@ def inspect(record: Log | FrequencyResponse) -> Inspection | ResponseInspection:
     if log.position is not None:
         sine, turns = fitted_sine(log.time, log.position), reversals(log.position)
     rise = force_rise(log, turns)
+    warnings = clock_flaws([log], "inspect")
+    warnings += stroke_flaws([(log, stretch) for stretch in stretches]) if log.force is not None else []
     kind = record.kind or recognised_kind(log, stretches, rests, sine, rise)
     if kind not in {"constant-velocity", "motion"}:
         stretches = []
@@ -203,7 +212,7 @@ def inspect(record: Log | FrequencyResponse) -> Inspection | ResponseInspection:
     ]
     found = replace(
         found, kind=kind, stretches=tuple(stretches), speeds=distinct_speeds(stretches), sine=sine,
-        turns=tuple(int(k) for k in at[turns]), rise=rise,
+        turns=tuple(int(k) for k in at[turns]), rise=rise, warnings=tuple(warnings),
     )  # fmt: skip
     return replace(found, uses=judged_uses(found))
 

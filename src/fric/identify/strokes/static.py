@@ -13,6 +13,8 @@ from scipy.special import stdtrit
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.records.clipping import clipped_samples
+from fric.identify.records.flaws import clock_flaws, stroke_flaws
+from fric.identify.records.segments import Stretch
 from fric.identify.strokes.averages import Average
 from fric.identify.strokes.map_doubts import damping_doubt, map_doubts
 from fric.identify.strokes.map_fit import Form, MapFit, SpeedPoint, Weights, fit_map
@@ -138,6 +140,7 @@ def identify_static(
         for name, one in (("positive", static), ("negative", negative)):
             doubts = [Notice.of(text) for text in map_doubts(one, motion)]
             warnings += [Notice(f"{name} direction: {text}", text.code, text.severity) for text in doubts]
+        warnings += _flaws(logs, points, static)
         method = f"{static.form_told(motion)}; {method}"
         return StaticFit(axis, motion, tuple(points), static, negative, {}, tuple(warnings), method, plant)
     if not (positive and backward):
@@ -158,6 +161,7 @@ def identify_static(
     if plant is not None:
         warnings += damping_doubt(fit, plant, motion)
     warnings += map_doubts(fit, motion)
+    warnings += _flaws(logs, points, fit)
     method = f"{fit.form_told(motion)}; {method}"
     return StaticFit(axis, motion, tuple(points), fit, None, {}, tuple(warnings), method, plant)
 
@@ -185,6 +189,21 @@ def _with_shared(fit: MapFit, offset: Estimate) -> MapFit:
             limits = (float(one) - float(np.hypot(below, own)), float(one) + float(np.hypot(above, own)))
             estimates[name] = replace(one, ci95=limits)
     return replace(fit, estimates=estimates)
+
+
+def _flaws(logs: Sequence[Log], points: Sequence[SpeedPoint], fit: MapFit) -> list[Notice]:
+    """Return what is amiss with the strokes, held against the map that was fitted to them."""
+    low, high = fit.estimates["F_c"].ci95 or (0.0, 0.0)
+    level = float(np.median(np.abs(fit.problem.F)))
+    named = {log.name: log for log in logs}
+    strokes = [
+        (named[point.record], Stretch(start, stop, point.velocity, 0.0, start, point.settled))
+        for point in points
+        if not point.swing and len(named) == len(logs)
+        for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop]) + [0, 1]]
+    ]
+    clock = clock_flaws([named[name] for name in dict.fromkeys(point.record for point in points)], "static")
+    return clock + stroke_flaws(strokes, force=level, half_width=0.5 * (high - low))  # type: ignore[operator]
 
 
 def _cut_off(logs: Sequence[Log]) -> list[str]:

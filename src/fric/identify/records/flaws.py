@@ -1,0 +1,122 @@
+"""What is amiss with records, judged once for `inspect` and every `identify`: clock, encoder, place and time.
+
+Each flaw has its code: ``samples-lost``, ``sampling-jitters``, ``encoder-errs``, ``force-over-position``,
+``friction-over-position``, ``force-drifts``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import inf, sqrt
+from typing import TYPE_CHECKING, Literal
+
+from fric.identify.records.encoder_error import encoder_error
+from fric.identify.records.over_strokes import over_place, over_time
+from fric.identify.records.timing import timing
+from fric.notice import Notice, Severity
+from fric.units import readable
+
+if TYPE_CHECKING:
+    from fric.identify.records.segments import Stretch
+    from fric.log import Log
+
+Purpose = Literal["static", "gms", "plant", "inspect"]
+Strokes = Sequence[tuple["Log", "Stretch"]]
+
+SMALL = 0.01
+"""Share of the friction up to which what varies over place or time is no more than good to know."""
+HALF_WIDTHS = 2.0
+"""Half-widths of the interval of F_c from which on an estimate is wrong by what varies."""
+
+
+def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
+    """Return what the positions of records tell of their clock: samples lost unsaid, instants that jitter.
+
+    Parameters
+    ----------
+    logs
+        The records.
+    purpose
+        What they are wanted for: the mean of a stroke bears jitter, a response and an acceleration do not.
+    """
+    found = [(log, timing(log)) for log in logs]
+    told = []
+    if lost := [(log, one.lost) for log, one in found if one.lost]:
+        worst = max(share for _, share in lost)
+        told.append(Notice(
+            f"{_records(log for log, _ in lost)}: {worst:.2g} of the samples were lost, and the time was counted on as "
+            "if they were not: speeds and times are wrong by that. Log at a lower rate or fewer channels, or with the "
+            "time of each sample.", "samples-lost", "wrong",
+        ))  # fmt: skip
+    if jitters := [(log, one) for log, one in found if one.jitter]:
+        log, worst_one = max(jitters, key=lambda pair: pair[1].displaced)
+        size = readable(worst_one.jitter, "s")
+        told.append(Notice(
+            f"{_records(log for log, _ in jitters)}: the position has noise that grows with speed, as where samples "
+            f"are taken {size} rms off the time that is logged: {readable(worst_one.displaced, log.unit('position'))} "
+            "in the position. Log by the clock of the control, or the time of each sample.",
+            "sampling-jitters", "doubt" if purpose in {"static", "inspect"} else "wrong",
+        ))  # fmt: skip
+    return told
+
+
+def stroke_flaws(strokes: Strokes, *, force: float = inf, half_width: float = 0.0) -> list[Notice]:
+    """Return what strokes at constant velocity tell of the encoder, and of what the force does over place and time.
+
+    Parameters
+    ----------
+    strokes
+        Stretches at constant velocity, each with its record.
+    force, half_width
+        Coulomb friction that was identified from them, and half of its interval [N]; these say how much is too much.
+    """
+    if not strokes:
+        return []
+    told = []
+    unit, length = (strokes[0][0].unit(channel) for channel in ("force", "position"))
+    if (error := encoder_error(strokes)) is not None:
+        told.append(Notice(
+            f"the position ripples with a pitch of {readable(error.pitch, length)} at every speed, by "
+            f"{readable(error.amplitude, length)}: a sub-divisional error of the encoder. Knots of that size are not "
+            "of friction; adjust the reading head, or log a finer encoder.", "encoder-errs", "doubt",
+        ))  # fmt: skip
+    if (place := over_place(strokes)) is not None:
+        alike = place.cogging == place.friction  # the strokes of the two directions do not meet: it may be either
+        for size, code, what, mend in (
+            (place.cogging, "force-over-position", "a force over position (cogging, a cable, gravity of a balance)"
+             + (" or friction over position" if alike else ""),
+             "Log each speed over the same whole stroke, and take that force off"),
+            (0.0 if alike else place.friction, "friction-over-position",
+             "friction over position (rolling elements, alignment, preload)",
+             "Log each speed over the same whole stroke"),
+        ):  # fmt: skip
+            if size > 0.0:
+                varies = sqrt(2.0) * size * (sqrt(2.0) if alike else 1.0)
+                told.append(Notice(
+                    f"at the same places of {readable(place.length, length)} strokes take the same force, which varies "
+                    f"by {readable(varies, unit)}: {what}. The map is that of the places where each speed was logged. "
+                    f"{mend}.", code, _severity(varies, force, half_width),
+                ))  # fmt: skip
+    if (time := over_time(strokes)) is not None:
+        told.append(Notice(
+            f"the force {'rises' if time.rate > 0 else 'falls'} within strokes by {100 * abs(time.rate) * 60:.2g} % "
+            f"a minute at every speed, which is {100 * abs(time.change):.2g} % over these records: friction or force "
+            "constant drifts. Run the axis warm first, and log the speeds in another order, each again.",
+            "force-drifts", _severity(abs(time.change) * force, force, half_width),
+        ))  # fmt: skip
+    return told
+
+
+def _severity(size: float, force: float, half_width: float) -> Severity:
+    """Return how bad it is that the force varies by a size [N]."""
+    if force == inf:
+        return "doubt"
+    if size <= SMALL * abs(force):
+        return "note"
+    return "wrong" if size > HALF_WIDTHS * half_width else "doubt"
+
+
+def _records(logs: Iterable[Log]) -> str:
+    """Return the names of records, or how many they are."""
+    names = [log.name for log in logs]
+    return f"record '{names[0]}'" if len(names) == 1 else f"{len(names)} records (as '{names[0]}')"

@@ -1,0 +1,233 @@
+"""What the force does within strokes at constant velocity, where a map has one number: it varies over place and time.
+
+Along the stroke, what the force shows in both directions with one sign is a force over position (cogging, a cable, a
+balance); what turns its sign with the direction is friction over position. Both come again at every speed, which noise
+does not. Over time, the size of the force rises or falls by a rate that is the same at all speeds, as a drive or a
+guideway warms up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import stdtrit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.identify.records.segments import Stretch
+    from fric.log import Log
+
+    Real = NDArray[np.float64]
+
+PLACES = 64
+"""Places along the longest stroke at which strokes are compared."""
+SHORTEST = 12
+"""Places that a stroke spans at least, to be compared."""
+SURE = 4.0
+"""Standard errors from which on strokes agree about the place."""
+ALIKE = 0.5
+"""Correlation of two strokes of one direction, from which on they agree."""
+MINOR = 0.1
+"""Share of the variance below which one of two causes is not told."""
+LASTING = 0.7
+"""Time that a stroke lasts at least, to tell a rate [s]."""
+FASTEST = 0.02
+"""Rate [1/s] beyond which no drive warms up: there the force still settles."""
+SETTLING = 3.0
+"""Ratio of the rates in whole strokes and in their later halves within which it is no settling."""
+SURE_RATE = 0.999
+"""Probability from which on a rate is not zero."""
+
+
+@dataclass(frozen=True)
+class OverPlace:
+    """What comes again at the same place in stroke after stroke.
+
+    Parameters
+    ----------
+    cogging
+        Root mean square of the force over position [N].
+    friction
+        Root mean square of the friction over position [N].
+    strokes
+        Strokes that were compared.
+    length
+        Length of the way that they were compared over [m].
+    """
+
+    cogging: float
+    friction: float
+    strokes: int
+    length: float
+
+
+@dataclass(frozen=True)
+class OverTime:
+    """How the size of the force changes in time, whatever the speed.
+
+    Parameters
+    ----------
+    rate, half
+        Relative rate and half of its 95 % interval [1/s].
+    duration
+        Time that all records together took [s].
+    """
+
+    rate: float
+    half: float
+    duration: float
+
+    @property
+    def change(self) -> float:
+        """What the rate comes to over all records [1]."""
+        return self.rate * self.duration
+
+
+def over_place(strokes: Sequence[tuple[Log, Stretch]]) -> OverPlace | None:
+    """Return what strokes of different speed show at the same places; None where they do not agree, or are too few.
+
+    Two strokes are compared where both came, each without its mean and slope there. Noise differs between strokes,
+    so their covariance is the variance of what they have in common.
+
+    Parameters
+    ----------
+    strokes
+        Stretches at constant velocity, each with its record.
+    """
+    cut = [_cut(log, stretch) for log, stretch in strokes if log.position is not None and log.force is not None]
+    if len(cut) < 4:
+        return None
+    low, high = min(z.min() for z, *_ in cut), max(z.max() for z, *_ in cut)
+    edges = np.linspace(low, high, PLACES + 1)
+    profiles = [(_profile(z, F, edges), sign, v) for z, F, sign, v in cut]
+    same = _common([(a, b) for (a, s, v), (b, r, w) in combinations(profiles, 2) if s == r and v != w])
+    opposite = _common([(a, b) for (a, s, _), (b, r, _) in combinations(profiles, 2) if s != r])
+    if same is None or opposite is None or not same.sure or same.correlation < ALIKE:
+        return None
+    # F = ±F_r + c ± w: strokes of one direction share c + w, and two opposite ones c² - w² on average
+    across = opposite.covariance if opposite.sure else 0.0
+    cogging, friction = (max(0.5 * (same.covariance + sign * across), 0.0) for sign in (1.0, -1.0))
+    whole = cogging + friction
+    return OverPlace(
+        float(np.sqrt(cogging)) if cogging > MINOR * whole else 0.0,
+        float(np.sqrt(friction)) if friction > MINOR * whole else 0.0,
+        same.strokes, float(high - low),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Common:
+    """What pairs of strokes have in common: covariance [N²], median correlation, whether it is sure, in how many."""
+
+    covariance: float
+    correlation: float
+    sure: bool
+    strokes: int
+
+
+def _cut(log: Log, stretch: Stretch) -> tuple[Real, Real, float, float]:
+    part = slice(stretch.start, stretch.stop)
+    assert log.position is not None
+    assert log.force is not None
+    return log.position[part], log.force[part], float(np.sign(stretch.velocity)), abs(stretch.velocity)
+
+
+def _profile(z: Real, F: Real, edges: Real) -> Real:
+    """Return the mean force at each place; nan where the stroke did not come."""
+    place = np.clip(np.digitize(z, edges) - 1, 0, len(edges) - 2)
+    count = np.bincount(place, minlength=len(edges) - 1)
+    return np.where(count > 0, np.bincount(place, F, minlength=len(count)) / np.maximum(count, 1), np.nan)
+
+
+def _common(pairs: Sequence[tuple[Real, Real]]) -> _Common | None:
+    """Return what the pairs that meet at enough places have in common; None where there are fewer than three."""
+    found, seen = [], set()
+    for a, b in pairs:
+        at = np.flatnonzero(np.isfinite(a) & np.isfinite(b))
+        if len(at) < SHORTEST:
+            continue
+        x, y = (one[at] - np.polynomial.Polynomial.fit(at, one[at], 1)(at) for one in (a, b))
+        size = float(np.sqrt(np.mean(x * x) * np.mean(y * y)))
+        if size > 0.0:
+            covariance = float(np.mean(x * y))
+            found.append((covariance, float(np.clip(covariance / size, -0.999, 0.999)), len(at)))
+            seen |= {id(a), id(b)}
+    if len(found) < 3:
+        return None
+    covariance, correlation, places = np.array(found).T
+    z = np.arctanh(correlation)  # Fisher's: its spread does not depend on the correlation
+    # each stroke is in many pairs: no more of them are independent than half of the strokes
+    error = max(float(np.std(z, ddof=1)), 0.3) / np.sqrt(max(0.5 * len(seen), 1.0))
+    return _Common(
+        float(np.average(covariance, weights=places)), float(np.median(correlation)),
+        bool(abs(np.mean(z)) > SURE * error), len(seen),
+    )  # fmt: skip
+
+
+def over_time(strokes: Sequence[tuple[Log, Stretch]]) -> OverTime | None:
+    """Return the rate at which the size of the force changes, where it is not zero; None where it is, or is not known.
+
+    The slope of the force in each stroke is regressed on the size of the force (the rate), on the speed (a force over
+    position) and on the velocity (friction over position), so that neither place is taken for time.
+
+    Parameters
+    ----------
+    strokes
+        Stretches at constant velocity, each with its record.
+    """
+    whole = _rate(strokes, 0.0)
+    late = _rate(strokes, 0.5)
+    if whole is None or late is None:
+        return None
+    rate, deviation, freedom = whole
+    if abs(rate) < float(stdtrit(freedom, 0.5 * (1.0 + SURE_RATE))) * deviation or abs(rate) > FASTEST:
+        return None
+    if not 1.0 / SETTLING < late[0] / rate < SETTLING:  # what settles changes less and less
+        return None
+    logs = {id(log): log for log, _ in strokes}.values()
+    duration = float(sum(log.time[-1] - log.time[0] for log in logs))
+    return OverTime(rate, float(stdtrit(freedom, 0.975)) * deviation, duration)
+
+
+def _rate(strokes: Sequence[tuple[Log, Stretch]], begin: float) -> tuple[float, float, int] | None:
+    """Return the relative rate in the strokes from a share of each on [1/s], its standard error, and its freedom."""
+    rows, slopes, weights = [], [], []
+    for log, stretch in strokes:
+        start = stretch.start + int(begin * len(stretch))
+        part = slice(start, stretch.stop)
+        lasting = float(log.time[stretch.stop - 1] - log.time[stretch.start])
+        if log.force is None or stretch.stop - start < 64 or not stretch.settled or lasting < LASTING:
+            continue
+        t, F = log.time[part] - log.time[start], log.force[part] * np.sign(stretch.velocity)
+        slope, error = _slope(t, F)
+        if error == 0.0:  # no noise at all: the force is stuck
+            continue
+        rows.append([float(np.mean(F)), abs(stretch.velocity), stretch.velocity])
+        slopes.append(slope)
+        weights.append(1.0 / error)
+    if len(rows) < 8:
+        return None
+    X, y, w = np.array(rows), np.array(slopes), np.array(weights)
+    A, b = X * w[:, np.newaxis], y * w
+    if np.linalg.matrix_rank(A) < 3:
+        return None
+    solution, *_ = np.linalg.lstsq(A, b, rcond=None)
+    freedom = len(y) - 3
+    spread = max(float(np.sum((b - A @ solution) ** 2)) / freedom, 1.0)
+    return float(solution[0]), float(np.sqrt(spread * np.linalg.inv(A.T @ A)[0, 0])), freedom
+
+
+def _slope(t: Real, F: Real) -> tuple[float, float]:
+    """Return the slope of a force in time [N/s] and its standard error, by the means of eight parts."""
+    parts = np.array_split(np.arange(len(t)), 8)
+    at, mean = (np.array([values[part].mean() for part in parts]) for values in (t, F))
+    line = np.polynomial.Polynomial.fit(at, mean, 1).convert()
+    rest = mean - line(at)
+    spread = np.sqrt(np.sum((at - at.mean()) ** 2))
+    noise = np.array([F[part].std(ddof=1) / np.sqrt(len(part)) for part in parts])
+    return float(line.coef[1]), float(max(np.sqrt(np.sum(rest**2) / 6.0), np.mean(noise)) / spread)

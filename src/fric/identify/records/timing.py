@@ -1,0 +1,128 @@
+"""Whether the samples of a record were taken when its time says: jitter and lost samples, told from the position.
+
+A position that is sampled ``τ`` too late is off by ``v·τ``. So jitter is noise of the position that grows with the
+speed, which no encoder makes; and a sample that is lost, with the time counted on, is one step of the position as long
+as two.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.identify.records.resolution import lattice_step
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.log import Log
+
+ORDERS = (6, 8)
+"""Orders of the differences that noise is told by: a motion of f Hz comes out by that power of f over the rate."""
+WHITE = 0.8
+"""Power by the higher order over that by the lower one, of white noise 1; what moves has less."""
+WINDOW = 32
+"""Samples over which noise is compared with speed."""
+ABOVE = 3.0
+"""Noise by jitter, over that of the encoder's step, from which on it is told."""
+SURE = 5.0
+"""Standard errors from which on noise grows with speed."""
+COUNTS = 8.0
+"""Steps of the encoder in a sample, from which on one twice as long is told."""
+LOST = 3
+"""Steps twice as long that make a case; one may be a jerk of the drive."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What is amiss with the clock of a record.
+
+    Parameters
+    ----------
+    jitter
+        Standard deviation of the instants around what the time says [s]; 0 where none is told.
+    displaced
+        What that does to the position: root mean square [m].
+    lost
+        Share of the samples that were lost while the time was counted on [1]; 0 where none is told.
+    """
+
+    jitter: float = 0.0
+    displaced: float = 0.0
+    lost: float = 0.0
+
+
+def timing(log: Log) -> Timing:
+    """Return what the position of a record tells of its clock.
+
+    Parameters
+    ----------
+    log
+        A record; one without a position, or with fewer than 256 samples, tells nothing.
+    """
+    z, t = log.position, log.time
+    if z is None or len(z) < 8 * WINDOW or not (np.isfinite(z).all() and np.isfinite(t).all()):
+        return Timing()
+    steps, dt = np.diff(z), np.diff(t)
+    even = dt < 1.5 * np.median(dt)
+    step = lattice_step(z) or 0.0
+    lost = _lost(steps[even], step)
+    if lost:
+        return Timing(lost=lost)
+    jitter, displaced = _jitter(z, t, step)
+    return Timing(jitter, displaced)
+
+
+def _lost(steps: NDArray[np.float64], encoder: float) -> float:
+    """Return the share of steps that are as long as two and lie between two of the usual length."""
+    n = len(steps)
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 4, mode="edge"), 9)
+    usual = np.median(around, axis=1)
+    fast = np.abs(usual) > max(COUNTS * encoder, 1e-12 * float(np.abs(steps).max()))
+    scatter = np.median(np.abs(around - usual[:, np.newaxis]), axis=1)
+    steady = fast & (scatter < 0.1 * np.abs(usual))
+    if steady.sum() < WINDOW:
+        return 0.0
+    ratio = np.where(steady, steps / np.where(steady, usual, 1.0), 1.0)
+    double = steady & (np.abs(ratio - np.rint(ratio)) < 0.25) & (np.rint(ratio) >= 2.0)
+    alone = np.zeros(n, dtype=bool)
+    alone[1:-1] = double[1:-1] & (np.abs(ratio[:-2] - 1.0) < 0.35) & (np.abs(ratio[2:] - 1.0) < 0.35)
+    odd = steady & (np.abs(ratio - 1.0) > 0.35) & ~double
+    if alone.sum() < LOST or odd.sum() > 0.3 * alone.sum():
+        return 0.0
+    return float(alone.sum() / steady.sum())
+
+
+def _jitter(z: NDArray[np.float64], t: NDArray[np.float64], encoder: float) -> tuple[float, float]:
+    """Return the standard deviation of the instants [s], and what it moves [m], by regression of noise on speed²."""
+    count = len(z) // WINDOW
+    power, higher = (_power(z, order, count) for order in ORDERS)
+    speed = np.abs(z[WINDOW - 1 : count * WINDOW : WINDOW] - z[: count * WINDOW : WINDOW])
+    speed = (speed / (t[WINDOW - 1 : count * WINDOW : WINDOW] - t[: count * WINDOW : WINDOW]))[1:-1]
+    v2 = speed**2
+    moving = v2 > 0.01 * np.max(v2, initial=0.0)
+    if moving.sum() < 8 or np.median(higher[moving]) < WHITE * np.median(power[moving]):
+        return 0.0, 0.0
+    floor = encoder**2 / 12.0
+    excess = power[moving] - floor
+    tau2 = excess / v2[moving]
+    found = float(np.median(tau2))
+    error = 1.2533 * 1.4826 * float(np.median(np.abs(tau2 - found))) / np.sqrt(moving.sum())
+    displaced = float(np.sqrt(np.median(v2[moving]) * max(found, 0.0)))
+    if found < SURE * error or displaced < ABOVE * encoder / np.sqrt(12.0):
+        return 0.0, 0.0
+    return float(np.sqrt(found)), displaced
+
+
+def _power(z: NDArray[np.float64], order: int, count: int) -> NDArray[np.float64]:
+    """Return the noise power in each window but the first and the last [m²], by differences of an order.
+
+    It is the median over the window (0.4549 of χ² with one degree of freedom): a corner of the motion does not count.
+    """
+    weights = np.array([(-1.0) ** k * comb(order, k) for k in range(order + 1)])
+    high = np.convolve(z - z[0], weights, mode="same")[: count * WINDOW]
+    rows = (high**2).reshape(count, WINDOW)[1:-1] / np.sum(weights**2)
+    return np.asarray(np.median(rows, axis=1) / 0.4549)

@@ -1,0 +1,163 @@
+"""What is amiss with records: told where it is, by its size, and not told where it is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fric.identify.dynamics.plant import identify_plant
+from fric.identify.records.encoder_error import encoder_error
+from fric.identify.records.flaws import clock_flaws, stroke_flaws
+from fric.identify.records.inspection import inspect
+from fric.identify.records.over_strokes import over_place, over_time
+from fric.identify.records.segments import steady_stretches
+from fric.identify.records.timing import timing
+from fric.identify.strokes.static import identify_static
+from fric.log import Log
+from fric.reference import strokes
+
+STEP = 1e-7
+SPEEDS = (5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 14e-3, 20e-3, 30e-3)
+
+
+def session(seed=0, *, jitter=0.0, lost=0.0, error=0.0, pitch=20e-6, cogging=0.0, wave=0.0, rate=0.0, noise=1.0):
+    """Return strokes at eight speeds of an axis with 80 N of friction, each with what is amiss with it."""
+    rng, logs, began = np.random.default_rng(seed), [], 0.0
+    for n, speed in enumerate(SPEEDS):
+        motion = strokes(speed, max(4e-3, speed), 2000.0)
+        time = motion.time
+        taken = time + jitter * rng.normal(size=len(time))
+        z = np.interp(taken, time, motion.position)
+        told = np.rint((z + error * np.sin(2 * np.pi * z / pitch)) / STEP) * STEP
+        v = np.interp(taken, time, motion.velocity)
+        level = 80.0 * (1.0 + wave * np.sin(2 * np.pi * z / 3.2e-3)) * np.exp(rate * (began + time))
+        force = level * np.tanh(v / 1e-6) + 100.0 * v + cogging * np.sin(2 * np.pi * z / 5e-3 + 0.4)
+        force += noise * rng.normal(size=len(time))
+        kept = rng.uniform(size=len(time)) >= lost
+        log = Log(
+            time=time[: kept.sum()], position=told[kept], force=force[kept], name=f"s{n}", kind="constant-velocity"
+        )
+        logs.append(log)
+        began += time[-1]
+    return logs
+
+
+def steady(logs):
+    return [(log, stretch) for log in logs for stretch in steady_stretches(log)]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_nothing_is_told_of_records_without_flaws(seed: int) -> None:
+    logs = session(seed)
+    assert clock_flaws(logs, "plant") == []
+    assert stroke_flaws(steady(logs)) == []
+
+
+@pytest.mark.parametrize("jitter", [40e-6, 150e-6])
+def test_jitter_is_told_by_its_size_where_the_position_shows_it(jitter: float) -> None:
+    logs = session(jitter=jitter)
+    sizes = [timing(log).jitter for log in logs]
+    for speed, size in zip(SPEEDS, sizes, strict=True):
+        if speed * jitter > 10 * STEP / np.sqrt(12):
+            assert size == pytest.approx(jitter, rel=0.15)
+        if speed * jitter < STEP / np.sqrt(12):
+            assert size == 0.0
+    (told,) = clock_flaws(logs, "plant")
+    assert (told.code, told.severity) == ("sampling-jitters", "wrong")
+    (told,) = clock_flaws(logs, "static")
+    assert told.severity == "doubt"
+
+
+def test_lost_samples_are_told_by_their_share() -> None:
+    logs = session(lost=0.02)
+    assert timing(logs[-1]).lost == pytest.approx(0.02, rel=0.4)
+    (told,) = clock_flaws(logs, "static")
+    assert (told.code, told.severity) == ("samples-lost", "wrong")
+
+
+def test_gaps_that_the_time_tells_are_no_lost_samples() -> None:
+    log = session()[-1]
+    kept = np.random.default_rng(1).uniform(size=len(log)) >= 0.02
+    cut = replace(log, time=log.time[kept], position=log.position[kept], force=log.force[kept])
+    assert timing(cut).lost == 0.0
+
+
+def test_an_encoder_that_errs_is_told_by_pitch_and_size() -> None:
+    found = encoder_error(steady(session(error=2e-7, pitch=20e-6)))
+    assert found is not None
+    assert found.pitch == pytest.approx(20e-6, rel=5e-3)
+    assert found.amplitude == pytest.approx(2e-7, rel=0.2)
+    assert found.step == pytest.approx(STEP)
+
+
+def test_hum_of_one_frequency_is_no_error_of_the_encoder() -> None:
+    logs = [
+        replace(log, position=np.rint((log.position + 3e-7 * np.sin(2 * np.pi * 100 * log.time)) / STEP) * STEP)
+        for log in session()
+    ]
+    assert encoder_error(steady(logs)) is None
+
+
+def test_cogging_and_friction_over_position_are_told_apart() -> None:
+    cogged = over_place(steady(session(cogging=6.0)))
+    assert cogged is not None
+    assert cogged.cogging == pytest.approx(6.0 / np.sqrt(2), rel=0.2)
+    assert cogged.friction < 0.4 * cogged.cogging
+    waved = over_place(steady(session(wave=0.06)))
+    assert waved is not None
+    assert waved.friction == pytest.approx(80 * 0.06 / np.sqrt(2), rel=0.25)
+    assert waved.cogging < 0.4 * waved.friction
+
+
+@pytest.mark.parametrize("rate", [-0.003, 0.002])
+def test_drift_is_told_by_its_rate_and_place_is_not_taken_for_time(rate: float) -> None:
+    found = over_time(steady(session(rate=rate)))
+    assert found is not None
+    assert found.rate == pytest.approx(rate, abs=2 * found.half)
+    assert found.half < 0.3 * abs(rate)
+    for other in ({"cogging": 6.0}, {"wave": 0.06}):
+        assert over_time(steady(session(**other))) is None
+
+
+def test_a_force_that_settles_within_strokes_is_no_drift() -> None:
+    logs = []
+    for log in session():
+        there = np.abs(np.gradient(log.position, log.time)) > 0
+        since = np.cumsum(there) / 2000.0
+        logs.append(replace(log, force=log.force * (1.0 + 0.2 * np.exp(-since / 0.3))))
+    assert over_time(steady(logs)) is None
+
+
+def test_what_varies_is_wrong_where_the_interval_of_the_map_does_not_hold_it() -> None:
+    fit = identify_static(session(rate=-0.003, noise=0.2))
+    drifts = [w for w in fit.warnings if getattr(w, "code", "") == "force-drifts"]
+    assert [w.severity for w in drifts] == ["wrong"]
+    fine = identify_static(session(noise=0.2))
+    assert not [w for w in fine.warnings if getattr(w, "severity", "") == "wrong"]
+
+
+def test_inspect_tells_what_a_record_tells() -> None:
+    found = inspect(session(jitter=150e-6)[-1])
+    assert [w.code for w in found.warnings] == ["sampling-jitters"]
+    plain = found.as_dict()
+    assert plain["warnings_coded"][0]["code"] == "sampling-jitters"
+    assert plain["warnings"][0] == plain["warnings_coded"][0]["text"]
+
+
+def test_a_response_that_jitter_spoils_is_refused_with_its_cause() -> None:
+    from fric.errors import FricError
+
+    rng, dt = np.random.default_rng(0), 2.5e-4
+    time = dt * np.arange(16_000)
+    position = np.interp(time + 1e-4 * rng.normal(size=len(time)), time, 0.03 * time)
+    voltage = np.sin(2 * np.pi * 40 * time)
+    log = Log(
+        time=time,
+        position=np.rint(position / STEP) * STEP,
+        input=voltage,
+        force=210 * voltage,
+        kind="frequency-response",
+    )
+    with pytest.raises(FricError) as error:
+        identify_plant([log])
+    assert "noise that grows with speed" in error.value.mend
