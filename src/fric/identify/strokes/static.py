@@ -197,10 +197,10 @@ def _flaws(logs: Sequence[Log], points: Sequence[SpeedPoint], fit: MapFit) -> li
     level = float(np.median(np.abs(fit.problem.F)))
     named = {log.name: log for log in logs}
     strokes = [
-        (named[point.record], Stretch(start, stop, point.velocity, 0.0, start, point.settled))
+        (named[point.record], Stretch(start, stop + 1, point.velocity, 0.0, start, point.settled))
         for point in points
         if not point.swing and len(named) == len(logs)
-        for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop]) + [0, 1]]
+        for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop])]
     ]
     clock = clock_flaws([named[name] for name in dict.fromkeys(point.record for point in points)], "static")
     return clock + stroke_flaws(strokes, force=level, half_width=0.5 * (high - low))  # type: ignore[operator]
