@@ -1,3 +1,4 @@
+from .control.base import ControlBlock as ControlBlock
 from .control.cascade import Cascade as Cascade
 from .control.inverse_model import DisturbanceObserver as DisturbanceObserver
 from .control.q_filter import QFilter as QFilter
@@ -29,6 +30,8 @@ from .report.summary import make_report as make_report
 from .reproduce.paper import Reproduction as Reproduction
 from .reproduce.paper import reproduce_paper as reproduce_paper
 from .results.base import Result as Result
+from .results.block import BlockResult as BlockResult
+from .results.block import design_block as design_block
 from .results.circle import CircleResult as CircleResult
 from .results.circle import circle as circle
 from .results.compare import ComparisonResult as ComparisonResult

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import ceil, pi
 from typing import TYPE_CHECKING
 
@@ -24,12 +24,18 @@ class Reference:
         Samples a second [Hz].
     position, velocity, acceleration
         The motion [m], [m/s], [m/s²], each of shape (n,).
+    period
+        After what time it repeats [s]; 0 where it does not.
+    begins
+        From when on it does [s].
     """
 
     sampling: float
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
     acceleration: NDArray[np.float64]
+    period: float = field(default=0.0, kw_only=True)
+    begins: float = field(default=0.0, kw_only=True)
 
     def __len__(self) -> int:
         return len(self.position)
@@ -234,9 +240,10 @@ def circle(
     angle = -direction * pi / 4 + omega * ramp * integral
     rate, change = omega * S, omega * slope / ramp
     sin, cos = radius * np.sin(angle), radius * np.cos(angle)
+    period = 2 * pi / abs(omega)
     return (
-        Reference(sampling, cos, -sin * rate, -cos * rate**2 - sin * change),
-        Reference(sampling, sin, cos * rate, -sin * rate**2 + cos * change),
+        Reference(sampling, cos, -sin * rate, -cos * rate**2 - sin * change, period=period, begins=ramp),
+        Reference(sampling, sin, cos * rate, -sin * rate**2 + cos * change, period=period, begins=ramp),
     )
 
 

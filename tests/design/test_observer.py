@@ -4,6 +4,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
+from fric.control.base import Setting
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.design.loop import SampledLoop
@@ -138,9 +139,9 @@ def test_stability_of_a_loop_with_resonance_agrees_with_the_eigenvalues_of_a_pla
     f = np.arange(0.5, 2000.0, 0.5)
     for factor, stable in ((0.98 * edge, True), (1.02 * edge, False)):
         true = replace(X, B=factor * X.B)
-        assert SampledLoop(true, CASCADE_X, (observer,), believed=X).stable is stable
+        assert SampledLoop(true, CASCADE_X, (observer,), setting=Setting(X, CASCADE_X)).stable is stable
         whole = WholeLoop(X, CASCADE_X, measured_perturbation(response(f, true.response(f)), X))
-        assert np.isfinite(whole.peak(observer.q)) == stable
+        assert np.isfinite(whole.peak((observer,))) == stable
 
 
 def test_what_a_response_cannot_tell_is_said() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
@@ -47,6 +47,8 @@ class Setting:
         The axis' cascade: with it sampling and limit.
     friction
         The friction that the scheme feeds forward; None for none.
+    models
+        All friction that the controller believes in, by the model's name.
     gain
         Share of the friction that is fed forward [1].
     lead
@@ -59,11 +61,14 @@ class Setting:
         Where the axis begins, and how fast it is there [m], [m/s].
     seen
         What the encoder told one sample before [m].
+    resolution
+        One step of the encoder [m]; 0 for none.
     """
 
     plant: LinearPlant
     cascade: Cascade
     friction: FrictionModel | None = None
+    models: Mapping[str, FrictionModel] = field(default_factory=dict)
     gain: float = 1.0
     lead: float = 0.0
     K_f: float = float("nan")
@@ -71,6 +76,7 @@ class Setting:
     position: float = 0.0
     velocity: float = 0.0
     seen: float = 0.0
+    resolution: float = 0.0
 
     @property
     def sampling(self) -> float:
@@ -83,6 +89,7 @@ class Setting:
         return self.cascade.T_s
 
 
+@dataclass(frozen=True)
 class ControlBlock(ABC):
     """A control block. Each is a frozen dataclass, in one file, with its equations, their source and a compiled step.
 
@@ -99,11 +106,38 @@ class ControlBlock(ABC):
     asks: ClassVar[str]
     """What it asks of a controller, in a few words: signals, memory, look-ahead."""
     step: ClassVar[BlockStep]
+    feeds_back: ClassVar[bool] = False
+    """True for a feedforward that goes by what the axis does, and so matters to stability as the other kinds do."""
+    tuned: ClassVar[str] = ""
+    """Name of the parameter that is made as large as the margins of the whole loop allow (`fric.design.blocks`)."""
+
+    @classmethod
+    def in_loop(cls) -> bool:
+        """Return whether it matters to stability."""
+        return cls.kind != "feedforward" or cls.feeds_back
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:
         """Return the block for an axis whose files give none; with its parameters' typical values if not refined."""
         return cls(**{parameter.name: parameter.typical for parameter in cls.parameters})
+
+    @classmethod
+    def tuned_to(cls, value: float, setting: Setting) -> Self:
+        """Return the block with a value of its tuned parameter, and the others as designed for that."""
+        return replace(cls.designed(setting), **{cls.tuned: value})
+
+    @classmethod
+    def check(cls, values: Mapping[str, float]) -> None:
+        """Raise a `FricError` where a name is not known, or a value [SI] is out of its bounds."""
+        known = {parameter.name: parameter for parameter in cls.parameters}
+        for name, value in values.items():
+            if name not in known:
+                raise FricError(f"the block '{cls.name}' has no '{name}'", mend=f"It has {', '.join(known) or 'none'}.")
+            if not known[name].lower <= value <= known[name].upper:
+                raise FricError(
+                    f"{name} of '{cls.name}' is {value:g}, but {known[name].doc} lies between {known[name].lower:g} "
+                    f"and {known[name].upper:g}"
+                )
 
     @classmethod
     def from_values(cls, values: Mapping[str, float], setting: Setting) -> Self:
@@ -114,17 +148,11 @@ class ControlBlock(ABC):
         FricError
             When a name is not known, or a value is out of its bounds.
         """
-        known = {parameter.name: parameter for parameter in cls.parameters}
-        for name, value in values.items():
-            if name not in known:
-                raise FricError(f"the block '{cls.name}' has no '{name}'", mend=f"It has {', '.join(known) or 'none'}.")
-            if not known[name].lower <= value <= known[name].upper:
-                raise FricError(
-                    f"{name} of '{cls.name}' is {value:g}, but {known[name].doc} lies between {known[name].lower:g} "
-                    f"and {known[name].upper:g}"
-                )
+        cls.check(values)
+        if len(values) == len(cls.parameters):
+            return cls(**values)
         own = cls.designed(setting)
-        return cls(**{name: values.get(name, getattr(own, name)) for name in known})
+        return cls(**{one.name: values.get(one.name, getattr(own, one.name)) for one in cls.parameters})
 
     @abstractmethod
     def packed(self, setting: Setting) -> NDArray[np.float64]:

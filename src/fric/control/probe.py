@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
@@ -74,35 +74,38 @@ class Probed:
 
 
 def probed(block: ControlBlock, setting: Setting) -> Probed:
-    """Return the matrices of a linear block, exactly: what its step makes of each unit state and each unit input.
+    """Return the matrices of a block: what its step makes of each unit state and each unit input.
+
+    Of a linear block that is all there is to know, exactly. A block that is not linear is what it is around rest, where
+    an axis waits: the same from states and inputs of 1e-6.
 
     Raises
     ------
     ValueError
-        When the block is not linear, or gives something from nothing.
+        When a linear block gives something from nothing.
     """
-    if not block.linear:
-        raise ValueError(f"the block '{block.name}' is not linear")
-    ready = block.ready(setting)
-    return _probed(ready.step, ready.parameters.tobytes(), ready.state.size)
+    ready = block.ready(setting if block.linear else replace(setting, position=0.0, velocity=0.0, seen=0.0))
+    rest = np.zeros(ready.state.size) if block.linear else ready.state
+    return _probed(ready.step, ready.parameters.tobytes(), rest.tobytes(), 1.0 if block.linear else 1e-6)
 
 
 @lru_cache(maxsize=64)
-def _probed(step: BlockStep, packed: bytes, size: int) -> Probed:
-    parameters, rows = np.frombuffer(packed).copy(), np.zeros((len(Commands._fields), 1))
-    inputs = len(Sample._fields)
+def _probed(step: BlockStep, packed: bytes, at: bytes, unit: float) -> Probed:
+    parameters, rest, rows = np.frombuffer(packed).copy(), np.frombuffer(at), np.zeros((len(Commands._fields), 1))
+    size, inputs = rest.size, len(Sample._fields)
 
     def after(state: Real, given: Real) -> tuple[Real, float]:
-        out = step(Sample(*given), 0, rows, state, parameters)
-        return state, out
+        moved = rest + unit * state
+        out = step(Sample(*(unit * given)), 0, rows, moved, parameters)
+        return (moved - rest) / unit, out / unit
 
     if after(np.zeros(size), np.zeros(inputs))[1] != 0.0:
-        raise ValueError("the step gives something from nothing: it is not linear")
+        raise ValueError("the step gives something from nothing")
     A, B, C, D = np.empty((size, size)), np.empty((size, inputs)), np.empty(size), np.empty(inputs)
-    for n, unit in enumerate(np.eye(size)):
-        A[:, n], C[n] = after(unit.copy(), np.zeros(inputs))
-    for n, unit in enumerate(np.eye(inputs)):
-        B[:, n], D[n] = after(np.zeros(size), unit)
+    for n, one in enumerate(np.eye(size)):
+        A[:, n], C[n] = after(one, np.zeros(inputs))
+    for n, one in enumerate(np.eye(inputs)):
+        B[:, n], D[n] = after(np.zeros(size), one)
     kept = _reached(A != 0.0, np.any(B != 0.0, axis=1)) & _reached(A.T != 0.0, C != 0.0)
     return Probed(A[np.ix_(kept, kept)], B[kept], C[kept], D)
 

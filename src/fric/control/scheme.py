@@ -37,6 +37,8 @@ class Scheme:
         How far friction and inverse model are fed forward ahead of the reference; None for that of the machine.
     controller
         Name of the control block that takes the place of the cascade; the cascade itself where not given.
+    peak_sensitivity
+        Largest M_s for which blocks are designed whose files give no value, a factor; 6 dB where not given.
     blocks
         Names of the further control blocks: observers and feedforward.
 
@@ -52,6 +54,7 @@ class Scheme:
     gain: float | None = None
     lead: Lead | None = None
     controller: str = "cascade"
+    peak_sensitivity: float | None = None
     blocks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -88,9 +91,10 @@ class Scheme:
         return self.friction is None and not self.blocks and self.controller == "cascade"
 
     @property
-    def linear(self) -> bool:
-        """True where all its blocks are linear: what is fed forward along the reference does not count."""
-        return all(block.linear for block in (block_type(self.controller), *self.block_types))
+    def not_linear(self) -> list[str]:
+        """Names of its blocks in the loop that are not linear: with one of them no loop is judged by its poles."""
+        blocks = (block_type(self.controller), *self.block_types)
+        return [block.name for block in blocks if block.in_loop() and not block.linear]
 
     def plain(self) -> dict[str, Any]:
         """Return the scheme as plain values, without those that are not given."""

@@ -54,11 +54,11 @@ class SampledLoop:
     cascade
         Its controller, and the sampling.
     blocks
-        Its further linear blocks.
+        Its further blocks; of one that is not linear what it is around rest.
     controller
-        The linear block in place of the cascade, where there is one.
-    believed
-        The plant that the blocks are packed for; that of the axis where not given.
+        The block in place of the cascade, where there is one.
+    setting
+        What the blocks are packed for; the plant of the axis where not given.
 
     Raises
     ------
@@ -70,7 +70,7 @@ class SampledLoop:
     cascade: Cascade
     blocks: tuple[ControlBlock, ...] = ()
     controller: ControlBlock | None = None
-    believed: LinearPlant | None = None
+    setting: Setting | None = None
 
     @property
     def nyquist(self) -> float:
@@ -93,7 +93,7 @@ class SampledLoop:
 
     @property
     def _setting(self) -> Setting:
-        return Setting(self.believed or self.plant, self.cascade)
+        return self.setting or Setting(self.plant, self.cascade)
 
     def _gives(self, inputs: Sequence[str], frequency: Real) -> Response:
         return self._main.response(inputs, frequency, self.cascade.sampling)
@@ -168,7 +168,7 @@ class SampledLoop:
 
         Nothing feeds the position back: it is an integrator, with an eigenvalue at 1, which does not count.
         """
-        alone = SampledLoop(self.plant, self.cascade, (), self.controller, self.believed)
+        alone = SampledLoop(self.plant, self.cascade, (), self.controller, self.setting)
         eigenvalues = np.linalg.eigvals(alone.state_matrix(position_loop=False))
         others = np.delete(eigenvalues, np.argmin(np.abs(eigenvalues - 1.0)))
         return bool(np.abs(others).max() < 1.0)

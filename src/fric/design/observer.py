@@ -16,9 +16,16 @@ from fric.design.perturbation import Perturbation, RobustLimit, model_perturbati
 from fric.errors import FricError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from fric.control import ControlBlock, Setting
     from fric.control.cascade import Cascade
     from fric.design.margins import OpenLoop
     from fric.drive.plant import LinearPlant
+
+Blocks = tuple["ControlBlock", ...]
 
 PEAK_SENSITIVITY = 10 ** (6 / 20)
 TRIED = 50  # cutoffs tried on the way up, before the border is refined
@@ -64,8 +71,8 @@ class ObserverDesign:
         """Return the whole loop with its margins, with and without the observer, by name."""
         whole = WholeLoop(self.plant, self.cascade, self.perturbation)
         return {
-            "input": Loop("with observer", whole.response(self.observer.q), self.input),
-            "without": Loop("without observer", whole.response(None), self.without),
+            "input": Loop("with observer", whole.response((self.observer,)), self.input),
+            "without": Loop("without observer", whole.response(), self.without),
         }
 
 
@@ -78,36 +85,47 @@ class WholeLoop:
         The axis and its controller.
     perturbation
         Delta; what it holds beyond the plant's delay multiplies the sampled plant.
+    controller
+        The control block in place of the cascade, where there is one.
+    setting
+        What blocks are packed for; the plant where not given.
     """
 
-    def __init__(self, plant: LinearPlant, cascade: Cascade, perturbation: Perturbation) -> None:
+    def __init__(
+        self,
+        plant: LinearPlant,
+        cascade: Cascade,
+        perturbation: Perturbation,
+        controller: ControlBlock | None = None,
+        setting: Setting | None = None,
+    ) -> None:
         self.plant, self.cascade, self.perturbation = plant, cascade, perturbation
+        self.controller, self.setting = controller, setting
         unmodelled = perturbation.frequency[perturbation.ratio != 1.0]
         nyquist = cascade.sampling / 2
         self.f = np.union1d(grid(nyquist), unmodelled[unmodelled < nyquist])
         self.G, self.correction = SampledLoop(plant, cascade).G(self.f), perturbation.correction(self.f)
 
-    def sampled(self, q: QFilter | None) -> SampledLoop:
-        """Return the loop of eq. (1) with a Q, or without an observer."""
-        blocks = () if q is None else (DisturbanceObserver(q, self.plant.A, self.plant.B),)
-        return SampledLoop(self.plant, self.cascade, blocks)
+    def sampled(self, blocks: Blocks) -> SampledLoop:
+        """Return the loop of eq. (1)."""
+        return SampledLoop(self.plant, self.cascade, blocks, self.controller, self.setting)
 
-    def response(self, q: QFilter | None) -> OpenLoop:
-        """Return the open loop with a Q, or without an observer, as a function of the frequencies [Hz]."""
-        loop = self.sampled(q)
+    def response(self, blocks: Blocks = ()) -> OpenLoop:
+        """Return the open loop with further blocks as a function of the frequencies [Hz]."""
+        loop = self.sampled(blocks)
         return lambda f: loop.input(f) * self.perturbation.correction(f)
 
-    def margins(self, q: QFilter | None) -> Margins:
-        """Return the margins with a Q, or without an observer."""
-        return margins(self.response(q), self.cascade.sampling / 2)
+    def margins(self, blocks: Blocks = ()) -> Margins:
+        """Return the margins with further blocks."""
+        return margins(self.response(blocks), self.cascade.sampling / 2)
 
-    def peak(self, q: QFilter | None) -> float:
-        """Return the peak sensitivity; infinite where the loop is unstable.
+    def peak(self, blocks: Blocks = ()) -> float:
+        """Return the peak sensitivity with further blocks; infinite where the loop is unstable.
 
         The loop of eq. (1) is stable when its eigenvalues are. That of the true plant is too when (1 + L_true)/(1 + L)
         does not wind around 0, for what is unmodelled is stable by itself.
         """
-        loop = self.sampled(q)
+        loop = self.sampled(blocks)
         if not loop.stable:
             return inf
         L = loop.input(self.f, self.G)
@@ -158,7 +176,7 @@ def design_observer(
     nyquist = cascade.sampling / 2
     Delta = perturbation or model_perturbation(plant, nyquist)
     whole = WholeLoop(plant, cascade, Delta)
-    without = whole.peak(None)
+    without = whole.peak()
     if without > peak_sensitivity:
         told = "is unstable" if without == inf else f"has a peak sensitivity of {decibel(without):.1f} dB"
         raise FricError(
@@ -187,32 +205,53 @@ def design_observer(
                 f"a cutoff of {cutoff:.4g} Hz is beyond the limit by {why}",
                 mend=f"The nearest that holds is {rounded_down(bounds[why])} Hz.",
             )
+    observer = DisturbanceObserver(q, plant.A, plant.B)
     return ObserverDesign(
-        plant, cascade, DisturbanceObserver(q, plant.A, plant.B), Delta, robust, sensitive, peak_sensitivity,
-        whole.margins(q), whole.margins(None), reason, _warnings(Delta, q),
+        plant, cascade, observer, Delta, robust, sensitive, peak_sensitivity,
+        whole.margins((observer,)), whole.margins(), reason, _warnings(Delta, q),
     )  # fmt: skip
 
 
 def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> QFilter | None:
     """Return the largest Q up to which every smaller one keeps the peak sensitivity too."""
-    below, above = None, None
-    sampling = whole.cascade.sampling
-    for cutoff in np.geomspace(2.5e-4 * sampling, 0.45 * sampling, TRIED):
-        if whole.peak(QFilter(filter, cutoff)) > peak_sensitivity:
-            above = float(cutoff)
-            break
-        below = float(cutoff)
-    if above is None:
-        return None
-    if below is None:
+    A, B, sampling = whole.plant.A, whole.plant.B, whole.cascade.sampling
+
+    def keeps(cutoff: float) -> bool:
+        return whole.peak((DisturbanceObserver(QFilter(filter, cutoff), A, B),)) <= peak_sensitivity
+
+    tried = np.geomspace(2.5e-4 * sampling, 0.45 * sampling, TRIED)
+    limit = largest_that_keeps(keeps, tried)
+    if limit == 0.0:
         raise FricError(
-            f"an observer of {2.5e-4 * sampling:.3g} Hz already misses the peak sensitivity that is asked",
+            f"an observer of {tried[0]:.3g} Hz already misses the peak sensitivity that is asked",
             mend="Lower the gains of the controller, or ask for a larger peak sensitivity.",
         )
-    while above / below - 1.0 > 1e-6:
+    return None if limit == inf else QFilter(filter, limit)
+
+
+def largest_that_keeps(keeps: Callable[[float], bool], tried: NDArray[np.float64], precision: float = 1e-6) -> float:
+    """Return the largest value up to which every smaller one keeps a limit: 0 where none does, infinity where all do.
+
+    Parameters
+    ----------
+    keeps
+        Whether a value keeps it.
+    tried
+        Values on the way up, rising, before the border is refined.
+    precision
+        Relative, of the border.
+    """
+    below = 0.0
+    for above in map(float, tried):
+        if not keeps(above):
+            break
+        below = above
+    else:
+        return inf
+    while below and above / below - 1.0 > precision:
         middle = float(np.sqrt(above * below))
-        below, above = (middle, above) if whole.peak(QFilter(filter, middle)) <= peak_sensitivity else (below, middle)
-    return QFilter(filter, below)
+        below, above = (middle, above) if keeps(middle) else (below, middle)
+    return below
 
 
 def _warnings(Delta: Perturbation, q: QFilter) -> tuple[str, ...]:

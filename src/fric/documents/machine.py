@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from fric.documents.base import AxisDocument, Document, Part, Physical, Quantity
+from fric.documents.block import BlockDocument, block_values
 from fric.documents.controller import ControllerDocument, ControllerPart
 from fric.documents.friction import FrictionDocument
 from fric.documents.lead import LeadGiven, lead_of
@@ -83,6 +84,11 @@ class AxisPart(Part):
         description="the friction that the axis has: a friction file, or its sections"
     )
     feedforward: FeedforwardPart = FeedforwardPart()
+    blocks: dict[str, Annotated[BlockDocument | dict[str, Quantity], _from_file(BlockDocument)]] = Field(
+        default_factory=dict,
+        description="parameters of further control blocks, by their names, or a block file each; "
+        "what is left out is as the block is designed for the axis",
+    )
     second_mass: SecondMassPart | None = Field(None, description="one rigid mass where left out")
     reality: RealityPart | None = Field(None, description="flaws of logs and guideway; none where left out")
 
@@ -216,10 +222,27 @@ def _axis(name: str, part: AxisPart) -> Axis:
             encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),
             force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
             reality=part.reality.reality(motion) if part.reality else NONE,
+            blocks={key: _block(name, key, given, motion) for key, given in part.blocks.items()},
             second_mass=part.second_mass.second_mass(motion) if part.second_mass else None,
         )
     except FricError as error:
         raise error.at(f"axis {name}") from None
+
+
+def _block(axis: str, name: str, given: BlockDocument | dict[str, Quantity], motion: Motion) -> dict[str, float]:
+    """Return the parameters of a control block of an axis in SI."""
+    if not isinstance(given, BlockDocument):
+        try:
+            return block_values(name, given, motion, f"blocks.{name}")
+        except ValueError as error:
+            what, _, mend = str(error).partition("\n")
+            raise FricError(what, mend=mend) from None
+    if (given.block, given.axis, given.motion) != (name, axis, motion):
+        raise FricError(
+            f"blocks.{name}: the file is the block '{given.block}' of the {given.motion} axis {given.axis}",
+            mend=f"Name the file of '{name}' on this axis.",
+        )
+    return given.values()
 
 
 def true_friction(document: FrictionDocument) -> FrictionModel:

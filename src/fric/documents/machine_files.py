@@ -9,6 +9,7 @@ from typing import Any
 
 from fric.control.scheme import Lead
 from fric.documents.base import AxisDocument
+from fric.documents.block import BlockDocument
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine import MachineDocument
@@ -18,11 +19,12 @@ from fric.documents.yaml import read_document, read_tree
 from fric.errors import FricError
 from fric.simulate.machine import Machine
 
-BELIEVED: dict[str, type[AxisDocument | FrictionDocument]] = {
+BELIEVED: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {
     "plant": PlantDocument,
     "controller": ControllerDocument,
     "observer": ObserverDocument,
     "friction": FrictionDocument,
+    "block": BlockDocument,
 }
 """What a controller's side of an axis can be given as a file, by document type."""
 
@@ -43,7 +45,7 @@ def read_machine(
         The machine file.
     believed
         Files that its controllers use instead, each as ``AXIS=FILE.yaml``: friction to feed forward, a nominal
-        plant, a controller, an observer. What the axis truly is stays as it is.
+        plant, a controller, an observer, a control block. What the axis truly is stays as it is.
     gain
         Gain of the friction feedforward on all axes, instead of the machine's.
     lead
@@ -88,15 +90,17 @@ def read_machine_document(path: Path, believed: Iterable[str] = ()) -> MachineDo
                 where=file,
                 mend=f"Give the {kind} file of this axis.",
             )
-        if kind == "friction":
-            update: dict[str, object] = {"feedforward": axes[name].feedforward.model_copy(update={"friction": part})}
+        if isinstance(part, BlockDocument):
+            update: dict[str, object] = {"blocks": axes[name].blocks | {part.block: part}}
+        elif kind == "friction":
+            update = {"feedforward": axes[name].feedforward.model_copy(update={"friction": part})}
         else:
             update = {"nominal" if kind == "plant" else kind: part}
         axes[name] = axes[name].model_copy(update=update)
     return document.model_copy(update={"axes": axes})
 
 
-def _believed(file: Path) -> tuple[str, AxisDocument | FrictionDocument]:
+def _believed(file: Path) -> tuple[str, AxisDocument | FrictionDocument | BlockDocument]:
     tree = read_tree(file)
     kind = str(tree.get("fric", "") if hasattr(tree, "get") else "").partition("/")[0]
     if kind not in BELIEVED:

@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 from pydantic import Field, model_validator
 
 from fric.control.scheme import Scheme
-from fric.documents.base import Document, Part
+from fric.documents.base import Document, Part, Quantity
 from fric.documents.lead import LeadGiven, lead_of
 from fric.documents.yaml import read_document
 from fric.errors import FricError
@@ -23,6 +23,9 @@ class SchemePart(Part):
     gain: float | None = Field(None, description="gain of the feedforward; the machine's where left out")
     lead: LeadGiven = Field(None, description="lead of the feedforward; the machine's where left out")
     controller: str = Field("cascade", description="the control block in place of the cascade")
+    peak_sensitivity: Quantity | None = Field(
+        None, description="largest M_s that blocks are designed for whose files give no value, in dB; 6 dB if left out"
+    )
     blocks: list[str] = Field(default_factory=list, description="further control blocks: observers, feedforward")
 
     @model_validator(mode="after")
@@ -35,7 +38,15 @@ class SchemePart(Part):
 
     def scheme(self, name: str) -> Scheme:
         """Return the scheme."""
-        return Scheme.of({"name": name, **self.model_dump(), "lead": lead_of(self.lead)})
+        return Scheme.of({"name": name, **self.model_dump(), "lead": lead_of(self.lead), **self._peak()})
+
+    def _peak(self) -> dict[str, float]:
+        if self.peak_sensitivity is None:
+            return {}
+        given, unit = self.peak_sensitivity.value, self.peak_sensitivity.unit
+        if isinstance(given, list) or unit not in {"dB", "1"} or not given > (0.0 if unit == "dB" else 1.0):
+            raise FricError("peak_sensitivity is no gain above 1", mend="Write it as '6 dB'.")
+        return {"peak_sensitivity": 10 ** (given / 20) if unit == "dB" else given}
 
 
 class SchemesDocument(Document):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.control.scheme import OBSERVER
 from fric.units import readable
 
 if TYPE_CHECKING:
@@ -90,8 +91,9 @@ def uncompensated(contours: Sequence[Contour]) -> Contour | None:
 
 
 def demand(scheme: Scheme) -> int:
-    """Return how much a scheme asks for: 1 for a static map or an observer, 2 for a model with pre-sliding."""
-    return (0 if scheme.friction is None else 1 if scheme.friction == "static" else 2) + int(scheme.observer)
+    """Return how much a scheme asks for: 1 for a static map or a control block, 2 for a model with pre-sliding."""
+    model = 0 if scheme.friction is None else 1 if scheme.friction == "static" else 2
+    return model + len(scheme.blocks) + int(scheme.controller != "cascade")
 
 
 def counted(contour: Contour, contours: Sequence[Contour]) -> float:
@@ -206,8 +208,9 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
 
 def _pairs(contours: Sequence[Contour]) -> list[tuple[Contour, Contour]]:
     """Return each feedforward without and with the observer."""
-    with_observer = {one.scheme.friction: one for one in contours if one.scheme.observer}
-    alone = [one for one in contours if not one.scheme.observer and one.scheme.friction in with_observer]
+    cascades = [one for one in contours if one.scheme.controller == "cascade"]
+    with_observer = {one.scheme.friction: one for one in cascades if one.scheme.blocks == (OBSERVER,)}
+    alone = [one for one in cascades if not one.scheme.blocks and one.scheme.friction in with_observer]
     return [(one, with_observer[one.scheme.friction]) for one in alone]
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from fric.control import block_type
 from fric.design.perturbation import Perturbation, measured_perturbation, model_perturbation
 from fric.documents.base import Quantity
 from fric.documents.friction import FrictionDocument
@@ -84,6 +85,7 @@ class TestView:
     lines: Sequence[Line]
     advice: Advice
     earlier: ContourTest | None
+    blocks: Sequence[str] = ()
 
     __test__ = False  # no test of pytest's
 
@@ -210,7 +212,13 @@ def _test(n: int, test: ContourTest, earlier: ContourTest | None, reach: float |
         )
         for k, one in enumerate(test.contours)
     ]  # fmt: skip
-    return TestView(test, contour_figure(n, test, earlier), lines, advice, earlier)
+    asked = {
+        kind.name: f"{kind.name} ({kind.kind}): {kind.asks}"
+        for one in test.contours
+        for kind in (block_type(one.scheme.controller), *one.scheme.block_types)
+        if kind.name != "cascade"
+    }
+    return TestView(test, contour_figure(n, test, earlier), lines, advice, earlier, tuple(asked.values()))
 
 
 def _drifts(material: Material) -> Iterator[DriftView]:

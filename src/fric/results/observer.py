@@ -157,7 +157,7 @@ def design_observer(
     else:
         if modes:
             raise FricError("a measured response has its resonances", mend="Leave LOG.h5 or --resonance out.")
-        logs = [_record(log, record, (axis, motion))]
+        logs = [measured_record("design_observer", log, record, (axis, motion))]
         if isinstance(logs[0], FrequencyResponse):
             Delta = measured_perturbation(logs[0], linear, averages=averages)
         else:
@@ -174,9 +174,9 @@ def design_observer(
     return ObserverResult(design, axis, motion, cascade.sampling / 2, logs, told, peak_sensitivity, view)
 
 
-def _record(given: Any, name: str | None, of: tuple[str, Motion]) -> Record:
+def measured_record(verb: str, given: Any, name: str | None, of: tuple[str, Motion]) -> Record:
     """Return the record with the measured response or its excitation, by name where there are several."""
-    records = records_of("design_observer", [given])
+    records = records_of(verb, [given])
     where = str(given) if isinstance(given, str) or hasattr(given, "suffix") else records[0].source
     if (records[0].axis, records[0].motion) != of:
         raise FricError(

@@ -10,6 +10,8 @@ import numpy as np
 from fric.control import Setting, block_type
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import NONE, OBSERVER, Scheme
+from fric.design.blocks import design_block
+from fric.design.observer import PEAK_SENSITIVITY
 from fric.errors import FricError
 from fric.friction import models
 from fric.kernels.block import Commands
@@ -21,6 +23,8 @@ from fric.simulate.stability import require_stable
 from fric.threads import one_blas_thread
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from fric.control import ControlBlock
@@ -140,7 +144,7 @@ def _loop_arguments(
         )
     setting = setting_of(axis, scheme, reference)
     controller, *others = blocks_of(axis, scheme, setting)
-    require_stable(axis, controller, others)
+    require_stable(axis, setting, controller, others)
     step, state, parameters, constants = true_axis(axis, float(reference.position[0]), began)
     ahead = reference.ahead(setting.lead)
     model = inverse_model(setting.plant, ahead)
@@ -176,12 +180,14 @@ def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
         nominal,
         axis.cascade,
         friction=_friction(axis, scheme),
+        models=axis.believed.models,
         gain=axis.believed.gain if scheme.gain is None else scheme.gain,
         lead=nominal.T_d if lead == "auto" else lead,
         K_f=nominal.K_f,
         reference=reference,
         position=start,
         seen=reading(start, axis.encoder.resolution, sensing_of(axis)),
+        resolution=axis.encoder.resolution,
     )
 
 
@@ -201,8 +207,25 @@ def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock
                 mend="Add 'observer: {cutoff: 60 Hz}' to the axis.",
             )
         own = {axis.cascade.name: axis.cascade, OBSERVER: axis.observer}.get(name)
-        found.append(own or block_type(name).from_values(axis.blocks.get(name, {}), setting))
+        found.append(own or _block(name, axis.blocks.get(name, {}), setting, scheme))
     return found
+
+
+def _block(name: str, values: Mapping[str, float], setting: Setting, scheme: Scheme) -> ControlBlock:
+    """Return a block with values from a file, its tuned parameter as designed where they do not give it."""
+    kind = block_type(name)
+    if not kind.tuned or kind.tuned in values:
+        return kind.from_values(values, setting)
+    friction = setting.friction or setting.models.get("gms")
+    key = (kind, setting.plant, setting.cascade, friction, setting.K_f, scheme.peak_sensitivity)
+    if key not in _DESIGNED:
+        _DESIGNED[key] = design_block(kind, setting, peak_sensitivity=scheme.peak_sensitivity or PEAK_SENSITIVITY).block
+    own = {one.name: getattr(_DESIGNED[key], one.name) for one in kind.parameters}
+    return kind.from_values(own | dict(values), setting)
+
+
+_DESIGNED: dict[tuple[object, ...], ControlBlock] = {}
+"""Blocks that were designed for what a controller believes, which many machines and schemes share."""
 
 
 def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:

@@ -12,6 +12,7 @@ import numpy as np
 from fric.contour import Circularity, ContourError, circularity
 from fric.control.feedforward import inverse_model
 from fric.errors import FricError
+from fric.notice import Notice
 from fric.reference import Reference, circle
 from fric.simulate.axis import Trace, run_axis
 
@@ -138,7 +139,7 @@ def run_circle(
         for name in moved
     }
     x, y = (traces[name].position if name in traces else references[name].position for name in (first, second))
-    return CircleRun(scheme, test, traces, circularity(x, y, test.radius), saturation_warnings(traces))
+    return CircleRun(scheme, test, traces, circularity(x, y, test.radius), run_warnings(scheme, traces))
 
 
 @lru_cache(maxsize=4)
@@ -187,14 +188,21 @@ def require_voltage(axis: Axis, reference: Reference) -> None:
         )
 
 
-def saturation_warnings(traces: Mapping[str, Trace]) -> tuple[str, ...]:
-    """Return a warning for each axis whose voltage was limited."""
-    return tuple(
-        f"axis {name} saturates in {trace.saturated / len(trace.time):.1%} of the samples: "
-        "the feed asks for more voltage than its limit"
+def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[str, ...]:
+    """Return what to know of a run: a voltage that was limited, a loop that no poles judge."""
+    told = [
+        Notice(
+            f"axis {name} saturates in {trace.saturated / len(trace.time):.1%} of the samples: "
+            "the feed asks for more voltage than its limit",
+            "saturates",
+        )
         for name, trace in traces.items()
         if trace.saturated
-    )
+    ]
+    if names := scheme.not_linear:
+        text = f"{' and '.join(names)} is not linear: stability was not judged by poles, only by this run"
+        told.append(Notice(text, "not-linear", "note"))
+    return tuple(told)
 
 
 def reduction(run: ContourRun, runs: Sequence[ContourRun]) -> float | None:

@@ -14,7 +14,7 @@ from fric.contour import ContourError, contour_error
 from fric.errors import FricError
 from fric.reference import Reference, smooth_step
 from fric.simulate.axis import Trace, run_axis
-from fric.simulate.circle import pair, require_voltage, saturation_warnings
+from fric.simulate.circle import pair, require_voltage, run_warnings
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -173,7 +173,7 @@ def run_path(machine: Machine, scheme: Scheme, path: PointPath, *, halvings: int
     motion = np.column_stack([traces[name].position for name in names])
     full = np.hypot(*velocity.T) > path.feed * (1 - 1e-6)
     error = contour_error(asked[full], velocity[full], motion[full], sampling)
-    warnings = saturation_warnings(traces)
+    warnings = run_warnings(scheme, traces)
     if not error.reversals:
         warnings += ("no axis turns on this path at full feed: there is no glitch",)
     return PathRun(scheme, path, traces, error, warnings)

@@ -14,7 +14,7 @@ from fric.errors import FricError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fric.control.base import ControlBlock
+    from fric.control import ControlBlock, Setting
     from fric.simulate.machine import Axis
 
 GAINS = np.geomspace(0.95, 1e-3, 140)
@@ -24,13 +24,15 @@ EDGE = 1.0 + 1e-7
 """Largest eigenvalue that is let pass: an axis that is left alone drifts at 1, and rounding decides on which side."""
 
 
-def require_stable(axis: Axis, controller: ControlBlock, blocks: Sequence[ControlBlock] = ()) -> None:
+def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, blocks: Sequence[ControlBlock] = ()) -> None:
     """Raise a `FricError` with the gain margin where the loop of an axis, without friction, is not stable.
 
     Parameters
     ----------
     axis
-        The axis: its plant, and what its controller believes.
+        The axis, with its true plant.
+    setting
+        What its controller believes.
     controller, blocks
         The blocks of its scheme. Where one of them is not linear the loop has no poles, and is not judged.
 
@@ -39,9 +41,10 @@ def require_stable(axis: Axis, controller: ControlBlock, blocks: Sequence[Contro
     FricError
         When an eigenvalue of the sampled loop is outside the unit circle.
     """
-    if not all(block.linear for block in (controller, *blocks)):
+    inside = tuple(block for block in blocks if block.in_loop())
+    if not all(block.linear for block in (controller, *inside)):
         return
-    loop = SampledLoop(axis.plant, axis.cascade, tuple(blocks), controller, axis.nominal or axis.plant)
+    loop = SampledLoop(axis.plant, axis.cascade, inside, controller, setting)
     largest = float(abs(loop.poles()[0]))
     if largest < EDGE:
         return

@@ -1,0 +1,114 @@
+"""A friction feedforward whose level and stiffness follow what an observer finds that it leaves.
+
+::
+
+    u = level·(F_1 + F_2)/(2·K_f) + shift·(F_2 - F_1)/K_f,   both along the reference a lead ahead
+
+F_1 and F_2 are the friction that is believed, once with softer and once with stiffer slip blocks: two models run
+beside each other, so that what adapts stands linearly. An observer's estimate d̂ is what is left, -d̂ = (what it
+should be) - u behind the observer's filter Q. Each regressor goes through the same Q, and both parameters follow the
+gradient, normalised, within bounds (projection)::
+
+    d(level)/dt = rate·(-d̂)·φ_l/F̂²,   d(shift)/dt = rate·(-d̂)·φ_s/mean(φ_s²)
+
+P. A. Ioannou, J. Sun, Robust Adaptive Control, 1996, section 4.4; with friction C. Canudas de Wit, P. Lischinsky,
+Adaptive friction compensation with partially known dynamic friction model, Int. J. Adaptive Control 11 (1997) 65-80.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import exp, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.control.base import ControlBlock, Setting
+from fric.control.reversal_pulse import believed
+from fric.errors import FricError
+from fric.friction.base import Parameter
+from fric.kernels.block import Sample, compiled_block
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+SOFT, STIFF = 0.6, 1.6
+"""The stiffness of both models, of that which is believed."""
+HEAD = 7
+
+
+@compiled_block
+def _step(
+    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
+) -> float:
+    size = (parameters.size - HEAD) // 2
+    at = min(n, size - 1)
+    soft, stiff = parameters[HEAD + at], parameters[HEAD + size + at]
+    per_level, per_shift, lowest, highest, pole = (
+        parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
+    )  # fmt: skip
+    state[0] = min(max(state[0] - per_level * sample.estimate * state[3], lowest), highest)
+    state[1] = min(max(state[1] - per_shift * sample.estimate * state[5], -0.5 * state[0]), 0.5 * state[0])
+    mean, apart = 0.5 * (soft + stiff), stiff - soft
+    state[2] = pole * state[2] + (1.0 - pole) * mean
+    state[3] = pole * state[3] + (1.0 - pole) * state[2]
+    state[4] = pole * state[4] + (1.0 - pole) * apart
+    state[5] = pole * state[5] + (1.0 - pole) * state[4]
+    volts: float = state[0] * mean + state[1] * apart
+    return volts
+
+
+@dataclass(frozen=True)
+class Adaptive(ControlBlock):
+    """The adaptive feedforward.
+
+    Parameters
+    ----------
+    rate
+        How fast level and stiffness follow [1/s].
+    cutoff
+        Cutoff of the observer's Q that the regressors go through [Hz].
+    lowest, highest
+        Bounds of the level, of that which is believed and fed forward [1]: the interval of what was identified.
+    """
+
+    name = "adaptive"
+    kind = "feedforward"
+    linear = False
+    feeds_back = True
+    asks = "an observer beside it, the reference a lead ahead, two friction models at once; six states"
+    parameters = (
+        Parameter("rate", "rate", 1e-3, 100.0, doc="how fast it follows", typical=4.0),
+        Parameter("cutoff", "frequency", 1.0, 1000.0, doc="cutoff of the observer beside it", typical=60.0),
+        Parameter("lowest", "ratio", 0.01, 1.0, doc="lowest level", typical=0.5),
+        Parameter("highest", "ratio", 1.0, 10.0, doc="highest level", typical=2.0),
+    )
+    step = _step
+
+    rate: float
+    cutoff: float
+    lowest: float
+    highest: float
+
+    def packed(self, setting: Setting) -> NDArray[np.float64]:
+        """Return rates, bounds, the filter and both models along the reference [V]."""
+        model, reference = believed(setting, self.name), setting.reference
+        if reference is None or not hasattr(model, "k"):
+            raise FricError(
+                "'adaptive' follows the stiffness of slip blocks along a reference, and there is none",
+                mend="Identify them: fric identify gms.",
+            )
+        motion, rows = reference.ahead(setting.lead), []
+        for share in (SOFT, STIFF):
+            other = replace(model, k=tuple(share * k for k in model.k))  # type: ignore[type-var]
+            rows.append(setting.gain / setting.K_f * other.replay(motion.time, motion.position, motion.velocity))
+        mean, apart = 0.5 * (rows[0] + rows[1]), rows[1] - rows[0]
+        level, shift = (max(float(np.mean(part**2)), 1e-12) for part in (mean, apart))
+        pole = exp(-2 * pi * self.cutoff * setting.T_s)
+        step = self.rate * setting.T_s
+        head = [step / level, step / shift, self.lowest, self.highest, pole, 0.0, 0.0]
+        return np.concatenate([head, *rows])
+
+    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+        """Return the level and stiffness that are believed, and empty filters."""
+        return np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])

@@ -1,0 +1,100 @@
+"""A Kalman filter that estimates the disturbance: position, velocity, and a voltage that wanders.
+
+::
+
+    x = [z, ż, d],   z̈ = B·(u_t(t - T_d) + d) - A·ż,   d[n+1] = d[n] + w[n],   measured = z + e
+
+with the plant sampled exactly, the delay of the voltage included (`fric.drive.sampled`). The gains are those of the
+steady state (discrete algebraic Riccati equation). With white w and e, and A small beside the cutoff, the filter's
+poles are those of a third-order Butterworth filter of angular frequency ``ω = (B·sqrt(q/r))^(1/3)``, q and r the
+intensities of w and e: so the cutoff stands for q/r, and is what is designed. Lampaert, Swevers, Al-Bender,
+Comparison of model and non-model based friction compensation techniques in the neighbourhood of pre-sliding friction,
+Proc. ACC 2004.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.linalg import solve_discrete_are
+
+from fric.control.base import ControlBlock, Setting
+from fric.drive.sampled import SampledPlant
+from fric.friction.base import Parameter
+from fric.kernels.block import Sample, compiled_block
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+OWN = 3
+"""Position, velocity and disturbance stand before the voltages on their way."""
+
+
+@compiled_block
+def _step(
+    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
+) -> float:
+    on_way = state.size - OWN
+    for i in range(on_way - 1, 0, -1):
+        state[OWN + i] = state[OWN + i - 1]
+    state[OWN] = sample.control
+    newer, older = state[OWN + on_way - 2], state[OWN + on_way - 1]
+    z = state[0] + parameters[0] * state[1] + parameters[2] * newer + parameters[4] * older + parameters[6] * state[2]
+    v = parameters[1] * state[1] + parameters[3] * newer + parameters[5] * older + parameters[7] * state[2]
+    error = sample.measured - z
+    state[0] = z + parameters[8] * error
+    state[1] = v + parameters[9] * error
+    state[2] += parameters[10] * error
+    estimate: float = state[2]
+    return estimate
+
+
+@dataclass(frozen=True)
+class Kalman(ControlBlock):
+    """The Kalman filter as a disturbance observer.
+
+    Parameters
+    ----------
+    cutoff
+        Angular frequency of its Butterworth poles over 2π [Hz].
+    """
+
+    name = "kalman"
+    kind = "observer"
+    linear = True
+    asks = "position, voltage as limited less the friction feedforward, delay; 3 states and the voltages on their way"
+    parameters = (Parameter("cutoff", "frequency", 1.0, 300.0, doc="cutoff of the estimate", typical=40.0),)
+    tuned = "cutoff"
+    step = _step
+
+    cutoff: float
+
+    def sampled(self, setting: Setting) -> tuple[SampledPlant, NDArray[np.float64]]:
+        """Return the sampled plant, and what a disturbance of 1 V does to position and velocity in one sample."""
+        return SampledPlant.of(setting.plant, setting.sampling), setting.plant.held(setting.T_s)[1]
+
+    def gains(self, setting: Setting) -> NDArray[np.float64]:
+        """Return the steady gains from the error of the predicted position to position, velocity, disturbance, (3,)."""
+        plant, pushed = self.sampled(setting)
+        Phi = np.eye(3)
+        Phi[:2, :2], Phi[:2, 2] = plant.Phi, pushed
+        # q over r, both per sample; z in units in which the Riccati equation is well scaled
+        ratio = ((2 * pi * self.cutoff) ** 3 / setting.plant.B * setting.T_s) ** 2
+        scale = np.array([1.0, setting.T_s, setting.T_s**2 * setting.plant.B])
+        scaled = np.diag(scale) @ Phi @ np.diag(1.0 / scale)
+        noise = np.diag([0.0, 0.0, ratio * scale[2] ** 2])
+        P = solve_discrete_are(scaled.T, np.eye(3)[:, :1], noise, np.eye(1))
+        return np.asarray(P[:, 0] / (P[0, 0] + 1.0) / scale)
+
+    def packed(self, setting: Setting) -> NDArray[np.float64]:
+        """Return the sampled plant and the gains."""
+        plant, pushed = self.sampled(setting)
+        return np.concatenate([plant.Phi[:, 1], plant.early, plant.late, pushed, self.gains(setting)])
+
+    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+        """Return position, velocity, no disturbance, and no voltages on their way."""
+        whole = self.sampled(setting)[0].whole
+        return np.array([setting.seen, setting.velocity, 0.0, *np.zeros(whole + 2)])

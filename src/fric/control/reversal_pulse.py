@@ -1,0 +1,151 @@
+"""What commercial controls have against friction: a table over velocity, and a pulse where the reference turns.
+
+::
+
+    u = table(v) + sign(v)·amplitude(a)·exp(-(t - t_0)/decay)
+
+The table gives a voltage for twenty velocities, straight lines between, as TwinCAT's friction compensation; at a
+reversal it goes from one sign to the other over its first entry. The pulse is that of SINUMERIK's friction
+compensation (Siemens, Function manual monitoring and compensating, K3): its amplitude rises with the acceleration a
+at the reversal, a share of it for each of three accelerations, and dies out with the decay. Both are fitted to a
+friction model that was identified: the table to its steady state, the pulse to what its replay along circles has more
+or less than the table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from fric.control.base import ControlBlock, Setting
+from fric.errors import FricError
+from fric.friction.base import Parameter
+from fric.kernels.block import AHEAD_VELOCITY, Sample, compiled_block
+from fric.reference import circle
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.friction import FrictionModel
+
+ENTRIES = 20
+HEAD = 6
+ACCELERATIONS = (0.003, 0.03, 0.33)
+"""Accelerations at a reversal to which the pulse is fitted [m/s²]: circles of 30 mm at 10, 30 and 100 mm/s."""
+
+
+@compiled_block
+def _step(
+    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
+) -> float:
+    v = rows[AHEAD_VELOCITY, n]
+    if v * state[0] < 0.0:
+        rate = abs(v - state[2]) / parameters[5]
+        at = min(max(np.log(max(rate, 1e-12) / parameters[0]) / np.log(parameters[1] / parameters[0]), 0.0), 2.0)
+        low = min(int(at), 1)
+        share = at - low
+        state[1] = (1.0 - share) * parameters[2 + low] + share * parameters[3 + low]
+    else:
+        state[1] *= parameters[HEAD + 2 * ENTRIES]
+    if v != 0.0:
+        state[0] = 1.0 if v > 0.0 else -1.0
+    state[2] = v
+    speed, i = abs(v), 0
+    while i < ENTRIES - 1 and parameters[HEAD + i] < speed:
+        i += 1
+    x_0, y_0 = (parameters[HEAD + i - 1], parameters[HEAD + ENTRIES + i - 1]) if i > 0 else (0.0, 0.0)
+    x_1, y_1 = parameters[HEAD + i], parameters[HEAD + ENTRIES + i]
+    volts: float = state[0] * (y_0 + (y_1 - y_0) * min((speed - x_0) / (x_1 - x_0), 1.0) + state[1])
+    return volts
+
+
+@dataclass(frozen=True)
+class ReversalPulse(ControlBlock):
+    """The table over velocity and the pulse at a reversal.
+
+    Parameters
+    ----------
+    slow, middle, fast
+        Amplitude of the pulse at each of `ACCELERATIONS` [V], straight lines over the logarithm between; negative where
+        friction builds up more slowly than the table says.
+    decay
+        Time in which the pulse falls to 1/e [s].
+    """
+
+    name = "reversal-pulse"
+    kind = "feedforward"
+    linear = False
+    asks = "the reference alone: its velocity and reversals; a table of twenty voltages, three states"
+    parameters = (
+        Parameter("slow", "input", -100.0, 100.0, doc="amplitude at a slow reversal", typical=0.0),
+        Parameter("middle", "input", -100.0, 100.0, doc="amplitude at a middling reversal", typical=0.0),
+        Parameter("fast", "input", -100.0, 100.0, doc="amplitude at a fast reversal", typical=0.0),
+        Parameter("decay", "time", 1e-4, 10.0, doc="decay of the pulse", typical=0.01),
+    )
+    step = _step
+
+    slow: float
+    middle: float
+    fast: float
+    decay: float
+
+    @classmethod
+    def designed(cls, setting: Setting) -> Self:
+        """Return the pulse that fits the friction that the controller believes in."""
+        model = believed(setting, cls.name)
+        pulse = fitted(model, setting.sampling)
+        slow, middle, fast = (setting.gain / setting.K_f * one for one in pulse[:3])
+        return cls(slow, middle, fast, pulse[3])
+
+    def packed(self, setting: Setting) -> NDArray[np.float64]:
+        """Return the accelerations, the amplitudes, the table and the decay in a sample."""
+        v = np.geomspace(1e-4, 1.0, ENTRIES)
+        model = believed(setting, self.name)
+        table = setting.gain / setting.K_f * np.asarray(model.steady_state(v))
+        head = [*ACCELERATIONS[:2], self.slow, self.middle, self.fast, setting.T_s]
+        return np.concatenate([head, v, table, [np.exp(-setting.T_s / self.decay)]])
+
+    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+        """Return a reference that has not moved, and no pulse."""
+        return np.zeros(3)
+
+
+def believed(setting: Setting, name: str) -> FrictionModel:
+    """Return the richest friction that the controller believes in; raise a `FricError` where it believes in none."""
+    for model in ("gms", "static", *setting.models):
+        if model in setting.models:
+            return setting.models[model]
+    raise FricError(
+        f"'{name}' goes by the friction that was identified, and the controller believes in none",
+        mend="Identify it: fric identify gms.",
+    )
+
+
+@lru_cache(maxsize=16)
+def fitted(model: FrictionModel, sampling: float) -> tuple[float, float, float, float]:
+    """Return amplitude [N] at each acceleration and decay [s] that come nearest to a model's replay along circles."""
+    parts = []
+    for rate in ACCELERATIONS:
+        feed = float(np.sqrt(rate * 0.03))
+        motion = circle(0.03, feed, 1, sampling)[0]
+        turn = int(np.flatnonzero(np.diff(np.sign(motion.velocity[1:])) != 0)[1]) + 2  # the second is at full feed
+        window = slice(turn, turn + int(0.04 * sampling))
+        F = model.replay(motion.time, motion.position, motion.velocity)[window]
+        heading = np.sign(motion.velocity[window])
+        parts.append(heading * F - np.asarray(model.steady_state(np.abs(motion.velocity[window]))))
+    t = np.arange(len(parts[0])) / sampling
+    scale = float(np.abs(parts[-1]).max()) or 1.0
+
+    def misfit(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(x[0] * np.exp(-t / np.exp(x[1])) - parts[-1] / scale)
+
+    # one decay must do for all: that of the fast reversal, where the spike is
+    found = least_squares(misfit, [-1.0, np.log(0.01)], bounds=([-5.0, -8.0], [5.0, 1.0]))
+    pulse = np.exp(-t / np.exp(found.x[1]))
+    fitting = (float(pulse @ part / (pulse @ pulse)) for part in parts)
+    slow, middle, fast = (min(max(one, -scale), scale) for one in fitting)  # friction turns from one level to the other
+    return slow, middle, fast, float(np.exp(found.x[1]))

@@ -1,0 +1,112 @@
+"""The block file: ``fric: block/1``, the parameters of one control block on one axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+
+from fric.control import block_type, blocks
+from fric.documents.base import Document, Quantity, quantities
+from fric.documents.provenance import provenance
+from fric.errors import FricError
+from fric.log import FrequencyResponse, Log
+from fric.units import Motion, si_unit
+
+if TYPE_CHECKING:
+    from fric.design.blocks import BlockDesign
+
+
+def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str) -> dict[str, float]:
+    """Return the parameters of a control block in SI.
+
+    Raises
+    ------
+    FricError
+        When there is no such block, or a value is out of its bounds.
+    ValueError
+        When a parameter is not known, or of the wrong unit: with the mend.
+    """
+    block = block_type(name)
+    raw = {key: value.model_dump() if isinstance(value, Quantity) else value for key, value in given.items()}
+    found = quantities(raw, {one.name: one.dimension for one in block.parameters}, motion, where)
+    values = {key: float(estimate) for key, estimate in found.items()}
+    block.check(values)
+    return values
+
+
+class BlockDocument(Document):
+    """A block file: a control block of one axis with its parameters, and the margins that it was designed for."""
+
+    type: ClassVar[str] = "block"
+
+    axis: str
+    motion: Motion = "linear"
+    block: str = Field(description="the control block: what it is called in a scheme")
+    parameters: dict[str, Quantity] = Field(
+        default_factory=dict, description="its parameters; what is left out is as the block is designed"
+    )
+    reason: str = Field("", description="why the parameters are as they are")
+    margins: dict[str, Any] = Field(default_factory=dict, description="margins of the whole loop, at the plant's input")
+
+    @model_validator(mode="after")
+    def _parameters_fit(self) -> Self:
+        try:
+            self.values()
+        except FricError as error:
+            raise ValueError(f"{error.what}\n{error.mend}") from None
+        return self
+
+    def values(self) -> dict[str, float]:
+        """Return the parameters that are given, in SI."""
+        return block_values(self.block, self.parameters, self.motion, "parameters")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Return the schema with every block, and its parameters with unit and meaning."""
+        schema: dict[str, Any] = handler.resolve_ref_schema(handler(core))
+        schema["properties"]["block"]["enum"] = list(blocks())
+        schema["allOf"] = [
+            {
+                "if": {"properties": {"block": {"const": name}}},
+                "then": {
+                    "properties": {
+                        "parameters": {
+                            "properties": {
+                                one.name: {"description": f"{one.doc} [{si_unit(one.dimension, 'linear')}]"}
+                                for one in block.parameters
+                            },
+                            "additionalProperties": False,
+                        }
+                    }
+                },
+            }
+            for name, block in blocks().items()
+        ]
+        return schema
+
+
+def block_tree(
+    design: BlockDesign,
+    axis: str,
+    motion: Motion,
+    logs: Sequence[Log | FrequencyResponse] = (),
+    warnings: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Return a control block with the margins of the loop as a block document."""
+    block, margins = design.block, {} if design.margins is None else {"input": design.margins.as_dict()}
+    return {
+        "fric": BlockDocument.type_name(),
+        "axis": axis,
+        "motion": motion,
+        "block": block.name,
+        "parameters": {
+            one.name: {"value": getattr(block, one.name), "unit": si_unit(one.dimension, motion)}
+            for one in block.parameters
+        },
+        "reason": design.reason,
+        "margins": margins,
+        "warnings": list(warnings),
+        "provenance": provenance(logs),
+    }

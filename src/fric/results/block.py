@@ -1,0 +1,142 @@
+"""A designed control block."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from fric.control import ControlBlock, Setting, block_type
+from fric.design.blocks import BlockDesign
+from fric.design.blocks import design_block as find_block
+from fric.design.cascade import design_cascade
+from fric.design.perturbation import measured_perturbation
+from fric.documents.block import block_tree
+from fric.documents.machine import believed_models
+from fric.documents.plant import PlantDocument
+from fric.errors import FricError
+from fric.friction import FrictionModel
+from fric.identify.dynamics.frequency_response import measure_response
+from fric.log import FrequencyResponse
+from fric.results.design import Design
+from fric.results.given import Record, cascade_of, document_of, friction_of, gain_of
+from fric.results.observer import measured_record
+from fric.results.text import Piece, Table
+from fric.units import Motion, readable
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BlockResult(Design):
+    """A designed control block.
+
+    Parameters
+    ----------
+    design
+        The block, and its loop.
+    of, motion
+        Name and motion of the axis.
+    logs
+        The record of the response, where there is one.
+    told
+        What else the user should know.
+    """
+
+    design: BlockDesign
+    of: str
+    motion: Motion
+    logs: Sequence[Record] = ()
+    told: Sequence[str] = field(default_factory=tuple)
+
+    @property
+    def belief(self) -> ControlBlock:
+        """The block."""
+        return self.design.block
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The block file."""
+        return block_tree(self.design, self.of, self.motion, self.logs, self.told)
+
+    def report(self) -> list[Piece]:
+        """Return the parameters, the margins, and what the block asks of a controller."""
+        block, tree = self.design.block, self.document
+        rows = [
+            (one.name, readable(float(given["value"]), given["unit"]), one.doc)
+            for one in block.parameters
+            if (given := tree["parameters"].get(one.name))
+        ]
+        found: list[Piece] = [
+            f"{block.name}  of the kind {block.kind}, {self.design.reason}",
+            Table(["parameter", "value", "what it is"], rows),
+        ]
+        return [*found, *([self.margins()] if tree["margins"] else []), f"it asks for: {block.asks}"]
+
+
+def design_block(
+    name: str,
+    plant: Any,
+    log: Any = None,
+    *,
+    friction: Any = None,
+    controller: Any = None,
+    peak_sensitivity: float | str = "6 dB",
+    record: str | None = None,
+) -> BlockResult:
+    """Design a control block of an axis from its plant, its friction and a measured response.
+
+    What feeds back is made as fast as the peak sensitivity of the whole loop allows, with the response as it was
+    measured; a block that is not linear is judged around rest. Feedforward is fitted to the friction.
+
+    Parameters
+    ----------
+    name
+        The block, as schemes name it.
+    plant
+        The plant of eq. (1): its file or its result.
+    log
+        A measured response, or a record to take it from; without it the plant's delay is all.
+    friction
+        The friction that was identified: its file or its result.
+    controller
+        The controller: a `Cascade`, its file or its result; by `design_controller` where not given.
+    peak_sensitivity
+        Ms that the whole loop may have at most [1], also as "6 dB".
+    record
+        Name of the record of the log, where it has several.
+
+    Raises
+    ------
+    FricError
+        When there is no such block, or the loop misses the peak sensitivity at its smallest value already.
+    """
+    kind = block_type(name)
+    if name in {"cascade", "inverse-model"}:
+        other = "controller" if name == "cascade" else "observer"
+        raise FricError(f"'{name}' has a design of its own", mend=f"Use fric design {other}.")
+    document = document_of("design_block", PlantDocument, plant)
+    axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
+    told: list[str] = []
+    cascade = cascade_of("design_block", controller, axis, motion, "plant")
+    if cascade is None:
+        cascade = design_cascade(linear).cascade
+        told.append("no controller was given: taken is the one that `fric design controller` gives by default")
+    models: Mapping[str, FrictionModel] = {}
+    K_f = float("nan")
+    if (given := friction_of("design_block", friction, axis, motion)) is not None:
+        models, K_f = believed_models(given), document.plant(motion).K_f
+    logs, Delta = [], None
+    if log is not None:
+        logs = [measured_record("design_block", log, record, (axis, motion))]
+        if isinstance(logs[0], FrequencyResponse):
+            Delta = measured_perturbation(logs[0], linear)
+        else:
+            response = measure_response(logs[0])
+            told += response.warnings
+            Delta = measured_perturbation(response.table, linear, sampling=response.sampling)
+    allowed = gain_of(peak_sensitivity)
+    if not allowed > 1:
+        raise FricError("no loop has a peak sensitivity of 0 dB or less", mend="Give one above 0 dB.")
+    setting = Setting(linear, cascade, friction=models.get("gms"), models=models, K_f=K_f)
+    design = find_block(kind, setting, peak_sensitivity=allowed, perturbation=Delta)
+    return BlockResult(design, axis, motion, logs, told)

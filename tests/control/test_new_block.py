@@ -1,0 +1,80 @@
+"""The walk-through of docs/new-block.md is true: its one file is seen by command, schema, runs, report and tests."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PLUGIN = """
+import os
+import fric.control
+
+fric.control.__path__.append(os.environ["NEW_BLOCK"])
+"""
+FRIC = "import sys, new_block_plugin; from fric.cli.main import main; sys.exit(main())"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("block")
+    page = (ROOT / "docs/new-block.md").read_text()
+    (code,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (schemes,) = re.findall(r"^```yaml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (folder / "smooth_sign.py").write_text(code)
+    (folder / "schemes.yaml").write_text(schemes)
+    (folder / "new_block_plugin.py").write_text(PLUGIN)
+    return folder
+
+
+def python(folder, *words):
+    path = os.pathsep.join([str(folder), str(ROOT / "src"), str(ROOT)])
+    environment = os.environ | {"PYTHONPATH": path, "NEW_BLOCK": str(folder), "COLUMNS": "200"}
+    done = subprocess.run(
+        [sys.executable, *words], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_command_simulation_schema_and_report_find_it(folder):
+    assert re.search(
+        r"smooth-sign  feedforward, not linear; asks for: the velocity of the ref",
+        python(folder, "-c", FRIC, "design", "block", "list"),
+    )
+    schema = json.loads(python(folder, "-c", FRIC, "schema", "block"))
+    assert "smooth-sign" in schema["properties"]["block"]["enum"]
+    (part,) = [one["then"] for one in schema["allOf"] if one["if"]["properties"]["block"]["const"] == "smooth-sign"]
+    assert set(part["properties"]["parameters"]["properties"]) == {"level", "width"}
+    machine = folder / "machine.yaml"
+    given = (ROOT / "configs/xy-table.yaml").read_text()
+    machine.write_text(given.replace("    encoder:\n", "    blocks: {smooth-sign: {level: 140 mV}}\n    encoder:\n"))
+    words = ["simulate", "circle", str(machine), "--schemes", str(folder / "schemes.yaml")]
+    told = json.loads(python(folder, "-c", FRIC, *words, "-o", str(folder / "run.h5"), "--json"))
+    bare, sign = (told["schemes"][name]["glitch"] for name in ("a", "sign"))
+    assert sign < 0.7 * bare
+    python(folder, "-c", FRIC, "report", str(folder / "run.h5"), "-o", str(folder / "report.html"))
+    page = (folder / "report.html").read_text()
+    assert "smooth-sign" in page
+    assert "the velocity of the reference alone" in page
+
+
+def test_it_passes_the_shared_tests_unasked(folder):
+    words = [
+        "-m",
+        "pytest",
+        "-p",
+        "new_block_plugin",
+        "tests/control/test_properties.py",
+        "-k",
+        "smooth-sign",
+        "-p",
+        "no:xdist",
+    ]
+    told = python(folder, *words)
+    assert int(re.search(r"(\d+) passed", told)[1]) >= 3
+    assert "failed" not in told
