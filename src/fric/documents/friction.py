@@ -103,7 +103,7 @@ class FrictionDocument(OfAxis):
         """Return what is told of the fit of a section; nothing where it was not identified."""
         if section == "static_negative" and self.fit is not None and self.fit.negative is not None:
             return self.fit.negative
-        of_map = section in {"static", "static_negative", "at_speed"}
+        of_map = section in {"static", "static_negative", "at_speed"} and not hasattr(self, f"{section}_fit")
         return getattr(self, "fit" if of_map else f"{section}_fit", None) or Fit.model_validate({})
 
     def model_names(self) -> list[str]:

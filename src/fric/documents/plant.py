@@ -14,6 +14,7 @@ from fric.drive.resonance import Resonance
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel
+from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
 from fric.log import FrequencyResponse, Log
 from fric.units import Motion, si_unit
@@ -161,8 +162,9 @@ class PlantDocument(AxisDocument, PlantPart):
     def coulomb(self) -> tuple[FrictionModel, float]:
         """Return the Coulomb friction and the load [N] that were found beside the plant in a motion.
 
-        Its viscous friction is in A, hence there is none here. Where F_c was found for each direction, their mean is
-        taken.
+        Its viscous friction is in A, hence there is none here. Where each direction has its own F_c and F_v, A holds
+        the mean of F_v, and what a direction differs by is its sigma; half the difference of F_c is the load, since a
+        constant force and a Coulomb friction that differs by direction are one and the same in sliding.
 
         Raises
         ------
@@ -170,8 +172,11 @@ class PlantDocument(AxisDocument, PlantPart):
             When the plant was not identified from a motion.
         """
         given = (self.fit.parameters if self.fit else None) or {}
-        found = {name: one for name, one in given.items() if name.startswith(("F_c", "offset"))}
-        values = {name: float(one.si("force", self.motion)) for name, one in found.items()}
+        found = {name: one for name, one in given.items() if name.startswith(("F_c", "F_v", "offset"))}
+        values = {
+            name: float(one.si("viscous" if name.startswith("F_v") else "force", self.motion))
+            for name, one in found.items()
+        }
         levels = [value for name, value in values.items() if name.startswith("F_c")]
         if not levels:
             raise FricError(
@@ -180,9 +185,12 @@ class PlantDocument(AxisDocument, PlantPart):
             )
         level = sum(levels) / len(levels)
         load = values.get("offset", 0.0)
-        if "F_c_positive" in values:
-            load = 0.5 * (values["F_c_positive"] - values["F_c_negative"])
-        return StaticMap(F_c=level, F_s=level, v_s=1e-3), load
+        if "F_c_positive" not in values:
+            return StaticMap(F_c=level, F_s=level, v_s=1e-3), load
+        load = 0.5 * (values["F_c_positive"] - values["F_c_negative"])
+        more = 0.5 * (values["F_v_positive"] - values["F_v_negative"])
+        forward, backward = (StaticMap(F_c=level, F_s=level, v_s=1e-3, sigma=sigma) for sigma in (more, -more))
+        return directed(forward, backward), load
 
 
 def plant_part(plant: Plant, motion: Motion) -> PlantPart:
