@@ -2,6 +2,15 @@
 
 from collections.abc import Iterable
 
+MOST = 400
+"""Characters of each part of a message at most."""
+
+
+def printable(text: str, most: int = MOST) -> str:
+    """Return a text on one line that a terminal shows as it is: without control characters, and cut in its middle."""
+    clean = "".join(one if one.isprintable() else " " if one.isspace() else "\N{REPLACEMENT CHARACTER}" for one in text)
+    return clean if len(clean) <= most else f"{clean[: 2 * most // 3]} … {clean[-(most // 3) :]}"
+
 
 class FricError(Exception):
     """An input, or the data in it, does not allow what was asked.
@@ -21,8 +30,8 @@ class FricError(Exception):
 
     def __init__(self, what: str, *, where: str = "", mend: str = "") -> None:
         self.what, self.where, self.mend = what, where, mend
-        head = f"{where}: {what}" if where else what
-        super().__init__(f"{head}\n{mend}" if mend else head)
+        head = f"{printable(where)}: {printable(what)}" if where else printable(what)
+        super().__init__(f"{head}\n{printable(mend)}" if mend else head)
 
     def at(self, where: str) -> "FricError":
         """Return the same error, told with the place where it was found (outermost place first)."""

@@ -2,35 +2,64 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import re
 import secrets
+import stat
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fric.errors import FricError
 
+WAIT = 30.0
+"""How long a file that another process adds to is waited for [s]."""
+
 
 def refuse_existing(*paths: Path | None, force: bool = False) -> None:
-    """Raise when one of the outputs exists and may not be replaced, or has no folder to go to, before any work."""
+    """Raise when one of the outputs exists and may not be replaced, or has no folder to go to, before any work.
+
+    What is no regular file, a device, a pipe or a folder, is never replaced.
+    """
     for path in paths:
+        if path is None:
+            continue
+        target = _target(path)
         try:
-            exists = path is not None and path.exists()
-            if path is not None and not path.parent.is_dir():
+            mode = target.stat().st_mode if target.exists() else None
+            if not target.parent.is_dir():
                 raise FricError(
-                    f"cannot be written: there is no folder {path.parent}",
+                    f"cannot be written: there is no folder {target.parent}",
                     where=str(path),
                     mend="Make the folder first.",
                 )
         except OSError as error:  # the folder may not be looked into
-            raise _refused(Path(str(path)), error) from None
-        if exists and not force:
+            raise _refused(path, error) from None
+        if mode is not None and not stat.S_ISREG(mode):
+            what = "a folder" if stat.S_ISDIR(mode) else "no regular file"
+            raise FricError(f"cannot be written: it is {what}", where=str(path), mend="Name a file.")
+        if mode is not None and not force:
             raise FricError("the output exists", where=str(path), mend="Name another file, or replace it with --force.")
+
+
+def _target(path: Path) -> Path:
+    """Return the file that a path stands for: of a link, what it points to, there or not."""
+    if not os.path.islink(path):  # False also where the folder may not be looked into
+        return path
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError):
+        raise FricError("is a link that leads nowhere", where=str(path), mend="Name a file.") from None
 
 
 @contextmanager
 def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
     """Give a temporary path beside ``path``; move it there when the block ends well, remove it otherwise.
+
+    The temporary file is locked while this process lives, so that what killed ones left is known, and removed. Without
+    ``force`` the move fails where the output has come to be in the meantime: of two runs, the second to end.
 
     Raises
     ------
@@ -39,16 +68,102 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
     """
     path = Path(path)
     refuse_existing(path, force=force)
-    draft = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
+    target = _target(path)
+    draft, lock = target.with_name(f".{target.stem}-{secrets.token_hex(4)}{target.suffix}"), -1
     try:  # from here on, so that an interrupt at any moment finds the name of what it must remove
-        draft.touch(exist_ok=False)
+        _remove_leftovers(target)
+        while lock < 0:
+            lock = _locked(draft)
         yield draft
-        os.replace(draft, path)
+        if force:
+            os.replace(draft, target)
+        else:
+            _move(draft, target)
+    except FileExistsError:
+        raise FricError(
+            "the output came to be while this one was made", where=str(path),
+            mend="Another process wrote it. Name another file, or replace it with --force.",
+        ) from None  # fmt: skip
     except OSError as error:
         raise _refused(path, error) from None
     finally:
         with suppress(OSError):  # the folder may not be looked into: then there is nothing in it
             draft.unlink(missing_ok=True)
+        if lock >= 0:
+            os.close(lock)
+
+
+def _locked(draft: Path) -> int:
+    """Make an empty file that this process holds a lock on; -1 where another took it for a leftover, just then."""
+    lock = os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+    with suppress(OSError):  # a file system without locks: leftovers stay there
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    if os.fstat(lock).st_nlink:
+        return lock
+    os.close(lock)
+    return -1
+
+
+def _remove_leftovers(target: Path) -> None:
+    """Remove what processes that were killed while they wrote this output have left."""
+    ours = re.compile(re.escape(f".{target.stem}-") + "[0-9a-f]{8}" + re.escape(target.suffix))
+    for found in target.parent.iterdir():
+        if not ours.fullmatch(found.name):
+            continue
+        with suppress(OSError):
+            lock = os.open(found, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # fails where its process lives
+                if stat.S_ISREG(os.fstat(lock).st_mode):
+                    found.unlink()
+            finally:
+                os.close(lock)
+
+
+def _move(draft: Path, target: Path) -> None:
+    """Give a file its name where nothing has that name yet."""
+    try:
+        os.link(draft, target)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without hard links
+        if target.exists():
+            raise FileExistsError(str(target)) from None
+        os.replace(draft, target)
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Let one process at a time add to a file; others wait for it.
+
+    Raises
+    ------
+    FricError
+        When the others take too long.
+    """
+    target = _target(Path(path))
+    try:
+        lock = os.open(target.parent, os.O_RDONLY)  # the folder: the file itself is replaced, and its lock with it
+    except OSError as error:
+        raise _refused(path, error) from None
+    try:
+        until = time.monotonic() + WAIT
+        while True:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                if time.monotonic() > until:
+                    raise FricError(
+                        f"another process has been adding to a file of {target.parent} for {WAIT:.0f} s",
+                        where=str(path), mend="Wait for it to end, and try again.",
+                    ) from None  # fmt: skip
+                time.sleep(0.05)
+            except OSError:  # a file system without locks
+                break
+        yield
+    finally:
+        os.close(lock)
 
 
 def _refused(path: Path, error: OSError) -> FricError:

@@ -11,7 +11,7 @@ from functools import cache
 from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal
 
-from fric.errors import FricError
+from fric.errors import FricError, printable
 
 if TYPE_CHECKING:
     import pint
@@ -121,11 +121,17 @@ def is_unit(text: str) -> bool:
     return bool(text.strip())
 
 
+MOST_LETTERS = 60
+"""Letters of a unit at most."""
+_POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")
+"""A small exponent that has none of its own."""
 _NEWTON_METRE = re.compile(r"\b([kmuc]?N)([mcu]?m)\b")
 
 
 def _spelled(unit: str) -> str:
-    """Spell a unit as Pint does: ``Nm`` is ``N*m``, ``U/min`` is ``rpm``."""
+    """Spell a unit as Pint does: ``Nm`` is ``N*m``, ``U/min`` is ``rpm``; Pint works out powers whatever they cost."""
+    if len(unit) > MOST_LETTERS or re.search(r"\*\*|\^", _POWER.sub("", unit)):
+        raise FricError(f"'{printable(unit, 40)}' is not a unit that is known", mend="Write it as in N*s/m or m/s^2.")
     plain = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u").replace("⁻¹", "**-1")
     return {"U/min": "rpm", "Upm": "rpm", "RPM": "rpm"}.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
 
@@ -177,6 +183,8 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
         value = float(number)
     except ValueError:
         raise FricError(f"'{text}' is not a quantity", mend=f"Write a number and a unit, as in '1.5 {si}'.") from None
+    if not isfinite(value):
+        raise FricError(f"'{text}' is not a finite quantity", mend=f"Write a number and a unit, as in '1.5 {si}'.")
     if not unit and si != "1":
         raise FricError(f"'{text}' has no unit", mend=f"Write the unit too, as in '{number} {si}'.")
     return value * (factor(unit, dimension, motion) if unit else 1.0)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
 import fric
-from fric.errors import FricError, near
+from fric.input import missing
 
 
 def folder(name: str) -> Path:
@@ -37,15 +36,3 @@ def located(path: Path, kind: str) -> Path:
     if str(path) in known:
         return known[str(path)]
     raise missing(path, tuple(known))
-
-
-def missing(path: Path, names: Sequence[str] = ()) -> FricError:
-    """Return the error of a file that is not there, with the name of one that is near, beside it or bundled."""
-    try:
-        beside = near(path.name, [one.name for one in path.parent.iterdir()])
-    except OSError:
-        beside = ""
-    bundled = near(str(path), names).replace("?", ", which comes with fric?")
-    if not (beside or bundled) and names and not path.suffix:
-        bundled = f"These come with fric, by name: {', '.join(names)}."
-    return FricError("there is no such file", where=str(path), mend=(beside or bundled).rstrip())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import cache
 from typing import ClassVar, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
@@ -145,12 +146,33 @@ class MappingDocument(Document):
         if self.file is None:
             return dict(own)
         names = FIELD.findall(self.file)
-        literals = [re.escape(part) for part in FIELD.split(self.file)[::2]]
-        found = re.fullmatch("(.+?)".join(literals), own["stem"])
+        found = _taken_apart(own["stem"], FIELD.split(self.file)[::2])
         if found is None:
             raise FricError(
                 f"the name '{own['stem']}' is not made like '{self.file}'",
                 where=where,
                 mend="Mend `file:` in the mapping, or ingest such files on their own.",
             )
-        return {**own, **dict(zip(names, found.groups(), strict=True))}
+        return {**own, **dict(zip(names, found, strict=True))}
+
+
+def _taken_apart(stem: str, literals: list[str]) -> tuple[str, ...] | None:
+    """Return what stands between texts in a name, each as short as can be; None where it is not made so."""
+
+    @cache
+    def behind(n: int, start: int) -> tuple[str, ...] | None:
+        text = literals[n]
+        if n == len(literals) - 1:
+            end = len(stem) - len(text)
+            return (stem[start:end],) if stem.endswith(text) and end > start else None
+        at = stem.find(text, start + 1)
+        while at >= 0:
+            rest = behind(n + 1, at + len(text))
+            if rest is not None:
+                return stem[start:at], *rest
+            at = stem.find(text, at + 1)
+        return None
+
+    if not stem.startswith(literals[0]):
+        return None
+    return behind(1, len(literals[0])) if len(literals) > 1 else () if stem == literals[0] else None

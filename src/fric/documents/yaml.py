@@ -14,11 +14,15 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import YAMLError
 
 from fric.documents.base import Document
-from fric.documents.bundled import located, missing
+from fric.documents.bundled import located
 from fric.errors import FricError, near
+from fric.input import foreign, regular
 from fric.output import staged
 
 D = TypeVar("D", bound=Document)
+
+MOST_BYTES, MOST_NODES, MOST_DEPTH = 2 << 20, 200_000, 40
+"""Of a document, at most: bytes, values, keys in keys."""
 
 
 @cache
@@ -58,18 +62,19 @@ def read_document(path: Path, model: type[D]) -> D:
 
 def read_tree(path: Path) -> Any:
     """Read a YAML file as it stands, with line numbers kept."""
+    path = regular(Path(path), MOST_BYTES)
     try:
-        return _yaml().load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise missing(path) from None
-    except UnicodeDecodeError:
-        raise FricError("is no YAML document in UTF-8", where=str(path)) from None
-    except OSError as error:
-        raise FricError(f"cannot be read: {error.strerror or error}", where=str(path)) from None
-    except YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else str(path)
-        raise FricError(f"is no YAML: {getattr(error, 'problem', error)}", where=where) from None
+        with foreign(path, "Mend it, or make it again."):
+            return _yaml().load(path.read_text(encoding="utf-8"))
+    except FricError as error:
+        cause = error.__context__
+        if isinstance(cause, UnicodeDecodeError):
+            raise FricError("is no YAML document in UTF-8", where=str(path)) from None
+        if isinstance(cause, YAMLError):
+            mark = getattr(cause, "problem_mark", None)
+            where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else str(path)
+            raise FricError(f"is no YAML: {getattr(cause, 'problem', None) or cause}", where=where) from None
+        raise
 
 
 def dump(tree: Mapping[str, Any]) -> str:
@@ -87,15 +92,32 @@ def write_document(path: Path, tree: Mapping[str, Any], *, force: bool = False) 
 
 
 def plain(tree: Any) -> Any:
-    """Return a loaded tree as plain dicts, lists and scalars."""
-    if isinstance(tree, Mapping):
-        return {str(key): plain(value) for key, value in tree.items()}
-    if isinstance(tree, list | tuple):
-        return [plain(value) for value in tree]
-    for scalar in (bool, int, float, str):
-        if isinstance(tree, scalar):
-            return scalar(tree)
-    return tree
+    """Return a loaded tree as plain dicts, lists and scalars.
+
+    Raises
+    ------
+    FricError
+        When it nests too deep, or aliases make too much of it.
+    """
+    nodes = 0
+
+    def taken(node: Any, depth: int) -> Any:
+        nonlocal nodes
+        nodes += 1
+        if nodes > MOST_NODES or depth > MOST_DEPTH:
+            raise FricError(
+                f"holds over {MOST_NODES} values, or nests deeper than {MOST_DEPTH}", mend="Write it without aliases."
+            )
+        if isinstance(node, Mapping):
+            return {str(key): taken(value, depth + 1) for key, value in node.items()}
+        if isinstance(node, list | tuple):
+            return [taken(value, depth + 1) for value in node]
+        for scalar in (bool, int, float, str):
+            if isinstance(node, scalar):
+                return scalar(node)
+        return node
+
+    return taken(tree, 0)
 
 
 def _styled(tree: Any, depth: int = 0) -> Any:

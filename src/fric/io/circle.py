@@ -10,9 +10,10 @@ import h5py
 
 from fric.errors import FricError
 from fric.identify.circle.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle, measured_from_run
-from fric.io.hdf5 import open_file
+from fric.input import foreign
 from fric.io.run import FORMAT as RUN
 from fric.io.run import read_runs
+from fric.io.safe_hdf5 import column, open_file, text
 from fric.io.staged_hdf5 import staged_hdf5
 from fric.log import channel_dimension
 from fric.simulate.circle import CircleRun
@@ -82,15 +83,11 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
     """
     path = Path(path)
     with open_file(path) as file:
-        found = str(file.attrs.get("fric", "nothing of fric's"))
+        found = text(file.attrs, "fric", "nothing of fric's")
         if found == FORMAT:
-            try:
+            with foreign(path, "Make it again with `fric ingest --kind circle`.", lacking=True):
                 groups = [file, *(file[f"tests/{name}"] for name in sorted(file.get("tests", ()), key=int))]
                 return [_read(group, str(path)) for group in groups]
-            except (OSError, KeyError, ValueError) as error:
-                raise FricError(
-                    f"is damaged ({error})", where=str(path), mend="Make it again with `fric ingest --kind circle`."
-                ) from None
     if found != RUN:
         raise FricError(
             f"holds {found}, not {FORMAT} or {RUN}", where=str(path),
@@ -108,15 +105,15 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
 
 
 def _read(group: h5py.Group, source: str) -> MeasuredCircle:
-    told = {key: str(group.attrs[key]) for key in OWN if key in group.attrs and key != "source"}
+    told = {key: text(group.attrs, key) for key in OWN if key in group.attrs and key != "source"}
     axes = {
-        name: AxisTrace(**{channel: part[channel][:] for channel in CHANNELS if channel in part})
+        name: AxisTrace(**{channel: column(part, channel) for channel in CHANNELS if channel in part})
         for name, part in sorted(
             ((name, part) for name, part in group.items() if isinstance(part, h5py.Group) and "position" in part),
             key=lambda item: (int(item[1].attrs.get("order", 99)), item[0]),
         )
     }
-    bar = {key: group[key][:] for key in BALL_BAR if key in group}
+    bar = {key: column(group, key) for key in BALL_BAR if key in group}
     told["instrument"] = cast(Instrument, told.get("instrument", ""))
     return MeasuredCircle(
         float(group.attrs["radius"]), float(group.attrs["feed"]), int(group.attrs["direction"]), axes,
@@ -147,4 +144,4 @@ def choose_circles(paths: Iterable[Path], scheme: str | None = None) -> list[Mea
 
 def _is_run(path: Path) -> bool:
     with open_file(path) as file:
-        return str(file.attrs.get("fric", "")) == RUN
+        return text(file.attrs, "fric") == RUN

@@ -151,7 +151,7 @@ def _fits(unit: str | None, dimension: str) -> bool:
 def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice]]:
     """Return the columns of LinuxCNC's sampler text: a running number, then pairs of axes in mm, without a header."""
     names = tuple(column.name for column in table.columns)
-    first = next(iter(table.blocks(range(len(names)))))
+    first = next(iter(table.read(range(len(names)))))
     count = np.diff(first.columns[0])
     numbered = len(count) > 0 and bool(np.all(count == np.round(count))) and bool(np.median(count) == 1.0)
     if sampling is None:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import h5py
 import numpy as np
 
-from fric.documents.bundled import missing
 from fric.errors import FricError
 from fric.io.chunks import GrowingColumn, compressor
+from fric.io.safe_hdf5 import column as safe_column
+from fric.io.safe_hdf5 import open_file, text
 from fric.io.staged_hdf5 import staged_hdf5
-from fric.log import CHANNELS, KINDS, RESPONSE_DIMENSIONS, FrequencyResponse, Kind, Log, channel_dimension
+from fric.log import CHANNELS, KINDS, RESPONSE_DIMENSIONS, FrequencyResponse, Log, channel_dimension
+from fric.output import alone
 from fric.units import SI_UNITS, Motion, factor, si_unit
 
 if TYPE_CHECKING:
@@ -138,11 +140,12 @@ def log_writer(
         Replace a file that exists.
     """
     path = Path(path)
-    adding = append and path.exists()
-    if adding:
-        header_of(path)
-    with staged_hdf5(path, force=force, add=adding) as (file, check), compressor() as threads:
-        yield LogWriter(file, axis, motion, threads, check)
+    with alone(path) if append else nullcontext():
+        adding = append and path.exists()
+        if adding:
+            header_of(path)
+        with staged_hdf5(path, force=force, add=adding) as (file, check), compressor() as threads:
+            yield LogWriter(file, axis, motion, threads, check)
 
 
 def write_logs(path: Path, logs: Sequence[Log | FrequencyResponse], *, force: bool = False) -> None:
@@ -152,26 +155,9 @@ def write_logs(path: Path, logs: Sequence[Log | FrequencyResponse], *, force: bo
             writer.write(log)
 
 
-@contextmanager
-def open_file(path: Path) -> Iterator[h5py.File]:
-    """Open an HDF5 file for reading, with errors a user can act on."""
-    try:
-        file = h5py.File(path, "r")
-    except FileNotFoundError:
-        raise missing(path) from None
-    except OSError as error:
-        what = "may not be read" if isinstance(error, PermissionError) else "is no whole HDF5 file (cut short?)"
-        mend = "Make it again with `fric ingest`."
-        if path.suffix.lower() not in {".h5", ".hdf5"}:
-            what, mend = "is no log file of fric's", "Read it with `fric ingest` first, and give the log file."
-        raise FricError(what, where=str(path), mend=mend) from None
-    with file:
-        yield file
-
-
 def check_format(file: h5py.File, path: Path) -> None:
     """Raise when an open HDF5 file is not a log file."""
-    found = file.attrs.get("fric", "nothing of fric's")
+    found = text(file.attrs, "fric", "nothing of fric's")
     if found != FORMAT:
         raise FricError(
             f"holds {found}, not {FORMAT}", where=str(path), mend="Give a log file that `fric ingest` wrote."
@@ -189,16 +175,11 @@ def read_records(path: Path) -> list[Log | FrequencyResponse]:
     path = Path(path)
     with open_file(path) as file:
         check_format(file, path)
-        motion = cast(Motion, str(file.attrs["motion"]))
-        common = {"axis": str(file.attrs["axis"]), "motion": motion}
-        if motion not in {"linear", "rotary"} or "records" not in file or not len(file["records"]):
+        motion = cast(Motion, text(file.attrs, "motion"))
+        common = {"axis": text(file.attrs, "axis"), "motion": motion}
+        if motion not in {"linear", "rotary"} or not isinstance(file.get("records"), h5py.Group) or not file["records"]:
             raise FricError("holds no record", where=str(path), mend="Add one with `fric ingest --append`.")
-        try:
-            return [_read(name, group, common, path) for name, group in file["records"].items()]
-        except (OSError, KeyError) as error:
-            raise FricError(
-                f"is damaged ({error})", where=str(path), mend="Make it again with `fric ingest`."
-            ) from None
+        return [_read(name, group, common, path) for name, group in file["records"].items()]
 
 
 def read_logs(paths: Iterable[Path] | Path) -> list[Log]:
@@ -216,23 +197,25 @@ def read_logs(paths: Iterable[Path] | Path) -> list[Log]:
 
 def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -> Log | FrequencyResponse:
     motion: Motion = common["motion"]
-    attributes = {"name": name, "source": str(path), "sha256": str(group.attrs.get("sha256", "")), **common}
+    attributes = {"name": name, "source": str(path), "sha256": text(group.attrs, "sha256"), **common}
 
     def column(key: str, dimension: str) -> NDArray[np.float64] | None:
         if key not in group:
             return None
-        unit = str(group[key].attrs.get("unit", si_unit(dimension, motion)))
-        values: NDArray[np.float64] = group[key][:]
+        values, unit = safe_column(group, key), text(group[key].attrs, "unit", si_unit(dimension, motion))
         return values if unit in SI_UNITS[dimension] else values * factor(unit, dimension, motion)
 
+    if not isinstance(group, h5py.Group):
+        raise FricError(f"is damaged: record '{name}' is no group", where=str(path), mend="Make it again.")
     if "frequency" in group:
         table = {key: column(key, dimension) for key, dimension in RESPONSE_DIMENSIONS.items()}
         return FrequencyResponse(**cast(Any, table), **attributes)
-    kind = group.attrs.get("kind")
+    kind = text(group.attrs, "kind") or None
     if kind is not None and kind not in KINDS:
         raise FricError(f"record '{name}' is of unknown kind '{kind}'", where=str(path))
     channels = {channel: column(channel, channel_dimension(channel)) for channel in CHANNELS}
     if channels["time"] is None:
         raise FricError(f"record '{name}' has no time", where=str(path))
-    dropped = int(group.attrs.get("dropped", 0))
-    return Log(**cast(Any, channels), kind=cast("Kind | None", kind), dropped=dropped, **attributes)
+    told = text(group.attrs, "dropped", "0")
+    dropped = int(told) if told.isdigit() else 0
+    return Log(**cast(Any, channels), kind=kind, dropped=dropped, **attributes)

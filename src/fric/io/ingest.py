@@ -244,7 +244,7 @@ class _Session:
         source = said.get("source") or str(table.path)
         record = writer.create(name.replace("/", "-"), kind=kind, source=source)
         rows_of, clock, samples, dropped = WholeRows(table, chosen, self._drop), Clock(table.place), 0, 0
-        for block in table.blocks(chosen.wanted):
+        for block in table.read(chosen.wanted):
             good, rows = rows_of.good(block)
             channels = chosen.convert(good, rows)
             if not chosen.response:

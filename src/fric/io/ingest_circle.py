@@ -151,7 +151,7 @@ def ingest_circles(
 def _whole(table: Table, chosen: Plan, drop: bool, progress: Progress) -> dict[str, NDArray[np.float64]]:
     """Return all channels of a table in SI."""
     rows_of, clock, parts = WholeRows(table, chosen, drop), Clock(table.place), []
-    for block in table.blocks(chosen.wanted):
+    for block in table.read(chosen.wanted):
         good, rows = rows_of.good(block)
         channels = chosen.convert(good, rows)
         if "time" in channels:

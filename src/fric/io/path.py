@@ -37,7 +37,7 @@ def read_path(path: Path, feed: float) -> PointPath:
                 f"column '{table.columns[column].name}' has no unit", where=str(path), mend="Head it 'x [mm], y [mm]'."
             )
         scales.append(factor(unit, "position"))
-    blocks = [block.columns for block in table.blocks(columns)]
+    blocks = [block.columns for block in table.read(columns)]
     x, y = (scale * np.concatenate([block[n] for block in blocks]) for n, scale in enumerate(scales))
     if not np.all(np.isfinite(x) & np.isfinite(y)):
         row = int(np.flatnonzero(~np.isfinite(x) | ~np.isfinite(y))[0])

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from fric.documents.bundled import missing
 from fric.documents.yaml import read_tree
 from fric.errors import FricError
-from fric.io.hdf5 import open_file
+from fric.input import regular
 from fric.io.report import REPORT_MARK
+from fric.io.safe_hdf5 import open_file, text
 
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -22,17 +22,15 @@ def recognise(path: Path) -> str:
     FricError
         When it cannot be read, or is none of fric's.
     """
-    path = Path(path)
+    path = regular(Path(path))
     try:
         with path.open("rb") as file:
             head = file.read(512)
-    except FileNotFoundError:
-        raise missing(path) from None
     except OSError as error:
         raise FricError(f"cannot be read: {error.strerror or error}", where=str(path)) from None
     if head.startswith(HDF5_SIGNATURE):
         with open_file(path) as file:
-            found = str(file.attrs.get("fric", ""))
+            found = text(file.attrs, "fric")
     elif head.lstrip().lower().startswith((b"<!doctype html", b"<html")):
         found = "report/1" if REPORT_MARK in path.read_text(encoding="utf-8", errors="replace") else ""
     elif b"\0" in head:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fric.errors import FricError
+from fric.input import MOST_TEXT, regular
 from fric.output import staged
 
 FORMAT = "report/1"
@@ -44,10 +45,10 @@ def read_report(path: Path) -> dict[str, Any]:
         When the file holds no such data, or it is damaged.
     """
     parser = _Data()
-    parser.feed(Path(path).read_text(encoding="utf-8", errors="replace"))
+    parser.feed(regular(path, MOST_TEXT).read_text(encoding="utf-8", errors="replace"))
     try:
         data = json.loads("".join(parser.text))
-    except json.JSONDecodeError:
+    except (ValueError, RecursionError):
         data = None
     if not isinstance(data, dict) or data.get("fric") != FORMAT:
         raise FricError("is no whole report", where=str(path), mend="Make it again with `fric report`.")

@@ -15,8 +15,9 @@ import numpy as np
 from fric.contour import Circularity, ContourError, Reversal
 from fric.control.scheme import Scheme
 from fric.errors import FricError
-from fric.io.hdf5 import open_file
-from fric.output import staged
+from fric.input import foreign
+from fric.io.safe_hdf5 import column, open_file, text
+from fric.io.staged_hdf5 import staged_hdf5
 from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FORMAT = "run/1"
+AGAIN = "Make it again with `fric simulate`."
 MONTE_CARLO = "monte_carlo"
 """The group of what many machines gave; every other is one of a scheme."""
 
@@ -70,7 +72,7 @@ def write_runs(
     force
         Replace a file that exists.
     """
-    with staged(path, force=force) as draft, h5py.File(draft, "w") as file:
+    with staged_hdf5(path, force=force) as (file, check):
         file.attrs.update({"fric": FORMAT, "provenance": provenance})
         if many is not None:
             _write_monte_carlo(file.create_group(MONTE_CARLO), many)
@@ -88,6 +90,7 @@ def write_runs(
                 axis.attrs.update({"saturated": trace.saturated, "every": every})
                 for channel, unit in UNITS.items():
                     _write(axis, channel, getattr(trace, channel)[::every], unit)
+                check()
 
 
 def _write_monte_carlo(group: h5py.Group, many: MonteCarlo) -> None:
@@ -136,22 +139,20 @@ def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
     FricError
         When it is no run file, or cut short.
     """
-    with open_file(path) as file:
-        found = file.attrs.get("fric", "nothing of fric's")
+    with open_file(path, mend=AGAIN) as file:
+        found = text(file.attrs, "fric", "nothing of fric's")
         if found != FORMAT:
             raise FricError(
                 f"holds {found}, not {FORMAT}", where=str(path), mend="Give a file of `fric simulate circle`."
             )
-        try:
+        with foreign(path, AGAIN, lacking=True):
             return [_read(name, group, traces) for name, group in file.items() if name != MONTE_CARLO]
-        except (OSError, KeyError) as error:
-            raise FricError(f"is damaged ({error})", where=str(path), mend="Make it again.") from None
 
 
 def read_run_provenance(path: Path) -> dict[str, Any]:
     """Return what made a run file: ``fric``, ``created``, ``command``, ``machine``; empty where it does not say."""
-    with open_file(path) as file:
-        told = json.loads(str(file.attrs.get("provenance", "")) or "{}")
+    with open_file(path, mend=AGAIN) as file:
+        told = json.loads(text(file.attrs, "provenance") or "{}")
     return told if isinstance(told, dict) else {}
 
 
@@ -160,7 +161,7 @@ def read_glitch_intervals(path: Path) -> dict[str, tuple[float, float]]:
 
     Empty where the file tells of one machine alone; a scheme that ran on none of them is left out.
     """
-    with open_file(path) as file:
+    with open_file(path, mend=AGAIN) as file, foreign(path, AGAIN, lacking=True):
         if MONTE_CARLO not in file:
             return {}
         attributes = file[MONTE_CARLO].attrs
@@ -185,19 +186,21 @@ def _read(name: str, group: h5py.Group, with_traces: bool) -> CircleRun | PathRu
     attributes = {key: _plain(value) for key, value in group.attrs.items()}
     scheme = Scheme.of({key[7:]: value for key, value in attributes.items() if key.startswith("scheme_")})
     traces = {
-        axis: Trace(**{channel: recorded[channel][:] for channel in UNITS}, saturated=int(recorded.attrs["saturated"]))
+        axis: Trace(
+            **{channel: column(recorded, channel) for channel in UNITS}, saturated=int(recorded.attrs["saturated"])
+        )
         for axis, recorded in (group["axes"].items() if with_traces else ())
     }
     warnings = tuple(line for line in str(attributes["warnings"]).splitlines() if line)
     if "points" in group:
         turns = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])
-        contour = ContourError(group["station"][:], group["error"][:], turns)
-        points = group["points"][:]
+        contour = ContourError(column(group, "station"), column(group, "error"), turns)
+        points = column(group, "points", ndim=2)
         path = PointPath(points[:, 0], points[:, 1], attributes["feed"])
         return PathRun(scheme, path, traces, contour, warnings)
     circle = Circle(**{field.name: attributes[field.name] for field in fields(Circle)})
     first, second, third, fourth = (float(value) for value in attributes["quadrants"])
-    found = Circularity(group["angle"][:], group["error"][:], (first, second, third, fourth))
+    found = Circularity(column(group, "angle"), column(group, "error"), (first, second, third, fourth))
     return CircleRun(scheme, circle, traces, found, warnings)
 
 

@@ -1,7 +1,9 @@
 """Readers of foreign log files, one format a file.
 
-A reader is a module of this package with two functions: ``recognises(path, head) -> bool`` looks at the first bytes,
-and ``tables(path, layout) -> Iterator[Table]`` reads the file. A new module is found by itself.
+A reader is a module of this package with two functions: ``recognises(path, head) -> float`` looks at the first bytes
+and says how sure it is that the file is of its format, and ``tables(path, layout) -> Iterator[Table]`` reads the file.
+1 is a mark that no other format has, 0.5 the ending of the name, 0.1 text of any kind, 0 that it is not. The surest
+reader is taken, whatever its name; a new module is found by itself.
 """
 
 from __future__ import annotations
@@ -13,12 +15,13 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
-from fric.documents.bundled import missing
 from fric.documents.mapping import Layout
 from fric.errors import FricError
+from fric.input import foreign, regular
 from fric.io.readers.base import Table
 
 HEAD = 4096
+AGAIN = "Export it again."
 
 
 @cache
@@ -35,21 +38,23 @@ def tables(path: Path, layout: Layout | None = None) -> Iterator[Table]:
     FricError
         When there is no such file, it is empty, cannot be read, or is of no known format.
     """
+    path = Path(path)
     try:
-        with path.open("rb") as file:
+        with regular(path, of_folder=f"Name the files in it, as in {path}/*.csv.").open("rb") as file:
             head = file.read(HEAD)
-    except FileNotFoundError:
-        raise missing(path) from None
-    except IsADirectoryError:
-        raise FricError("is a folder", where=str(path), mend=f"Name the files in it, as in {path}/*.csv.") from None
     except OSError as error:
         raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
     if not head.strip():
         raise FricError("is empty", where=str(path), mend="Export the log again.")
-    for reader in _readers():
-        if reader.recognises(path, head):
-            yield from reader.tables(path, layout or Layout())
-            return
+    sure, reader = max(((float(one.recognises(path, head)), one) for one in _readers()), key=lambda found: found[0])
+    if sure > 0:
+        found = iter(reader.tables(path, layout or Layout()))
+        while True:
+            with foreign(path, AGAIN):
+                table = next(found, None)
+            if table is None:
+                return
+            yield table
     raise FricError(
         "is of no format that is known",
         where=str(path),

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from fric.errors import FricError, near
+from fric.input import foreign
 from fric.units import is_unit
 
 if TYPE_CHECKING:
@@ -71,6 +72,16 @@ class Table(ABC):
     @abstractmethod
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
         """Read the wanted columns (indices, in this order) from the first row to the last."""
+
+    def read(self, wanted: Sequence[int]) -> Iterator[Block]:
+        """Yield `blocks`, with what a library raises in them told as damage of the file."""
+        found = iter(self.blocks(wanted))
+        while True:
+            with foreign(self.path, "Export it again."):
+                block = next(found, None)
+            if block is None:
+                return
+            yield block
 
     def place(self, row: int, column: int | None = None) -> str:
         """Return where a row (counted from 0) and a column are, for messages."""

@@ -8,13 +8,14 @@ from pathlib import Path
 import h5py
 
 from fric.documents.mapping import Layout
-from fric.io.hdf5 import check_format, open_file
+from fric.io.hdf5 import check_format
 from fric.io.readers.base import Column, Memory, Table
+from fric.io.safe_hdf5 import column, open_file, text
 
 
-def recognises(path: Path, head: bytes) -> bool:
+def recognises(path: Path, head: bytes) -> float:
     """HDF5 begins with its own mark; MATLAB's has a block before it."""
-    return head.startswith(b"\x89HDF\r\n\x1a\n")
+    return float(head.startswith(b"\x89HDF\r\n\x1a\n"))
 
 
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
@@ -27,7 +28,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 
 
 def _table(path: Path, name: str, group: h5py.Group, file: h5py.File) -> Table:
-    said = {key: str(value) for key, value in group.attrs.items()}
-    said |= {"axis": str(file.attrs["axis"]), "motion": str(file.attrs["motion"]), "name": name}
-    columns = tuple(Column(channel, str(data.attrs["unit"])) for channel, data in group.items())
-    return Memory(path, columns, list(group.values()), said=said)
+    said = {key: text(group.attrs, key) for key in group.attrs}
+    said |= {"axis": text(file.attrs, "axis"), "motion": text(file.attrs, "motion"), "name": name}
+    columns = tuple(Column(channel, text(data.attrs, "unit") or None) for channel, data in group.items())
+    return Memory(path, columns, [column(group, channel) for channel in group], said=said)

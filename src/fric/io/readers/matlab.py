@@ -13,14 +13,19 @@ import numpy as np
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import Column, Memory, Table
+from fric.io.safe_hdf5 import open_file
 
 _V73 = b"MATLAB 7.3 MAT-file"
+MOST_DEPTH = 16
+"""Structs and cells in one another at most."""
+MOST_TEXT = 10_000
+"""Letters of a text at most."""
 _V5 = b"MATLAB 5.0 MAT-file"
 
 
-def recognises(path: Path, head: bytes) -> bool:
+def recognises(path: Path, head: bytes) -> float:
     """Both versions say so in their first bytes; version 4 has its ending alone."""
-    return head.startswith((_V5, _V73)) or (path.suffix.lower() == ".mat" and not head.startswith(b"\x89HDF"))
+    return 1.0 if head.startswith((_V5, _V73)) else 0.5 * (path.suffix.lower() == ".mat")
 
 
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
@@ -30,11 +35,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     if not new:
         yield _table(path, _load(path))
         return
-    try:
-        source = h5py.File(path, "r")
-    except OSError:
-        raise FricError("is no whole MATLAB file (cut short?)", where=str(path), mend="Save it again.") from None
-    with source:
+    with open_file(path, "is no whole MATLAB file (cut short?)", "Save it again.") as source:
         yield _table(path, {name: _tree(node, source) for name, node in source.items() if not name.startswith("#")})
 
 
@@ -65,18 +66,21 @@ class _Line:
         return self.data[self.at, part] if self.along else self.data[part, self.at]
 
 
-def _tree(node: Any, file: h5py.File) -> Any:
+def _tree(node: Any, file: h5py.File, depth: int = 0) -> Any:
     """Return a group, a dataset or a reference of v7.3 as dicts, lists, lines and scalars."""
+    if depth > MOST_DEPTH:
+        raise FricError(f"nests deeper than {MOST_DEPTH}, or in a circle", where=file.filename, mend="Save arrays.")
     if isinstance(node, h5py.Group):
-        fields = {name: _tree(child, file) for name, child in node.items()}
+        fields = {name: _tree(child, file, depth + 1) for name, child in node.items()}
         lists = [value for value in fields.values() if isinstance(value, list)]
         if lists and len(lists) == len(fields) and len({len(value) for value in lists}) == 1:  # a struct array
             return [dict(zip(fields, values, strict=True)) for values in zip(*lists, strict=True)]
         return fields
     if node.dtype == h5py.ref_dtype:
-        return [_tree(file[reference], file) for reference in node[()].ravel(order="F")]
-    if node.attrs.get("MATLAB_class") == b"char":
-        return "" if "MATLAB_empty" in node.attrs else "".join(map(chr, node[()].ravel(order="F")))
+        return [_tree(file[reference], file, depth + 1) for reference in np.ravel(node[()], order="F")]
+    if node.attrs.get("MATLAB_class") == b"char" and node.dtype.kind == "u" and node.size < MOST_TEXT:
+        letters = () if "MATLAB_empty" in node.attrs else np.ravel(node[()], order="F")
+        return "".join(chr(letter) for letter in letters if letter < 0xD800)
     if node.dtype.kind not in "fiub" or "MATLAB_empty" in node.attrs:
         return None
     if node.size == 1:

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-def recognises(path: Path, head: bytes) -> bool:
+def recognises(path: Path, head: bytes) -> float:
     """Parquet begins with its own mark."""
-    return head.startswith(b"PAR1")
+    return float(head.startswith(b"PAR1"))
 
 
 def tables(path: Path, layout: Layout) -> Iterator[Table]:

@@ -1,0 +1,110 @@
+"""HDF5 files as they come from anywhere: what leads out of the file, or is not there, is refused before it is read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from fric.errors import FricError, printable
+from fric.input import foreign, regular
+
+MOST_OBJECTS = 200_000
+"""Groups and datasets of a file at most."""
+MOST_DEPTH = 32
+"""Groups in groups at most."""
+MOST_PACKED = 3000
+"""Bytes that one stored byte becomes at most: DEFLATE reaches 1032."""
+SMALL = 1 << 20
+"""Bytes that a dataset may declare, whatever is stored of it."""
+
+
+@contextmanager
+def open_file(
+    path: Path, what: str = "is no whole HDF5 file (cut short?)", mend: str = "Make it again with `fric ingest`."
+) -> Iterator[h5py.File]:
+    """Open an HDF5 file for reading, with errors a user can act on; what h5py raises in it is damage of the file.
+
+    Raises
+    ------
+    FricError
+        When it cannot be read, leads to other files, or holds more than its size allows.
+    """
+    path = Path(path)
+    regular(path)
+    try:
+        file = h5py.File(path, "r")
+    except PermissionError:
+        raise FricError("may not be read", where=str(path)) from None
+    except Exception:  # whatever h5py meets in a damaged file
+        if what.startswith("is no whole HDF5") and path.suffix.lower() not in {".h5", ".hdf5"}:
+            what, mend = "is no log file of fric's", "Read it with `fric ingest` first, and give the log file."
+        raise FricError(what, where=str(path), mend=mend) from None
+    with foreign(path, mend), file:
+        _check(file, path)
+        yield file
+
+
+def _check(file: h5py.File, path: Path) -> None:
+    """Walk through all of a file, and refuse what is not in it."""
+    pending: list[tuple[h5py.Group, int]] = [(file, 0)]
+    seen: set[Any] = set()
+    while pending:
+        group, depth = pending.pop()
+        if depth > MOST_DEPTH or len(seen) > MOST_OBJECTS:
+            raise FricError(
+                f"nests deeper than {MOST_DEPTH} groups or holds over {MOST_OBJECTS} objects", where=str(path),
+                mend="Export the log again.",
+            )  # fmt: skip
+        for name in group:
+            where = f"{path}, '{printable(f'{group.name}/{name}'.replace('//', '/'), 80)}'"
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                raise FricError("is a link, which may lead to another file", where=where, mend="Store the data itself.")
+            node = group[name]
+            mark = h5py.h5o.get_info(node.id).addr
+            if mark in seen:
+                continue
+            seen.add(mark)
+            if isinstance(node, h5py.Group):
+                pending.append((node, depth + 1))
+            elif isinstance(node, h5py.Dataset):
+                _check_dataset(node, where)
+
+
+def _check_dataset(data: h5py.Dataset, where: str) -> None:
+    if data.is_virtual or data.external:
+        raise FricError("takes its values from another file", where=where, mend="Store the data itself.")
+    stored, declared = data.id.get_storage_size(), data.size * data.dtype.itemsize if data.size else 0
+    if declared > max(SMALL, MOST_PACKED * stored):
+        raise FricError(
+            f"declares {declared / 1e6:.3g} MB and stores {stored / 1e6:.3g} MB", where=where, mend="Export it again."
+        )
+
+
+def column(group: h5py.Group, name: str, *, ndim: int = 1) -> NDArray[np.float64]:
+    """Return a dataset of numbers, checked before it is used.
+
+    Raises
+    ------
+    FricError
+        When it is not there, is no dataset, is not of so many dimensions, or not of real numbers.
+    """
+    data = group.get(name)
+    where = f"{group.file.filename}, '{printable(f'{group.name}/{name}', 80)}'"
+    if not isinstance(data, h5py.Dataset):
+        raise FricError("is damaged: there is no such dataset", where=where, mend="Make the file again.")
+    if data.shape is None or len(data.shape) != ndim or data.dtype.kind not in "fiub":
+        told = "nothing" if data.shape is None else f"{len(data.shape)} dimensions of {data.dtype}"
+        raise FricError(f"is damaged: it has {told}, not {ndim} of numbers", where=where, mend="Make the file again.")
+    return np.asarray(data[...], np.float64)
+
+
+def text(attributes: Any, name: str, otherwise: str = "") -> str:
+    """Return an attribute that is a text; one that is not there, or no text, as ``otherwise``."""
+    value = attributes.get(name, otherwise)
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

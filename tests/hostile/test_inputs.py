@@ -1,0 +1,271 @@
+"""Files that lead to other files, small files that would eat the machine, damaged files: a sentence each."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fric
+from fric.documents.machine import MachineDocument
+from fric.documents.mapping import MappingDocument
+from fric.documents.plant import PlantDocument
+from fric.documents.yaml import read_document
+from fric.errors import FricError, printable
+from fric.io.hdf5 import read_records, write_logs
+from fric.io.ingest import ingest
+from fric.io.readers import tables
+from fric.log import Log
+from fric.units import factor, parse
+
+DATA = Path(__file__).parents[2] / "data"
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    t = np.arange(400) * 1e-3
+    path = tmp_path / "log.h5"
+    write_logs(path, [Log(time=t, position=t**2, force=t, name="a", source="a.csv", sha256="a" * 64)])
+    return path
+
+
+def refused(path: Path, match: str) -> None:
+    """Both ways into a log file end with a sentence."""
+    with pytest.raises(FricError, match=match):
+        read_records(path)
+    with pytest.raises(FricError, match=match):
+        ingest(path, path.with_name("again.h5"), force=True)
+
+
+def test_a_log_cannot_carry_another_file_into_a_report(tmp_path, log):
+    secret = tmp_path / "secret.bin"
+    secret.write_bytes(np.arange(400.0).tobytes())
+    with h5py.File(log, "a") as file:
+        del file["records/a/force"]
+        data = file["records/a"].create_dataset("force", (400,), "f8", external=[(str(secret), 0, 3200)])
+        data.attrs["unit"] = "N"
+    refused(log, "takes its values from another file")
+
+
+@pytest.mark.parametrize("kind", ["external", "soft"])
+def test_links_out_of_a_log_are_refused(tmp_path, log, kind):
+    write_logs(tmp_path / "other.h5", [Log(time=np.arange(9.0), position=np.arange(9.0), name="b", source="b")])
+    with h5py.File(log, "a") as file:
+        del file["records/a/force"]
+        file["records/a/force"] = (
+            h5py.ExternalLink(str(tmp_path / "other.h5"), "/records/b/position")
+            if kind == "external"
+            else h5py.SoftLink("/records/a/position")
+        )
+    refused(log, "is a link")
+
+
+def test_a_virtual_dataset_is_refused(tmp_path, log):
+    write_logs(tmp_path / "other.h5", [Log(time=np.arange(400.0), position=np.arange(400.0), name="b", source="b")])
+    with h5py.File(log, "a") as file:
+        del file["records/a/force"]
+        layout = h5py.VirtualLayout((400,), "f8")
+        layout[:] = h5py.VirtualSource(str(tmp_path / "other.h5"), "records/b/position", (400,))
+        file["records/a"].create_virtual_dataset("force", layout)
+    refused(log, "takes its values from another file")
+
+
+def test_what_is_declared_and_not_stored_is_refused_at_once(log):
+    with h5py.File(log, "a") as file:
+        for name in ("time", "position", "force"):
+            del file[f"records/a/{name}"]
+            file["records/a"].create_dataset(name, (100_000_000,), "f8", chunks=(1_000_000,)).attrs["unit"] = "s"
+    start = time.monotonic()
+    refused(log, "declares 800 MB and stores 0 MB")
+    assert time.monotonic() - start < 5
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda g: g.create_dataset("force", data=3.0),
+        lambda g: g.create_dataset("force", data=np.zeros((20, 20))),
+        lambda g: g.create_dataset("force", data=np.zeros(400, complex)),
+        lambda g: g.create_dataset("force", data=np.array([b"a"] * 400)),
+        lambda g: g.create_dataset("force", dtype="f8", data=h5py.Empty("f8")),
+        lambda g: g.create_dataset("force", data=np.zeros(400, [("a", "f8"), ("b", "i4")])),
+        lambda g: g.create_group("force"),
+        lambda g: g.attrs.__setitem__("kind", np.arange(4)),
+        lambda g: g["position"].attrs.__setitem__("unit", np.arange(4)),
+        lambda g: g["position"].attrs.__setitem__("unit", h5py.Empty("f8")),
+    ],
+)
+def test_what_is_no_column_of_numbers_is_told(log, spoil):
+    with h5py.File(log, "a") as file:
+        group = file["records/a"]
+        if "force" in group:
+            del group["force"]
+        spoil(group)
+    for path in (lambda: read_records(log), lambda: ingest(log, log.with_name("again.h5"), force=True)):
+        try:
+            path()
+        except FricError as error:
+            assert len(str(error)) < 1200
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_bytes_of_a_log_that_were_changed_end_in_a_sentence_or_a_log(tmp_path_factory, data):
+    folder = tmp_path_factory.mktemp("fuzz")
+    whole = bytearray((DATA / "presliding-sine.h5").read_bytes())
+    for _ in range(data.draw(st.integers(1, 12))):
+        whole[data.draw(st.integers(0, min(len(whole) - 1, 8192)))] = data.draw(st.integers(0, 255))
+    path = folder / "log.h5"
+    path.write_bytes(
+        whole[: data.draw(st.integers(len(whole) // 2, len(whole)))] if data.draw(st.booleans()) else whole
+    )
+    try:
+        read_records(path)
+    except FricError as error:
+        assert len(str(error).splitlines()) <= 2
+
+
+def test_references_in_a_circle_end(tmp_path):
+    path = tmp_path / "ring.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        cell = file.create_dataset("cell", (1, 1), h5py.ref_dtype)
+        cell[0, 0] = cell.ref
+    with path.open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file".ljust(512))
+    with pytest.raises(FricError, match="in a circle"):
+        list(tables(path))
+
+
+@pytest.mark.parametrize("unit", ["9**9**9**9 m", "m**(9**9**9)", "m^9^9^9", "m" * 5000, "(" * 3000, "m**99999999999"])
+def test_units_that_would_be_worked_out_for_years(unit):
+    start = time.monotonic()
+    with pytest.raises(FricError, match="not a unit"):
+        factor(unit, "position")
+    assert time.monotonic() - start < 2
+    for known, kind in (("m/s^2", "acceleration"), ("m/s**2", "acceleration"), ("N*s*m**-1", "viscous")):
+        assert factor(known, kind) == 1
+
+
+@pytest.mark.parametrize("text", ["inf m", "nan m", "1e999 m"])
+def test_quantities_are_finite(text):
+    with pytest.raises(FricError, match="finite"):
+        parse(text, "position")
+
+
+def bomb(depth: int) -> str:
+    lines = ["fric: plant/1", "axis: x", "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1]"]
+    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, depth)]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        (bomb(9), "without aliases"),
+        ("fric: plant/1\nA: " + "[" * 5000 + "]" * 5000, "nests deeper|damaged|no YAML"),
+        ("fric: plant/1\nA: " + "{a: " * 300 + "1" + "}" * 300, "nests deeper|damaged"),
+        ("%YAML 9.9\n---\nfric: plant/1\n", "."),
+        ("fric: plant/1\naxis: x\nA: null\nT_d: 1 ms\n", "A: "),
+        ("fric: plant/1\nA: " + "9" * 6000, "."),
+        ("fric: plant/1\ncreated: 2026-99-99\n", "."),
+        ("fric: plant/1\n? [a, b]\n: c\n", "."),
+        ("\x1b[31mfric: plant/1\n", "."),
+        ("fric: plant/1\n<<: *nothing\n", "."),
+        ("fric: !!python/object/apply:os.system [echo]\n", "."),
+    ],
+)
+def test_yaml_that_is_made_to_hurt(tmp_path, text, match):
+    path = tmp_path / "plant.yaml"
+    path.write_text(text)
+    start = time.monotonic()
+    with pytest.raises(FricError, match=match) as caught:
+        read_document(path, PlantDocument)
+    assert time.monotonic() - start < 20
+    assert len(str(caught.value).splitlines()) <= 2
+    assert all(one.isprintable() or one == "\n" for one in str(caught.value))
+
+
+@settings(max_examples=120, deadline=None)
+@given(st.binary(max_size=400))
+def test_any_bytes_are_a_document_or_a_sentence(tmp_path_factory, data):
+    path = tmp_path_factory.mktemp("yaml") / "a.yaml"
+    path.write_bytes(b"fric: plant/1\naxis: x\n" + data)
+    for kind in (PlantDocument, MachineDocument):
+        with pytest.raises(FricError) as caught:
+            read_document(path, kind)
+        assert all(one.isprintable() or one == "\n" for one in str(caught.value))
+
+
+def test_devices_and_pipes_are_no_inputs(tmp_path):
+    os.mkfifo(tmp_path / "pipe.yaml")
+    machine = tmp_path / "machine.yaml"
+    for name in ("/dev/zero", str(tmp_path / "pipe.yaml"), "."):
+        machine.write_text(
+            f"fric: machine/1\naxes:\n  x:\n    plant: {name}\n    controller: {name}\n    friction: {name}\n"
+        )
+        with pytest.raises(FricError, match="no regular file|a folder"):
+            read_document(machine, MachineDocument)
+    for path in (Path("/dev/zero"), tmp_path / "pipe.yaml"):
+        for read in (lambda p: list(tables(p)), read_records, lambda p: fric.collect([p])):
+            with pytest.raises(FricError, match="no regular file"):
+                read(path)
+
+
+def test_names_are_taken_apart_without_backtracking():
+    def mapping(file: str) -> MappingDocument:
+        return MappingDocument.model_validate(
+            {"fric": "mapping/1", "file": file, "columns": {"time": {"column": 0, "unit": "s"}}}
+        )
+
+    fields = mapping("{axis}_{speed}mmps-{run}").fields({"stem": "x_20mmps-3-b"}, "here")
+    assert (fields["axis"], fields["speed"], fields["run"]) == ("x", "20", "3-b")
+    start = time.monotonic()
+    with pytest.raises(FricError, match="is not made like"):
+        mapping("".join(f"{{f{n}}}a" for n in range(12)) + "b").fields({"stem": "a" * 250}, "here")
+    assert time.monotonic() - start < 5
+
+
+def test_messages_are_two_short_lines_whatever_the_file_says():
+    error = FricError("\x1b[2J" + "a\nb" * 900, where="\x07where\x9b", mend="x" * 5000)
+    assert len(str(error).splitlines()) == 2
+    assert len(str(error)) < 1300
+    assert all(one.isprintable() for one in str(error).replace("\n", ""))
+    assert printable("tab\there") == "tab here"
+
+
+READER = '''
+"""A format of this test alone."""
+import numpy as np
+from fric.io.readers.base import Column, Memory
+
+def recognises(path, head):
+    return float(head.startswith(b"OWN-FORMAT"))
+
+def tables(path, layout):
+    n = int(path.read_text().split()[1])
+    t = np.arange(n) * 1e-3
+    yield Memory(path, (Column("time", "s"), Column("position", "m")), [t, np.sin(t)])
+'''
+
+
+@pytest.mark.parametrize("name", ["aaa", "zzz"])
+def test_a_reader_is_one_new_file_whatever_its_name(tmp_path, name):
+    """The surest reader is asked: text would take any file without a zero byte."""
+    (tmp_path / "readers").mkdir()
+    (tmp_path / "readers" / f"{name}.py").write_text(READER)
+    (tmp_path / "own.csv").write_text("OWN-FORMAT 500\n1,2\n")
+    code = (
+        "import sys\nimport fric.io.readers as r\nr.__path__.append(sys.argv.pop(1))\n"
+        "from fric.cli.main import main\nmain()\n"
+    )
+    words = [str(tmp_path / "readers"), "ingest", str(tmp_path / "own.csv"), "-o", str(tmp_path / "log.h5"), "--json"]
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert '"samples": 500' in done.stdout
+    assert len(read_records(tmp_path / "log.h5")[0]) == 500

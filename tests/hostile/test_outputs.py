@@ -1,0 +1,192 @@
+"""Outputs: devices and links, two runs on one name, drafts that killed runs left, disks that are full."""
+
+import os
+import signal
+import stat
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from fric import output
+from fric.errors import FricError
+from fric.io.hdf5 import log_writer, read_logs, write_logs
+from fric.log import Log
+from fric.output import refuse_existing, staged
+
+
+def log(name: str = "a") -> Log:
+    t = np.arange(200) * 1e-3
+    return Log(time=t, position=t**2, force=t, name=name, kind="motion", source=f"{name}.csv", sha256=name * 8)
+
+
+def test_a_device_or_a_pipe_is_never_replaced(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (Path("/dev/null"), tmp_path / "pipe", tmp_path):
+        for force in (False, True):
+            with pytest.raises(FricError, match="no regular file|a folder"), staged(path, force=force):
+                pass
+    assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
+    with pytest.raises(FricError, match="no regular file"):
+        refuse_existing(Path("/dev/null"), force=True)
+
+
+def test_links_are_followed_and_stay_links(tmp_path):
+    (tmp_path / "there").mkdir()
+    link, real = tmp_path / "link.txt", tmp_path / "there" / "real.txt"
+    link.symlink_to(real)
+    with staged(link) as draft:  # dangling
+        draft.write_text("one")
+    assert link.is_symlink()
+    assert real.read_text() == "one"
+    with pytest.raises(FricError, match="exists"), staged(link):
+        pass
+    with staged(link, force=True) as draft:
+        draft.write_text("two")
+    assert (link.is_symlink(), real.read_text()) == (True, "two")
+    loop = tmp_path / "loop"
+    loop.symlink_to(loop)
+    with pytest.raises(FricError, match="leads nowhere"), staged(loop):
+        pass
+    assert loop.is_symlink()
+
+
+def test_of_two_runs_on_one_name_the_second_fails(tmp_path):
+    path = tmp_path / "out.txt"
+    with pytest.raises(FricError, match="came to be while"), staged(path) as second:
+        with staged(path) as first:
+            first.write_text("first")
+        second.write_text("second")
+    assert path.read_text() == "first"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_next_run_removes_what_a_killed_one_left_and_nothing_else(tmp_path):
+    path = tmp_path / "out.txt"
+    left, other = tmp_path / ".out-0123abcd.txt", tmp_path / ".out-plan.txt"
+    left.write_text("half")
+    other.write_text("mine")
+    with staged(path) as living:
+        living.write_text("living")
+        with staged(path, force=True) as draft:
+            draft.write_text("next")
+        assert living.exists()  # its process lives
+        assert not left.exists()
+        path.unlink()
+    assert sorted(tmp_path.iterdir()) == [other, path]
+
+
+def test_what_is_added_at_once_is_all_there(tmp_path):
+    path = tmp_path / "log.h5"
+    write_logs(path, [log("first")])
+
+    def add(name: str) -> None:
+        with log_writer(path, axis="x", motion="linear", append=True) as writer:
+            writer.write(log(name))
+
+    threads = [threading.Thread(target=add, args=(f"r{n}",)) for n in range(6)]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+    assert sorted(one.name for one in read_logs(path)) == ["first", *(f"r{n}" for n in range(6))]
+
+
+def test_who_waits_too_long_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(output, "WAIT", 0.1)
+    with output.alone(tmp_path / "a.h5"), pytest.raises(FricError, match="another process"):
+        with output.alone(tmp_path / "a.h5"):
+            pass
+
+
+WRITERS = {
+    "run": "from fric.io.run import write_runs\nwrite = lambda p: write_runs(p, RUNS)",
+    "log": "from fric.io.hdf5 import write_logs\nwrite = lambda p: write_logs(p, LOGS)",
+}
+FULL = """
+import sys, resource, signal
+from pathlib import Path
+import numpy as np
+import fric
+from fric.log import Log
+machine = fric.read_machine(Path("configs/xy-table.yaml"))
+RUNS = [fric.run_circle(machine, one, fric.Circle(0.001, 0.05)) for one in fric.choose_schemes("a")]
+t = np.arange(200_000) * 1e-3
+LOGS = [Log(time=t, position=np.random.default_rng(0).normal(size=len(t)), name="a", source="a", sha256="a")]
+{writer}
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+for limit in (1_000, 9_000, 40_000):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+    try:
+        write(Path(sys.argv[1]))
+    except fric.FricError as error:
+        print(error.what)
+"""
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_disk_that_fills_up_ends_every_writer_with_a_sentence(tmp_path, name):
+    done = subprocess.run(
+        [sys.executable, "-c", FULL.replace("{writer}", WRITERS[name]), str(tmp_path / "out.h5")],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines() == ["cannot be written: File too large"] * 3
+    assert not list(tmp_path.iterdir())
+
+
+class FailingAtError(OSError):
+    """The n-th write fails."""
+
+
+def test_whichever_write_of_a_log_fails_there_is_a_whole_file_or_none(tmp_path, monkeypatch):
+    """The n-th write fails, for every n: the old file stays as it was, and no draft is left."""
+    from fric.io import staged_hdf5
+
+    path = tmp_path / "log.h5"
+    write_logs(path, [log("before")])
+    before = path.read_bytes()
+    for n in range(1, 400):
+        count = 0
+
+        def failing(self, act, otherwise, n=n):
+            nonlocal count
+            count += 1
+            if self._failed is None and count == n:
+                self._failed = FailingAtError(28, "No space left on device")
+            if self._failed is None:
+                return act()
+            return otherwise
+
+        monkeypatch.setattr(staged_hdf5.Unfailing, "_kept", failing)
+        try:
+            write_logs(path, [log("after")], force=True)
+        except FricError as error:
+            assert "No space left" in error.what
+            assert path.read_bytes() == before
+            assert list(tmp_path.iterdir()) == [path]
+        else:
+            assert n > 5
+            break
+    monkeypatch.undo()
+    assert read_logs(path)[0].name == "after"
+    with h5py.File(path) as file:
+        assert file.attrs["fric"] == "log/1"
+
+
+def test_a_polite_kill_leaves_nothing(tmp_path):
+    code = (
+        "import sys, time\nfrom pathlib import Path\nfrom fric.output import staged\n"
+        "from fric.cli.main import _interrupt\nimport signal\nsignal.signal(signal.SIGTERM, _interrupt)\n"
+        "with staged(Path(sys.argv[1])) as draft:\n    print('in', flush=True)\n    time.sleep(60)\n"
+    )
+    words = [sys.executable, "-c", code, str(tmp_path / "out.txt")]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
+        assert child.stdout.readline() == b"in\n"
+        child.send_signal(signal.SIGTERM)
+        child.wait(10)
+    assert not list(tmp_path.iterdir())
