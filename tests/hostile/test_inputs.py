@@ -35,6 +35,15 @@ def log(tmp_path: Path) -> Path:
     return path
 
 
+def said(call) -> str:
+    """Return the sentence that a call ends in; empty where it went well."""
+    try:
+        call()
+    except FricError as error:
+        return str(error)
+    return ""
+
+
 def refused(path: Path, match: str) -> None:
     """Both ways into a log file end with a sentence."""
     with pytest.raises(FricError, match=match):
@@ -107,11 +116,8 @@ def test_what_is_no_column_of_numbers_is_told(log, spoil):
         if "force" in group:
             del group["force"]
         spoil(group)
-    for path in (lambda: read_records(log), lambda: ingest(log, log.with_name("again.h5"), force=True)):
-        try:
-            path()
-        except FricError as error:
-            assert len(str(error)) < 1200
+    for call in (lambda: read_records(log), lambda: ingest(log, log.with_name("again.h5"), force=True)):
+        assert len(said(call)) < 1200
 
 
 @settings(max_examples=150, deadline=None)
@@ -125,10 +131,7 @@ def test_bytes_of_a_log_that_were_changed_end_in_a_sentence_or_a_log(tmp_path_fa
     path.write_bytes(
         whole[: data.draw(st.integers(len(whole) // 2, len(whole)))] if data.draw(st.booleans()) else whole
     )
-    try:
-        read_records(path)
-    except FricError as error:
-        assert len(str(error).splitlines()) <= 2
+    assert len(said(lambda: read_records(path)).splitlines()) <= 2
 
 
 def test_references_in_a_circle_end(tmp_path):
@@ -209,7 +212,7 @@ def test_devices_and_pipes_are_no_inputs(tmp_path):
         machine.write_text(
             f"fric: machine/1\naxes:\n  x:\n    plant: {name}\n    controller: {name}\n    friction: {name}\n"
         )
-        with pytest.raises(FricError, match="no regular file|a folder"):
+        with pytest.raises(FricError, match=r"no regular file|a folder"):
             read_document(machine, MachineDocument)
     for path in (Path("/dev/zero"), tmp_path / "pipe.yaml"):
         for read in (lambda p: list(tables(p)), read_records, lambda p: fric.collect([p])):
