@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import fric
 from fric.documents.machine import MachineDocument
 from fric.documents.mapping import MappingDocument
 from fric.documents.plant import PlantDocument
@@ -22,6 +21,7 @@ from fric.io.hdf5 import read_records, write_logs
 from fric.io.ingest import ingest
 from fric.io.readers import tables
 from fric.log import Log
+from fric.report.collect import collect
 from fric.units import factor, parse
 
 DATA = Path(__file__).parents[2] / "data"
@@ -215,7 +215,7 @@ def test_devices_and_pipes_are_no_inputs(tmp_path):
         with pytest.raises(FricError, match=r"no regular file|a folder"):
             read_document(machine, MachineDocument)
     for path in (Path("/dev/zero"), tmp_path / "pipe.yaml"):
-        for read in (lambda p: list(tables(p)), read_records, lambda p: fric.collect([p])):
+        for read in (lambda p: list(tables(p)), read_records, lambda p: collect([p])):
             with pytest.raises(FricError, match="no regular file"):
                 read(path)
 

@@ -117,9 +117,12 @@ import sys, resource, signal
 from pathlib import Path
 import numpy as np
 import fric
+from fric.control.scheme import choose_schemes
+from fric.documents.machine_files import read_machine
 from fric.log import Log
-machine = fric.read_machine(Path("configs/xy-table.yaml"))
-RUNS = [fric.run_circle(machine, one, fric.Circle(0.001, 0.05)) for one in fric.choose_schemes("a")]
+from fric.simulate.circle import Circle, run_circle
+machine = read_machine(Path("configs/xy-table.yaml"))
+RUNS = [run_circle(machine, one, Circle(0.001, 0.05)) for one in choose_schemes("a")]
 t = np.arange(200_000) * 1e-3
 LOGS = [Log(time=t, position=np.random.default_rng(0).normal(size=len(t)), name="a", source="a", sha256="a")]
 {writer}
