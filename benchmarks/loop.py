@@ -128,7 +128,7 @@ def run() -> list[tuple[str, str, str]]:
     table()
     (seconds,) = _best([table], rounds=5)
     rows.append(
-        ("table of six schemes on two axes at 100 mm/s, process start included", f"{seconds:.2f} s", "under 2 s")
+        ("table of six schemes on two axes at 100 mm/s, process start included", f"{seconds:.2f} s", "under 1 s")
     )
 
     simulate, duration = _lsoda()
