@@ -43,6 +43,24 @@ def test_help_of_a_group_or_its_command_does_not_wait_for_pydantic(words):
     assert told.endswith("False\n")
 
 
+def test_a_table_of_schemes_loads_nothing_that_it_does_not_use():
+    words = ["simulate", "circle", "configs/xy-table.yaml", "--scheme", "a", "--radius", "5 mm", "--json"]
+    code = f"import sys, fric.cli.main as m\ntry:\n m.app({words})\nfinally:\n print(sorted(sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert "'fric.kernels.loop'" in loaded
+    heavy = (
+        "h5py",
+        "pandas",
+        "matplotlib",
+        "bokeh",
+        "rich.progress",
+        "scipy.optimize",
+        "scipy.interpolate",
+        "scipy.signal",
+    )
+    assert [name for name in heavy if f"'{name}'" in loaded] == []
+
+
 def test_a_model_is_written_and_read_again(tmp_path):
     out, figure = tmp_path / "friction.yaml", tmp_path / "loops.png"
     words = ["identify", "lugre", LOOPS, "-o", out, "--fix", "sigma=180 N*s/m", "--plot", figure]

@@ -19,7 +19,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from fric.control.base import ControlBlock, Setting
 from fric.errors import FricError
@@ -144,6 +143,8 @@ def fitted(model: FrictionModel, sampling: float) -> tuple[float, float, float, 
         return np.asarray(x[0] * np.exp(-t / np.exp(x[1])) - parts[-1] / scale)
 
     # one decay must do for all: that of the fast reversal, where the spike is
+    from scipy.optimize import least_squares
+
     found = least_squares(misfit, [-1.0, np.log(0.01)], bounds=([-5.0, -8.0], [5.0, 1.0]))
     pulse = np.exp(-t / np.exp(found.x[1]))
     fitting = (float(pulse @ part / (pulse @ pulse)) for part in parts)

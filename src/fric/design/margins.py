@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -144,6 +143,8 @@ def margins(loop: OpenLoop, nyquist: float) -> Margins:
 
 def _roots(f: NDArray[np.float64], values: NDArray[np.float64], function: Callable[[float], float]) -> list[float]:
     """Return the roots between grid points of opposite sign, the ends of the grid left out."""
+    from scipy.optimize import brentq  # not at the start: simulations need no margins, and it takes 0.1 s
+
     places = np.flatnonzero(np.sign(values[:-2]) * np.sign(values[1:-1]) < 0)
     return [float(brentq(function, f[i], f[i + 1], xtol=1e-10 * f[i], rtol=1e-13)) for i in places]
 
@@ -152,6 +153,8 @@ def _peak(
     f: NDArray[np.float64], values: NDArray[np.float64], function: Callable[[float], float]
 ) -> tuple[float, float]:
     """Return place and height of the highest point, refined between its neighbours on the grid."""
+    from scipy.optimize import minimize_scalar
+
     top = int(np.argmax(values))
     low, high = np.log(f[max(top - 1, 0)]), np.log(f[min(top + 1, f.size - 1)])
     found = minimize_scalar(

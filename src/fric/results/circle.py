@@ -13,7 +13,6 @@ from fric.documents.identified import Identified
 from fric.documents.provenance import provenance
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
-from fric.io.run import write_runs
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
 from fric.results.machine import machine_of, schemes_of, unique
@@ -133,6 +132,8 @@ class CircleResult(Result):
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write traces and metrics to a run file."""
         made = json.dumps(provenance() | {"machine": self.machine.name})
+        from fric.io.run import write_runs  # with HDF5, which a table needs not
+
         write_runs(Path(path), self.runs, made, many=self.many, force=force)
 
     def to_frame(self) -> pd.DataFrame:

@@ -15,7 +15,6 @@ from fric.documents.yaml import read_document
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
-from fric.io.hdf5 import read_records
 from fric.log import FrequencyResponse, Log
 from fric.results.base import Result
 from fric.units import Motion, parse, parse_gain, si_unit
@@ -67,6 +66,8 @@ def _flat(verb: str, given: Iterable[Any]) -> Iterable[Record]:
         if isinstance(one, Log | FrequencyResponse):
             yield one
         elif isinstance(one, str | Path):
+            from fric.io.hdf5 import read_records  # with HDF5, which simulations need not
+
             yield from read_records(Path(one))
         elif isinstance(one, Iterable) and not isinstance(one, bytes | dict):
             yield from _flat(verb, one)

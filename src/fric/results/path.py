@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from fric.documents.provenance import provenance
 from fric.io.path import read_path
-from fric.io.run import write_runs
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, path_of, silent
 from fric.results.machine import machine_of, schemes_of, unique
@@ -83,6 +82,8 @@ class PathResult(Result):
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write traces and metrics to a run file."""
+        from fric.io.run import write_runs  # with HDF5, which a table needs not
+
         write_runs(Path(path), self.runs, json.dumps(provenance() | {"machine": self.machine.name}), force=force)
 
     def to_frame(self) -> pd.DataFrame:

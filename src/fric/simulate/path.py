@@ -8,7 +8,6 @@ from math import ceil
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from fric.contour import ContourError, contour_error
 from fric.errors import FricError
@@ -76,6 +75,8 @@ class PointPath:
 
     def references(self, sampling: float) -> tuple[Reference, Reference]:
         """Return the motion of both axes, from rest to rest, sampled at a rate [Hz]."""
+        from scipy.interpolate import CubicSpline  # not at the start, which circles share: it takes 0.1 s
+
         points = self.points
         knots = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
         closed = np.allclose(points[0], points[-1], rtol=0, atol=1e-9 * knots[-1])
