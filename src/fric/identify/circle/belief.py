@@ -1,0 +1,108 @@
+"""What a controller believes of an axis, as coordinates in which it is tuned: logarithms about what it believed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.friction.gms import GMS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FOUR = ("level", "stiffness", "C", "T_d")
+"""What is tuned first."""
+PRIORS = {"level": 0.5, "stiffness": 1.0, "C": 2.0, "T_d": 0.15, "ratio": 0.3, "v_s": 0.7, "delta": 0.3}
+"""How far a coordinate may be from what was believed: one standard deviation of its logarithm."""
+PRIOR_ALPHA, PRIOR_K = 0.4, 0.7
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Coordinates about a friction model and a delay.
+
+    Parameters
+    ----------
+    model
+        The friction that is believed.
+    T_d
+        The delay that is believed [s].
+    names
+        Coordinates that are free: of `FOUR`, ``ratio`` (F_s over F_c), ``v_s``, ``delta``, ``alpha_i``, ``k_i``.
+    """
+
+    model: GMS
+    T_d: float
+    names: tuple[str, ...] = FOUR
+
+    @classmethod
+    def of(cls, model: GMS, T_d: float, *, full: bool) -> Coordinates:
+        """Return the four coordinates, or all of the shape."""
+        if not full:
+            return cls(model, T_d)
+        blocks = range(1, len(model.alpha) + 1)
+        shape = ("ratio", "v_s", "delta") if model.static.F_s > model.static.F_c else ()
+        alphas = tuple(f"alpha_{n}" for n in blocks) if len(model.alpha) > 1 else ()
+        return cls(model, T_d, ("level", "C", "T_d", *shape, *alphas, *(f"k_{n}" for n in blocks)))
+
+    @property
+    def priors(self) -> NDArray[np.float64]:
+        """Standard deviations of the coordinates, shape (p,)."""
+        return np.array(
+            [PRIOR_ALPHA if n.startswith("alpha") else PRIOR_K if n.startswith("k_") else PRIORS[n] for n in self.names]
+        )
+
+    def delay(self, x: NDArray[np.float64]) -> float:
+        """Return the delay at a point [s]."""
+        return self.T_d * float(np.exp(self._value(x, "T_d")))
+
+    def friction(self, x: NDArray[np.float64]) -> GMS:
+        """Return the friction at a point."""
+        m = self.model
+        level = float(np.exp(self._value(x, "level")))
+        static = m.static
+        F_c = static.F_c * level
+        if "ratio" in self.names:  # of what F_s exceeds F_c by
+            F_s = F_c * (1 + (static.F_s / static.F_c - 1) * float(np.exp(self._value(x, "ratio"))))
+        else:
+            F_s = static.F_s * level
+        changed = replace(
+            static, F_c=F_c, F_s=F_s, v_s=static.v_s * float(np.exp(self._value(x, "v_s"))),
+            delta=static.delta * float(np.exp(self._value(x, "delta"))),
+        )  # fmt: skip
+        stiffness = self._value(x, "stiffness")
+        k = tuple(
+            value * float(np.exp(stiffness + self._value(x, f"k_{n}"))) for n, value in enumerate(m.k, start=1)
+        )
+        alpha = [value * float(np.exp(self._value(x, f"alpha_{n}"))) for n, value in enumerate(m.alpha, start=1)]
+        C = m.C * level * float(np.exp(self._value(x, "C")))
+        return GMS(static=changed, alpha=tuple(value / sum(alpha) for value in alpha), k=k, C=C)
+
+    def moved(self, other: Coordinates, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the point of these coordinates that is at a point of others about the same belief."""
+        found = np.zeros(len(self.names))
+        for n, name in enumerate(self.names):
+            found[n] = other._value(x, name)
+            if name.startswith("k_") and "stiffness" not in self.names:
+                found[n] += other._value(x, "stiffness")
+        return found
+
+    def _value(self, x: NDArray[np.float64], name: str) -> float:
+        return float(x[self.names.index(name)]) if name in self.names else 0.0
+
+
+def parameters(model: GMS) -> dict[str, float | tuple[float, ...]]:
+    """Return the parameters of a friction model by name, SI."""
+    static = model.static
+    return {
+        "F_c": static.F_c, "F_s": static.F_s, "v_s": static.v_s, "delta": static.delta, "sigma": static.sigma,
+        "alpha": model.alpha, "k": model.k, "C": model.C,
+    }  # fmt: skip
+
+
+def flat(values: Sequence[float | tuple[float, ...]]) -> NDArray[np.float64]:
+    """Return parameters one after the other, shape (n,)."""
+    return np.concatenate([np.atleast_1d(np.asarray(value, float)) for value in values])

@@ -1,0 +1,208 @@
+"""The belief that explains the voltages of recorded circles: least squares with the plant eliminated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from fric.identify.circle.belief import Coordinates
+from fric.identify.circle.voltage import COMPARED, VoltageRecord
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+STARTS = ((0.74, 1.0), (0.5, 2.7), (1.2, 0.22))
+"""Stiffness and C, as shares of what is believed, at which the search begins."""
+STEP = 4e-3
+"""Step of the derivatives, in the logarithm."""
+NOISE = 0.5e-3
+"""Voltage that a residual is weighed against the priors with, at least [V]."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Voltages of one axis over some circles: ``W[u(t - T_d)] = m·W[z̈] + a·W[ż] + o + W[F]/K_f``.
+
+    The plant's m = 1/B and a = A/B, and an offset o of each circle, are linear and eliminated.
+
+    Parameters
+    ----------
+    records
+        The circles.
+    coordinates
+        What is searched.
+    K_f
+        Force constant that the controller believes [N/V]: friction and it are not told apart, so it is kept.
+    """
+
+    records: tuple[VoltageRecord, ...]
+    coordinates: Coordinates
+    K_f: float
+
+    @property
+    def weights(self) -> NDArray[np.float64]:
+        """Weight of a sample of each circle, so that every circle counts alike, shape (circles,)."""
+        lengths = np.array([np.count_nonzero(record.used) for record in self.records], float)
+        return np.sqrt(lengths.sum() / len(lengths) / lengths)
+
+    def columns(self) -> NDArray[np.float64]:
+        """Return acceleration, velocity and the offsets of all circles, weighed, shape (n, 2 + circles)."""
+        rows = []
+        for n, (record, weight) in enumerate(zip(self.records, self.weights, strict=True)):
+            own = np.zeros((np.count_nonzero(record.used), len(self.records)))
+            own[:, n] = 1.0
+            rows.append(weight * np.column_stack([record.inertia[record.used], record.damping[record.used], own]))
+        return np.vstack(rows)
+
+    def left(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the voltage less that of friction, weighed, at a point, shape (n,)."""
+        model, T_d = self.coordinates.friction(x), self.coordinates.delay(x)
+        return np.concatenate(
+            [
+                weight * (record.delayed(T_d) - record.friction(model) / self.K_f)
+                for record, weight in zip(self.records, self.weights, strict=True)
+            ]
+        )
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a search found.
+
+    Parameters
+    ----------
+    balance
+        What was balanced.
+    x
+        The point found, shape (p,).
+    plant
+        m [V·s²/m], a [V·s/m], and the offset of each circle [V].
+    residual
+        What is left at each sample used, circle after circle, not weighed [V].
+    gradient
+        Its derivatives by x, then by the plant's parameters, shape (n, p + 2 + circles).
+    """
+
+    balance: Balance
+    x: NDArray[np.float64]
+    plant: NDArray[np.float64]
+    residual: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of what is left, every circle counting alike [V]."""
+        return float(np.sqrt(np.mean([np.mean(part**2) for part in self.parts()])))
+
+    def parts(self) -> list[NDArray[np.float64]]:
+        """Return what is left of each circle [V]."""
+        lengths = [int(np.count_nonzero(record.used)) for record in self.balance.records]
+        return np.split(self.residual, np.cumsum(lengths)[:-1])
+
+    def noise(self) -> float | None:
+        """Return the root mean square of what does not repeat from turn to turn [V]; None where no circle tells it."""
+        known = [
+            own
+            for record, part in zip(self.balance.records, self.parts(), strict=True)
+            if (own := record.repeating(part)) is not None
+        ]
+        return float(np.sqrt(np.mean(np.square(known)))) if known else None
+
+
+class _Search:
+    """Residuals and derivatives of a balance, with what is linear projected out."""
+
+    def __init__(self, balance: Balance, sigma: float) -> None:
+        self.balance = balance
+        self.columns = balance.columns()
+        self.basis = np.linalg.qr(self.columns)[0]
+        rate = np.mean([1.0 / (record.time[1] - record.time[0]) for record in balance.records])
+        # neighbouring samples behind the filter are alike: the residual counts as so many independent values
+        self.scale = 1.0 / (sigma * np.sqrt(max(rate / (2 * COMPARED), 1.0)))
+        self.priors = balance.coordinates.priors
+        self._last: tuple[bytes, NDArray[np.float64]] | None = None
+
+    def projected(self, left: NDArray[np.float64]) -> NDArray[np.float64]:
+        return left - self.basis @ (self.basis.T @ left)
+
+    def voltage(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        key = x.tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = (key, self.balance.left(x))
+        return self._last[1]
+
+    def residual(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.concatenate([self.scale * self.projected(self.voltage(x)), x / self.priors])
+
+    def derivatives(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        here = self.voltage(x)
+        found = np.empty((len(here), len(x)))
+        for n in range(len(x)):
+            moved = x.copy()
+            moved[n] += STEP
+            found[:, n] = (self.balance.left(moved) - here) / STEP
+        return found
+
+    def jacobian(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        found = self.derivatives(x)
+        projected = found - self.basis @ (self.basis.T @ found)
+        return np.vstack([self.scale * projected, np.diag(1.0 / self.priors)])
+
+
+def fit(balance: Balance, starts: Sequence[NDArray[np.float64]], sigma: float = NOISE, most: int = 25) -> Fitted:
+    """Return the least-squares point of a balance with its priors, from the best of some starts.
+
+    Parameters
+    ----------
+    balance
+        What is balanced.
+    starts
+        Points to start from, each of shape (p,); all are searched coarsely, and the best to the end.
+    sigma
+        Standard deviation that a sample is weighed against the priors with [V].
+    most
+        Steps at most.
+    """
+    search = _Search(balance, max(sigma, NOISE))
+    bounds = np.minimum(6.0 * search.priors, 3.5)
+
+    def searched(x: NDArray[np.float64], steps: int) -> tuple[float, NDArray[np.float64]]:
+        found = least_squares(
+            search.residual, np.clip(x, -0.99 * bounds, 0.99 * bounds), search.jacobian, bounds=(-bounds, bounds),
+            x_scale=np.minimum(search.priors, 0.5), xtol=1e-5, ftol=1e-6, max_nfev=steps,
+        )  # fmt: skip
+        return float(found.cost), np.asarray(found.x)
+
+    few = most if len(starts) == 1 else 7
+    best = min((searched(np.asarray(x, float), few) for x in starts), key=lambda one: one[0])
+    x = best[1] if len(starts) == 1 else searched(best[1], most)[1]
+    return at(balance, x)
+
+
+def at(balance: Balance, x: NDArray[np.float64], plant: NDArray[np.float64] | None = None) -> Fitted:
+    """Return what is left at a point, with the plant that fits best there, or with one that is given (its offsets fit).
+
+    Parameters
+    ----------
+    balance
+        What is balanced.
+    x
+        The point, shape (p,).
+    plant
+        m [V·s²/m] and a [V·s/m] that are kept.
+    """
+    search = _Search(balance, NOISE)
+    left, columns = search.voltage(x), search.columns
+    if plant is None:
+        linear = np.linalg.lstsq(columns, left, rcond=None)[0]
+        gradient = np.hstack([search.derivatives(x), -columns])
+    else:
+        offsets = np.linalg.lstsq(columns[:, 2:], left - columns[:, :2] @ plant, rcond=None)[0]
+        linear, gradient = np.concatenate([plant, offsets]), -columns
+    lengths = [int(np.count_nonzero(record.used)) for record in balance.records]
+    weights = np.repeat(balance.weights, lengths)
+    return Fitted(balance, x, linear, (left - columns @ linear) / weights, gradient / weights[:, None])

@@ -1,0 +1,245 @@
+"""What a circle test tells of one axis as a balance of voltages: made ready once, replayed many times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, decimate, sosfiltfilt
+
+from fric.errors import FricError
+from fric.identify.circle.revolutions import fit_circle, steady
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.friction import FrictionModel
+    from fric.identify.circle.measured import MeasuredCircle
+
+SMOOTHED, COMPARED = 200.0, 100.0
+"""Corners of the filters [Hz]: over the tracking error, and over all voltages that are compared."""
+RUN_IN = 0.15
+"""Share of a record that is left out: friction's state where it begins is not known."""
+SLOWEST = 900.0
+"""Samples a second that are kept at least [Hz]."""
+BREAK_AWAY = 0.5e-6
+"""The motion behind a reversal is sampled `FINE` times while it covers so much [m]."""
+FINE = 8
+
+
+@dataclass(frozen=True)
+class VoltageRecord:
+    """One axis of one circle test, made ready to be replayed.
+
+    Parameters
+    ----------
+    where
+        File, test and axis, for messages.
+    feed, radius
+        Of the circle [m/s], [m].
+    time
+        Even sample instants [s], shape (n,).
+    position, velocity
+        The motion [m], [m/s], without the encoder's steps, shape (n,).
+    inertia, damping
+        Acceleration [m/s²] and velocity [m/s] behind the filter of what is compared, shape (n,).
+    voltage
+        The control voltage behind the same filter, as a function of time.
+    used
+        Samples that are compared, shape (n,).
+    turn
+        Number of the revolution that a sample is of; -1 outside whole revolutions at steady feed, shape (n,).
+    angle
+        Angle on the circle [rad], shape (n,).
+    raw
+        What was recorded at even instants: time, reference, position, voltage, each of shape (N,).
+    """
+
+    where: str
+    feed: float
+    radius: float
+    time: NDArray[np.float64]
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    inertia: NDArray[np.float64]
+    damping: NDArray[np.float64]
+    voltage: CubicSpline
+    used: NDArray[np.bool_]
+    turn: NDArray[np.intp]
+    angle: NDArray[np.float64]
+    raw: tuple[NDArray[np.float64], ...]
+
+    @cached_property
+    def _filter(self) -> NDArray[np.float64]:
+        return _low_pass(COMPARED, 1.0 / float(self.time[1] - self.time[0]))
+
+    def friction(self, model: FrictionModel) -> NDArray[np.float64]:
+        """Return the friction of a model along the motion behind the filter [N], at the samples used."""
+        force = model.replay(self.time, self.position, self.velocity)
+        return np.asarray(sosfiltfilt(self._filter, force)[self.used])
+
+    def delayed(self, T_d: float) -> NDArray[np.float64]:
+        """Return the control voltage as it acts, a delay later [V], at the samples used."""
+        return np.asarray(self.voltage(self.time[self.used] - T_d))
+
+    def repeating(self, rest: NDArray[np.float64]) -> float | None:
+        """Return the root mean square of what does not repeat of a residual at the samples used; None of one turn."""
+        turn, angle = self.turn[self.used], self.angle[self.used] % (2 * pi)
+        turns = [n for n in np.unique(turn) if n >= 0]
+        if len(turns) < 2:
+            return None
+        bins = int(min(np.count_nonzero(turn == turns[0]), 7200) // 2)
+        means = []
+        for n in turns:
+            cell = (angle[turn == n] / (2 * pi) * bins).astype(int) % bins
+            number = np.bincount(cell, minlength=bins)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                means.append(np.bincount(cell, rest[turn == n], bins) / number)
+        apart = np.diff(np.array(means), axis=0)
+        return float(np.sqrt(np.nanmean(apart**2) / 2))
+
+
+def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
+    """Return one axis of a circle test, ready to be replayed.
+
+    The reference is exact, so only the tracking error is smoothed: ``z = r - LP(r - z_m)`` with a Butterworth filter
+    of second order at 200 Hz, there and back.
+
+    Raises
+    ------
+    FricError
+        When reference or voltage were not recorded, or the sampling is too slow.
+    """
+    trace = test.axis(name)
+    where = f"{test.where}, axis {name}"
+    if trace.reference is None or trace.input is None:
+        missing = " and ".join(
+            what for what, values in (("reference", trace.reference), ("voltage", trace.input)) if values is None
+        )
+        raise FricError(
+            f"no {missing} was recorded, which tuning needs", where=where, mend="Record it beside the position."
+        )
+    t, (r, z_m, u) = _even(trace.time, trace.reference, trace.position, trace.input)
+    sampling = 1.0 / float(t[1] - t[0])
+    if sampling < SLOWEST:
+        raise FricError(
+            f"the test was recorded at {sampling:.3g} Hz", where=where,
+            mend=f"Tuning needs {SLOWEST:g} Hz at least: what happens at a reversal takes some milliseconds.",
+        )  # fmt: skip
+    rate_of = np.gradient(z_m, t)  # behind the filter of what is compared, noise and all: no motion is taken off
+    a = np.gradient(rate_of, t)
+    a[1:-1] = (z_m[2:] - 2 * z_m[1:-1] + z_m[:-2]) * sampling**2
+    # how fine the motion behind a reversal is: its time over the first half micrometre
+    along = (2 * BREAK_AWAY * test.radius) ** 0.5 / test.feed
+    every = max(1, int(min(sampling / SLOWEST, sampling * along / FINE)))
+    rate = sampling / every
+    low_pass = _low_pass(COMPARED, rate)
+    z, v = _smoothed(t, r, r - z_m)
+
+    def compared(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        thin = decimate(values, every, ftype="fir") if every > 1 else values
+        return np.asarray(sosfiltfilt(low_pass, thin))
+
+    thin = t[::every]
+    inertia, damping, voltage = (compared(values)[: len(thin)] for values in (a, rate_of, u))
+    angle, turn, moving = _turns(test, thin)
+    edge = int(rate / COMPARED * 4)
+    used = moving & (thin - thin[0] >= RUN_IN * (thin[-1] - thin[0]))
+    used[:edge] = used[-edge:] = False
+    return VoltageRecord(
+        where, test.feed, test.radius, thin, np.ascontiguousarray(z[::every]), np.ascontiguousarray(v[::every]), inertia, damping, CubicSpline(thin, voltage), used,
+        turn, angle, (t, r, z_m, u),
+    )  # fmt: skip
+
+
+def _smoothed(
+    t: NDArray[np.float64], r: NDArray[np.float64], error: NDArray[np.float64],
+    acceleration: NDArray[np.float64] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+    """Return position [m] and velocity [m/s] behind encoder counts: the reference less the error, smoothed.
+
+    Parameters
+    ----------
+    t, r, error
+        Even instants [s], reference [m], and tracking error as measured [m], shape (n,).
+    acceleration
+        Acceleration of the error as the voltages tell it [m/s²]; above the filter's corner the error is taken from it.
+    """
+    n, dt = len(t), float(t[1] - t[0])
+    f = np.fft.rfftfreq(2 * n, dt)
+    low = 1.0 / (1.0 + (f / SMOOTHED) ** 4)
+    spectrum = low * np.fft.rfft(np.concatenate([error, error[::-1]]))
+    if acceleration is not None:
+        square = (2 * pi * np.maximum(f, f[1])) ** 2
+        spectrum -= (1 - low) / square * np.fft.rfft(np.concatenate([acceleration, acceleration[::-1]]))
+    z = r - np.fft.irfft(spectrum, 2 * n)[:n]
+    return np.ascontiguousarray(z), np.gradient(z, t)
+
+
+def refined(
+    record: VoltageRecord, model: FrictionModel, T_d: float, plant: tuple[float, float, float], K_f: float
+) -> VoltageRecord:
+    """Return a record whose motion is known above the smoothing filter too, from the balance of the voltages.
+
+    Smoothing takes off what is fast in the motion behind a reversal, and friction replayed along the rest sets in
+    late. What the filter takes off is put back from ``z̈ = (u(t - T_d) - a·ż - o - F/K_f)/m``, twice integrated.
+
+    Parameters
+    ----------
+    record
+        The record.
+    model, T_d
+        The friction and the delay [s] found so far.
+    plant
+        m [V·s²/m], a [V·s/m] and the offset [V] found so far.
+    K_f
+        Force constant [N/V].
+    """
+    t, r, z_m, u = record.raw
+    every = round((record.time[1] - record.time[0]) / (t[1] - t[0]))
+    at_full = np.interp(t, record.time, record.position - np.interp(record.time, t, r)) + r
+    velocity = np.gradient(at_full, t)
+    m, a, offset = plant
+    late = np.interp(t - T_d, t, u)
+    acceleration = (late - a * velocity - offset - model.replay(t, at_full, velocity) / K_f) / m
+    wanted = np.gradient(np.gradient(r, t), t)
+    z, v = _smoothed(t, r, r - z_m, wanted - acceleration)
+    return replace(record, position=np.ascontiguousarray(z[::every]), velocity=np.ascontiguousarray(v[::every]))
+
+
+def _low_pass(corner: float, sampling: float) -> NDArray[np.float64]:
+    return np.asarray(butter(2, min(corner / (sampling / 2), 0.95), output="sos"))
+
+
+def _even(time: NDArray[np.float64], *channels: NDArray[np.float64]) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
+    """Return channels at even instants: as they are, or between their samples where these are missing or jitter."""
+    period = float(np.median(np.diff(time)))
+    t = time[0] + period * np.arange(int(round((time[-1] - time[0]) / period)) + 1)
+    if len(t) == len(time) and np.abs(t - time).max() < 0.02 * period:
+        mean = float(time[-1] - time[0]) / (len(time) - 1)
+        return time[0] + mean * np.arange(len(time)), list(channels)
+    return t, [np.interp(t, time, channel) for channel in channels]
+
+
+def _turns(
+    test: MeasuredCircle, t: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.bool_]]:
+    """Return angle, revolution and whether the axis is on its circle, at some instants."""
+    first, second = (test.axis(name) for name in test.names)
+    x = first.position if first.reference is None else first.reference
+    y = second.position if second.reference is None else second.reference
+    a, b, _ = fit_circle(x, y)
+    whole = np.unwrap(np.arctan2(y - b, x - a))
+    inside = steady(first.time, whole)
+    end = whole[inside.stop - 1]
+    angle = np.interp(t, first.time, whole)
+    back = np.abs(end - angle) / (2 * pi)
+    within = (t >= first.time[inside.start]) & (t <= first.time[inside.stop - 1])
+    count = int(np.abs(end - whole[inside.start]) / (2 * pi) + 1e-3)
+    turn = np.where(within & (back < count), np.floor(back).astype(int), -1)
+    moving = (t >= first.time[0]) & (t <= first.time[inside.stop - 1])
+    return angle, turn.astype(np.intp), moving
