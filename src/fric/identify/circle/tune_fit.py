@@ -58,15 +58,16 @@ class Balance:
             rows.append(weight * np.column_stack([record.inertia[record.used], record.damping[record.used], own]))
         return np.vstack(rows)
 
-    def left(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the voltage less that of friction, weighed, at a point, shape (n,)."""
-        model, T_d = self.coordinates.friction(x), self.coordinates.delay(x)
-        return np.concatenate(
-            [
-                weight * (record.delayed(T_d) - record.friction(model) / self.K_f)
-                for record, weight in zip(self.records, self.weights, strict=True)
-            ]
-        )
+    def friction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the voltage of friction, weighed, at a point, shape (n,)."""
+        model = self.coordinates.friction(x)
+        parts = [w / self.K_f * r.friction(model) for r, w in zip(self.records, self.weights, strict=True)]
+        return np.concatenate(parts)
+
+    def voltage(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the control voltage as it acts, weighed, at a point, shape (n,)."""
+        T_d = self.coordinates.delay(x)
+        return np.concatenate([w * r.delayed(T_d) for r, w in zip(self.records, self.weights, strict=True)])
 
 
 @dataclass(frozen=True)
@@ -125,26 +126,39 @@ class _Search:
         self.scale = 1.0 / (sigma * np.sqrt(max(rate / (2 * COMPARED), 1.0)))
         self.priors = balance.coordinates.priors
         self._last: tuple[bytes, NDArray[np.float64]] | None = None
+        self._late: tuple[float, NDArray[np.float64]] | None = None
 
     def projected(self, left: NDArray[np.float64]) -> NDArray[np.float64]:
         return left - self.basis @ (self.basis.T @ left)
 
-    def voltage(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def left(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._voltage(x) - self._friction(x)
+
+    def _voltage(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        T_d = self.balance.coordinates.delay(x)
+        if self._late is None or self._late[0] != T_d:
+            self._late = (T_d, self.balance.voltage(x))
+        return self._late[1]
+
+    def _friction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         key = x.tobytes()
         if self._last is None or self._last[0] != key:
-            self._last = (key, self.balance.left(x))
+            self._last = (key, self.balance.friction(x))
         return self._last[1]
 
     def residual(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.concatenate([self.scale * self.projected(self.voltage(x)), x / self.priors])
+        return np.concatenate([self.scale * self.projected(self.left(x)), x / self.priors])
 
     def derivatives(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        here = self.voltage(x)
-        found = np.empty((len(here), len(x)))
-        for n in range(len(x)):
+        balance, voltage, friction = self.balance, self._voltage(x), self._friction(x)
+        found = np.empty((len(voltage), len(x)))
+        for n, name in enumerate(balance.coordinates.names):
             moved = x.copy()
             moved[n] += STEP
-            found[:, n] = (self.balance.left(moved) - here) / STEP
+            if name == "T_d":
+                found[:, n] = (balance.voltage(moved) - voltage) / STEP
+            else:
+                found[:, n] = (friction - balance.friction(moved)) / STEP
         return found
 
     def jacobian(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -196,7 +210,7 @@ def at(balance: Balance, x: NDArray[np.float64], plant: NDArray[np.float64] | No
         m [V·s²/m] and a [V·s/m] that are kept.
     """
     search = _Search(balance, NOISE)
-    left, columns = search.voltage(x), search.columns
+    left, columns = search.left(x), search.columns
     if plant is None:
         linear = np.linalg.lstsq(columns, left, rcond=None)[0]
         gradient = np.hstack([search.derivatives(x), -columns])

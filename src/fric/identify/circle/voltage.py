@@ -8,6 +8,7 @@ from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.fft import next_fast_len
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, decimate, sosfiltfilt
 
@@ -170,13 +171,19 @@ def _smoothed(
         Acceleration of the error as the voltages tell it [m/s²]; above the filter's corner the error is taken from it.
     """
     n, dt = len(t), float(t[1] - t[0])
-    f = np.fft.rfftfreq(2 * n, dt)
+    length = next_fast_len(2 * n, real=True)
+    f = np.fft.rfftfreq(length, dt)
     low = 1.0 / (1.0 + (f / SMOOTHED) ** 4)
-    spectrum = low * np.fft.rfft(np.concatenate([error, error[::-1]]))
+
+    def spectrum_of(values: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Return the spectrum of a signal, mirrored at its end and at its beginning so that it has no step."""
+        return np.fft.rfft(np.concatenate([values, np.full(length - 2 * n, values[-1]), values[::-1]]))
+
+    spectrum = low * spectrum_of(error)
     if acceleration is not None:
         square = (2 * pi * np.maximum(f, f[1])) ** 2
-        spectrum -= (1 - low) / square * np.fft.rfft(np.concatenate([acceleration, acceleration[::-1]]))
-    z = r - np.fft.irfft(spectrum, 2 * n)[:n]
+        spectrum -= (1 - low) / square * spectrum_of(acceleration)
+    z = r - np.fft.irfft(spectrum, length)[:n]
     return np.ascontiguousarray(z), np.gradient(z, t)
 
 

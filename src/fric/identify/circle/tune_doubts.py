@@ -1,0 +1,2 @@
+def doubts_of(axis, tests, before, found):
+    return ()
