@@ -131,20 +131,22 @@ class _Draws:
     def joint(self) -> dict[str, float]:
         return normals(self.covariances, self.intervals, self.normal)
 
-    def factor(self, name: str) -> float:
+    def factor(self, name: str, element: str = "") -> float:
+        """Return the factor of a spread; an element of a vector (``k_2``) has a factor of its own."""
         if name not in self.spreads:
             return 1.0
-        if name not in self.factors:
-            self.factors[name] = self.spreads[name].factor(self.generator(name))
-            self.drawn[f"{self.axis.name}.{name}"] = self.factors[name]
-        return self.factors[name]
+        key = element or name
+        if key not in self.factors:
+            self.factors[key] = self.spreads[name].factor(self.generator(key))
+            self.drawn[f"{self.axis.name}.{key}"] = self.factors[key]
+        return self.factors[key]
 
     def value(self, name: str, value: float, lower: float, *spreads: str) -> float:
         """Return a parameter drawn from its interval; where it has none, times the factors of its spreads."""
         interval = self.intervals.get(name)
         if interval is None:
             for spread in spreads:
-                value *= self.factor(spread)
+                value *= self.factor(spread, name if name.startswith(f"{spread}_") else "")
             return value
         normal = self.joint[name] if name in self.joint else self.normal(name)
         found = draw_within(value, interval, lower, normal)
@@ -176,7 +178,8 @@ def draw_machine(
         The seed.
     spreads
         By name of a parameter, or ``level`` (every friction force), ``stiffness`` (every stiffness), ``M``, ``load``:
-        the `Spread` of its factor on each axis; `DEFAULT_SPREADS` where not given. K_f and M are what a motor and a
+        the `Spread` of its factor on each axis; `DEFAULT_SPREADS` where not given. That of ``alpha`` or ``k`` is drawn
+        for each block by itself. K_f and M are what a motor and a
         table have, so B = K_f/M follows them, and M·A stays with M.
     intervals
         By axis and name: intervals of parameters that were identified. These are drawn from them, and not spread.

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,15 +12,19 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
 from fric.identify.circle.belief import Coordinates
+from fric.identify.circle.next_circle import NextCircle, circles_ahead, measured_glitch, next_circles
 from fric.identify.circle.tune_doubts import doubts_of
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
+from fric.identify.circle.tune_intervals import TunedEstimates, tuned_estimates
 from fric.identify.circle.voltage import VoltageRecord, refined, voltage_record
 from fric.notice import Notice
 from fric.simulate.machine import Believed
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from fric.identify.circle.measured import MeasuredCircle
-    from fric.simulate.machine import Axis
+    from fric.simulate.machine import Axis, Machine
 
 SHAPE = 1.1
 """Times the noise of the log that four parameters may leave; above it the full shape is fitted."""
@@ -40,6 +44,8 @@ class TunedAxis:
         The friction and the plant that were found.
     before, after
         What belief and result leave of the recorded voltages.
+    estimates
+        Both with their intervals; None where the result is no machine.
     full
         Whether the full shape was fitted.
     improves
@@ -53,6 +59,7 @@ class TunedAxis:
     nominal: Plant
     before: Fitted
     after: Fitted
+    estimates: TunedEstimates | None
     full: bool
     improves: bool
     warnings: tuple[Notice, ...]
@@ -93,12 +100,10 @@ def tune_axis(
     gain = float(np.log(axis.believed.gain)) if axis.believed.gain > 0 else 0.0
     start = np.array([gain, 0.0, 0.0, 0.0])
     before = at(Balance(records, few, nominal.K_f), start, np.array([1 / nominal.B, nominal.A / nominal.B]))
-    if not axis.believed.gain > 0:  # nothing was fed forward: that is what the circle was without
-        before = replace(before)
     starts = [start + np.array([0.0, np.log(stiffness), np.log(C), 0.0]) for stiffness, C in STARTS]
     found = fit(Balance(records, few, nominal.K_f), starts)
     done()
-    found = _again(found, nominal.K_f)
+    found, moved = _again(found, nominal.K_f)
     done()
     full = False
     noise = found.noise()
@@ -106,19 +111,22 @@ def tune_axis(
         shape = Coordinates.of(believed, nominal.T_d, full=True)
         start = shape.moved(found.balance.coordinates, found.x)
         richer = fit(replace(found.balance, coordinates=shape), [start], found.rms)
-        richer = _again(richer, nominal.K_f)
+        richer, further = _again(richer, nominal.K_f)
         compared = at(replace(found.balance, records=richer.balance.records), found.x)
         if full := richer.rms < GAIN * compared.rms:
-            found = richer
+            found, moved = richer, shape.moved(few, moved) + further
     done()
     friction, T_d = found.balance.coordinates.friction(found.x), found.balance.coordinates.delay(found.x)
     m, a = found.plant[:2]
     warnings = list(doubts_of(axis, tests, before, found))
-    improves = bool(m > 0 and found.rms < before.rms and T_d >= 0.5 / axis.cascade.sampling)
-    if not improves:
-        return TunedAxis(axis, friction, nominal, before, found, full, False, tuple(warnings))
+    physical = bool(m > 0 and T_d >= 0.5 / axis.cascade.sampling)
+    if not physical:
+        return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
     plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)
-    return TunedAxis(with_belief(axis, friction, plant), friction, plant, before, found, full, True, tuple(warnings))
+    estimates = tuned_estimates(found, friction, plant, moved)
+    improves = found.rms < before.rms
+    new = with_belief(axis, friction, plant) if improves else axis
+    return TunedAxis(new, friction, plant, before, found, estimates, full, improves, tuple(warnings))
 
 
 def stages(axes: int) -> int:
@@ -133,15 +141,135 @@ def with_belief(axis: Axis, friction: GMS, plant: Plant) -> Axis:
     return replace(axis, believed=Believed(models, 1.0, "auto"), nominal=plant, observer=observer)
 
 
-def _again(found: Fitted, K_f: float) -> Fitted:
-    """Return the fit along the motion that the first fit tells more finely."""
+def _again(found: Fitted, K_f: float) -> tuple[Fitted, NDArray[np.float64]]:
+    """Return the fit along the motion that the first fit tells more finely, and by how much its point moved."""
     coordinates = found.balance.coordinates
     model, T_d = coordinates.friction(found.x), coordinates.delay(found.x)
     m, a = (float(value) for value in found.plant[:2])
     if not m > 0:
-        return found
+        return found, np.zeros(len(found.x))
     records: tuple[VoltageRecord, ...] = tuple(
         refined(record, model, T_d, (m, a, float(found.plant[2 + n])), K_f)
         for n, record in enumerate(found.balance.records)
     )
-    return fit(replace(found.balance, records=records), [found.x], found.rms)
+    again = fit(replace(found.balance, records=records), [found.x], found.rms)
+    return again, again.x - found.x
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What circles say of a machine.
+
+    Parameters
+    ----------
+    machine
+        The machine with its new belief.
+    axes
+        What was found, by axis.
+    tests
+        The circles.
+    predicted
+        What the next circles should show; empty where one axis alone was tuned.
+    warnings
+        What the circles cannot tell, and what was refused.
+    """
+
+    machine: Machine
+    axes: Mapping[str, TunedAxis]
+    tests: tuple[MeasuredCircle, ...]
+    predicted: tuple[NextCircle, ...]
+    warnings: tuple[Notice, ...]
+
+    @property
+    def improves(self) -> bool:
+        """Whether any belief is better than it was."""
+        return any(one.improves for one in self.axes.values())
+
+
+def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None) -> Tuned:
+    """Refit what the controllers of a machine believe to recorded circles, axis by axis.
+
+    An axis whose result leaves more of the recorded voltages than what was believed keeps its belief. So do all, where
+    the next circle should be worse than the recorded one.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    tests
+        Circle tests with reference, position and voltage of both axes; one fast and one slow are asked for.
+    done
+        Called as often as `steps_of_tuning` says.
+
+    Raises
+    ------
+    FricError
+        When a test lacks a channel, or an axis that the machine has, or no GMS model is believed.
+    """
+    if not tests:
+        raise FricError("there is no circle to tune with", mend="Record one at 100 and one at 10 mm/s.")
+    names = tests[0].names
+    for test in tests:
+        if test.names != names or test.is_ball_bar:
+            told = "a ball bar's" if test.is_ball_bar else f"of {' and '.join(test.names)}"
+            raise FricError(
+                f"is {told}, and tuning needs traces of {' and '.join(names)} in every test", where=test.where,
+                mend="Give controller traces of the same axes.",
+            )  # fmt: skip
+    axes = {name: tune_axis(machine.axis(name), tests, done) for name in names}
+    warnings = [warning for one in axes.values() for warning in one.warnings]
+    predicted = next_circles(tests, axes, done) if all(one.improves for one in axes.values()) else []
+    for test in tests:
+        seen = measured_glitch(test)
+        ahead = [one for one in predicted if (one.feed, one.radius) == (test.feed, test.radius)]
+        if ahead and min(one.glitch for one in ahead) > seen:
+            warnings.append(
+                Notice(
+                    f"the next circle at {test.feed * 1e3:g} mm/s should have a glitch of "
+                    f"{min(one.glitch for one in ahead) * 1e6:.2f} µm, and the recorded one has {seen * 1e6:.2f} µm: the "
+                    "result is refused, and what was believed is kept. What is left is not friction of this shape",
+                    "tuning-refused", "wrong",
+                )
+            )
+            axes = {name: replace(one, axis=machine.axes[name], improves=False) for name, one in axes.items()}
+            break
+    for name, one in axes.items():
+        if not one.improves and not any(warning.code == "tuning-refused" for warning in warnings):
+            text = (
+                f"axis {name}: what was found leaves {one.after.rms * 1e3:.2f} mV of the recorded voltages, and what was "
+                f"believed {one.before.rms * 1e3:.2f} mV: it is refused, and what was believed is kept"
+            )
+            warnings.append(Notice(text, "tuning-refused", "wrong"))
+    new = replace(machine, axes={**machine.axes, **{name: one.axis for name, one in axes.items()}})
+    return Tuned(new, axes, tuple(tests), tuple(predicted), tuple(dict.fromkeys(warnings)))
+
+
+def steps_of_tuning(tests: Sequence[MeasuredCircle]) -> int:
+    """Return how often `tune` tells that it is a step further; for a progress bar."""
+    return stages(2) + circles_ahead(tests)
+
+
+def tuned_document(found: Tuned) -> dict[str, Any]:
+    """Return what was tuned as a plain document, for programs; every number in SI."""
+    axes = {}
+    for name, one in found.axes.items():
+        estimates = one.estimates
+        sections = {} if estimates is None else {**estimates.static, **estimates.gms, **estimates.plant}
+        axes[name] = {
+            "parameters": {key: value.as_dict() for key, value in sections.items()},
+            "residual": {"before": one.before.rms, "after": one.after.rms, "noise": one.after.noise()},
+            "full_shape": one.full,
+            "improves": one.improves,
+        }
+    predicted: dict[str, dict[str, Any]] = {}
+    for ahead in found.predicted:
+        told = {"glitch": ahead.glitch, "ci95": list(ahead.ci95), "radius": ahead.radius}
+        predicted.setdefault(f"{ahead.feed:g}", {})[ahead.scheme] = told
+    measured = {f"{test.feed:g}": measured_glitch(test) for test in found.tests}
+    return {
+        "axes": axes,
+        "predicted": predicted,
+        "measured": measured,
+        "warnings": list(found.warnings),
+        "warnings_coded": [warning.as_dict() for warning in found.warnings],
+    }

@@ -1,2 +1,105 @@
-def doubts_of(axis, tests, before, found):
-    return ()
+"""What recorded circles cannot tell of friction and plant, and what in them is not as it should be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.notice import Notice
+
+if TYPE_CHECKING:
+    from fric.identify.circle.measured import MeasuredCircle
+    from fric.identify.circle.tune_fit import Fitted
+    from fric.simulate.machine import Axis
+
+APART = 3.0
+"""Ratio of the feeds of two circles from which they tell different things."""
+LATE = 0.25
+"""Relative distance of the delay found from that believed, from which it is told."""
+MISFIT = 3.0
+"""Times the noise that a result may leave."""
+
+
+def doubts_of(axis: Axis, tests: Sequence[MeasuredCircle], before: Fitted, found: Fitted) -> Iterator[Notice]:
+    """Yield what the circles leave open, and what the fit shows of them.
+
+    Parameters
+    ----------
+    axis
+        The axis as it was believed.
+    tests
+        The circle tests.
+    before, found
+        What belief and result leave of the voltages.
+    """
+    feeds = sorted(test.feed for test in tests)
+    if feeds[-1] < APART * feeds[0]:
+        fast = f"{feeds[-1] * 1e3:g} mm/s"
+        slow = feeds[-1] < 0.03
+        missing = (
+            "the delay, the inertia and how friction falls with speed above it: T_d may be off by half"
+            if slow
+            else "v_s, delta and C, which show where a reversal is slow, and the weakest blocks"
+        )
+        yield Notice(
+            f"axis {axis.name}: all circles are at about {fast}, and do not tell {missing}. Record one fast and one slow "
+            "circle, as at 100 and 10 mm/s",
+            "one-feed", "doubt",
+        )  # fmt: skip
+    T_d, believed = found.balance.coordinates.delay(found.x), found.balance.coordinates.T_d
+    if T_d > (1 + LATE) * believed or T_d < (1 - LATE) * believed:
+        later = "late against" if T_d > believed else "ahead of"
+        yield Notice(
+            f"axis {axis.name}: the position is {later} the voltage: the delay is {T_d * 1e3:.2f} ms, and "
+            f"{believed * 1e3:.2f} ms were believed. Where the log itself shifts position and voltage, by a sample of "
+            f"{found.balance.records[0].sampled * 1e3:.3g} ms or so, that is in it too: the lead then is wrong by as much",
+            "position-late" if T_d > believed else "position-early", "doubt",
+        )  # fmt: skip
+    noise = found.noise()
+    if noise is not None and found.rms > MISFIT * noise:
+        yield Notice(
+            f"axis {axis.name}: {found.rms * 1e3:.2f} mV of the voltage are left, and {noise * 1e3:.2f} mV of it do not "
+            "repeat: friction differs in shape from GMS (with position, direction or time), or the log has a flaw",
+            "circle-misfit", "doubt",
+        )  # fmt: skip
+    sided = _by_direction(found)
+    if sided is not None:
+        yield Notice(
+            f"axis {axis.name}: friction differs by {abs(sided):.1%} between the directions of motion beyond a constant "
+            "force: one friction for both is fed forward",
+            "direction", "note",
+        )  # fmt: skip
+    bounds = np.minimum(6.0 * found.balance.coordinates.priors, 3.5)
+    at_end = [
+        name
+        for name, value, bound in zip(found.balance.coordinates.names, found.x, bounds, strict=True)
+        if abs(value) > 0.97 * bound
+    ]
+    if at_end:
+        yield Notice(
+            f"axis {axis.name}: {', '.join(at_end)} ran to the end of where it was searched: what is believed is far off, "
+            "or the circles do not tell it",
+            "tuned-at-bound", "doubt",
+        )  # fmt: skip
+
+
+def _by_direction(found: Fitted) -> float | None:
+    """Return by how much friction behind a reversal differs between the directions [1]; None where it does not.
+
+    The residual is regressed on friction's own course, less its mean, times the sign of the motion: what grows behind
+    one reversal more than behind the other, which no constant force does.
+    """
+    sums = np.zeros(3)
+    for record, part in zip(found.balance.records, found.parts(), strict=True):
+        friction = record.friction(found.balance.coordinates.friction(found.x)) / found.balance.K_f
+        shape = np.abs(friction)
+        shape = shape - shape.mean()
+        sums += [float(shape @ part), float(shape @ shape), float(part @ part) * len(part) ** -0.5]
+    if not sums[1] > 0:
+        return None
+    share = sums[0] / sums[1]
+    explained = sums[0] ** 2 / sums[1]
+    total = sum(float(part @ part) for part in found.parts())
+    return share if explained > 0.05 * total and abs(share) > 5e-3 else None

@@ -114,7 +114,7 @@ class Fitted:
         return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
-class _Search:
+class Search:
     """Residuals and derivatives of a balance, with what is linear projected out."""
 
     def __init__(self, balance: Balance, sigma: float) -> None:
@@ -167,6 +167,11 @@ class _Search:
         return np.vstack([self.scale * projected, np.diag(1.0 / self.priors)])
 
 
+def search_of(balance: Balance, sigma: float) -> Search:
+    """Return the residuals of a balance, weighed against the priors by a standard deviation [V]."""
+    return Search(balance, sigma)
+
+
 def fit(balance: Balance, starts: Sequence[NDArray[np.float64]], sigma: float = NOISE, most: int = 25) -> Fitted:
     """Return the least-squares point of a balance with its priors, from the best of some starts.
 
@@ -181,7 +186,7 @@ def fit(balance: Balance, starts: Sequence[NDArray[np.float64]], sigma: float = 
     most
         Steps at most.
     """
-    search = _Search(balance, max(sigma, NOISE))
+    search = search_of(balance, max(sigma, NOISE))
     bounds = np.minimum(6.0 * search.priors, 3.5)
 
     def searched(x: NDArray[np.float64], steps: int) -> tuple[float, NDArray[np.float64]]:
@@ -209,7 +214,7 @@ def at(balance: Balance, x: NDArray[np.float64], plant: NDArray[np.float64] | No
     plant
         m [V·s²/m] and a [V·s/m] that are kept.
     """
-    search = _Search(balance, NOISE)
+    search = search_of(balance, NOISE)
     left, columns = search.left(x), search.columns
     if plant is None:
         linear = np.linalg.lstsq(columns, left, rcond=None)[0]

@@ -58,6 +58,10 @@ class VoltageRecord:
         Angle on the circle [rad], shape (n,).
     raw
         What was recorded at even instants: time, reference, position, voltage, each of shape (N,).
+    whole
+        The motion at these instants [m], shape (N,).
+    test, axis
+        The circle test, and the name of the axis.
     """
 
     where: str
@@ -73,6 +77,14 @@ class VoltageRecord:
     turn: NDArray[np.intp]
     angle: NDArray[np.float64]
     raw: tuple[NDArray[np.float64], ...]
+    whole: NDArray[np.float64]
+    test: MeasuredCircle
+    axis: str
+
+    @property
+    def sampled(self) -> float:
+        """Time between the samples as they were recorded [s]."""
+        return float(self.raw[0][1] - self.raw[0][0])
 
     @cached_property
     def _filter(self) -> NDArray[np.float64]:
@@ -153,7 +165,7 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
     used[:edge] = used[-edge:] = False
     return VoltageRecord(
         where, test.feed, test.radius, thin, np.ascontiguousarray(z[::every]), np.ascontiguousarray(v[::every]), inertia, damping, CubicSpline(thin, voltage), used,
-        turn, angle, (t, r, z_m, u),
+        turn, angle, (t, r, z_m, u), z, test, name,
     )  # fmt: skip
 
 
@@ -208,14 +220,13 @@ def refined(
     """
     t, r, z_m, u = record.raw
     every = round((record.time[1] - record.time[0]) / (t[1] - t[0]))
-    at_full = np.interp(t, record.time, record.position - np.interp(record.time, t, r)) + r
-    velocity = np.gradient(at_full, t)
+    velocity = np.gradient(record.whole, t)
     m, a, offset = plant
     late = np.interp(t - T_d, t, u)
-    acceleration = (late - a * velocity - offset - model.replay(t, at_full, velocity) / K_f) / m
+    acceleration = (late - a * velocity - offset - model.replay(t, record.whole, velocity) / K_f) / m
     wanted = np.gradient(np.gradient(r, t), t)
     z, v = _smoothed(t, r, r - z_m, wanted - acceleration)
-    return replace(record, position=np.ascontiguousarray(z[::every]), velocity=np.ascontiguousarray(v[::every]))
+    return replace(record, position=np.ascontiguousarray(z[::every]), velocity=np.ascontiguousarray(v[::every]), whole=z)
 
 
 def _low_pass(corner: float, sampling: float) -> NDArray[np.float64]:

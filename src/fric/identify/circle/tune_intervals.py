@@ -1,0 +1,168 @@
+"""How sure what circles say of friction and plant is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import stdtrit
+
+from fric.estimate import Covariance, Estimate, Interval
+from fric.identify.circle.belief import parameters
+from fric.identify.circle.voltage import COMPARED
+from fric.identify.dynamics.covariance import hac_covariance
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.drive.plant import Plant
+    from fric.friction.gms import GMS
+    from fric.identify.circle.tune_fit import Fitted
+
+STEP = 1e-4
+UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
+
+
+@dataclass(frozen=True)
+class TunedEstimates:
+    """Friction and plant with their 95 % intervals.
+
+    Parameters
+    ----------
+    static, gms, plant
+        Parameters by name; ``offset`` is among those of the static map.
+    covariance
+        How the parameters that were fitted err together, in their logarithms.
+    coordinates
+        Covariance of the coordinates that were searched, shape (p, p).
+    """
+
+    static: dict[str, Estimate]
+    gms: dict[str, Estimate]
+    plant: dict[str, Estimate]
+    covariance: Covariance
+    coordinates: NDArray[np.float64]
+
+
+def tuned_estimates(found: Fitted, friction: GMS, plant: Plant, moved: NDArray[np.float64]) -> TunedEstimates:
+    """Return what was found with intervals: of the noise, however it hangs together, and of the motion's smoothing.
+
+    Parameters
+    ----------
+    found
+        The fit.
+    friction, plant
+        What it found.
+    moved
+        By how much the coordinates moved when the motion was told more finely, shape (p,): a third of it is taken for
+        the standard deviation of what is still missing.
+    """
+    covariance = _covariance(found)
+    names = found.balance.coordinates.names
+    p = len(names)
+    covariance[:p, :p] += np.outer(moved, moved) / 9.0
+    freedom = max(len(found.residual) * 2 * COMPARED * _period(found) - len(found.x) - 2, 4.0)
+    reach = float(stdtrit(freedom, 0.975))
+    slope, labels = _logarithms(found)
+    spread = slope @ covariance @ slope.T
+    half = reach * np.sqrt(np.maximum(np.diag(spread), 0.0))
+    halves = dict(zip(labels, half, strict=True))
+
+    def within(name: str, value: float) -> Interval:
+        return value * float(np.exp(-halves[name])), value * float(np.exp(halves[name]))
+
+    own = parameters(friction)
+    fitted = {name for name, width in halves.items() if width > 1e-9}
+    sections: dict[str, Estimate] = {}
+    for name, value in own.items():
+        if isinstance(value, tuple):
+            keys = [f"{name}_{n}" for n in range(1, len(value) + 1)]
+            known = any(key in fitted for key in keys)
+            limits = tuple(within(key, one) for key, one in zip(keys, value, strict=True))
+            sections[name] = Estimate(value, UNITS[name], limits if known else None, fixed=not known)
+        else:
+            known = name in fitted
+            sections[name] = Estimate(value, UNITS[name], within(name, value) if known else None, fixed=not known)
+    offsets, K_f = found.plant[2:], found.balance.K_f
+    error = reach * float(np.sqrt(covariance[p + 2, p + 2] / len(offsets) + np.var(offsets))) * K_f
+    load = float(np.mean(offsets)) * K_f
+    static = {name: sections[name] for name in ("F_c", "F_s", "v_s", "delta", "sigma")}
+    static["offset"] = Estimate(load, "N", (load - error, load + error))
+    gms = {name: sections[name] for name in ("alpha", "k", "C")}
+    told = {
+        "A": Estimate(plant.A, "1/s", within("A", plant.A) if plant.A > 0 else None),
+        "B": Estimate(plant.B, "m/(s^2*V)", within("B", plant.B)),
+        "T_d": Estimate(plant.T_d, "s", within("T_d", plant.T_d)),
+        "K_f": Estimate(plant.K_f, "N/V", fixed=True),
+    }
+    of_friction = [n for n, label in enumerate(labels) if label not in ("A", "B", "T_d") and label in fitted]
+    joint = Covariance.of([labels[n] for n in of_friction], spread[np.ix_(of_friction, of_friction)], "log")
+    return TunedEstimates(static, gms, told, joint, covariance[:p, :p])
+
+
+def _period(found: Fitted) -> float:
+    """Return the mean time between samples [s]."""
+    return float(np.mean([record.time[1] - record.time[0] for record in found.balance.records]))
+
+
+def _covariance(found: Fitted) -> NDArray[np.float64]:
+    """Return the covariance of coordinates and plant, shape (p + 2 + circles,) square.
+
+    Samples are thinned to four a period of the filter's corner: between them nothing new is told. Scores hang together
+    (Newey and West), and the priors count as what they are.
+    """
+    weights = found.balance.weights
+    rows, residuals, lengths = [], [], []
+    start = 0
+    for record, part, weight in zip(found.balance.records, found.parts(), weights, strict=True):
+        every = max(int(1.0 / (8 * COMPARED) / (record.time[1] - record.time[0])), 1)
+        chosen = slice(start, start + len(part), every)
+        # as many samples fewer weigh as much more
+        rows.append(weight * np.sqrt(every) * found.gradient[chosen])
+        residuals.append(weight * np.sqrt(every) * found.residual[chosen])
+        lengths.append(len(residuals[-1]))
+        start += len(part)
+    J, r = np.vstack(rows), np.concatenate(residuals)
+    p = len(found.x)
+    scale = np.linalg.norm(J, axis=0)
+    scale[scale == 0] = 1.0
+    plain = hac_covariance(J / scale, r, lengths) / np.outer(scale, scale)
+    # with the prior: (C⁻¹ + P)⁻¹ on the coordinates
+    prior = np.zeros(len(plain))
+    prior[:p] = 1.0 / found.balance.coordinates.priors**2
+    plain = plain + 1e-14 * np.diag(np.diag(plain))
+    root = np.sqrt(np.diag(plain))
+    information = np.linalg.pinv(plain / np.outer(root, root)) / np.outer(root, root)
+    total = information + np.diag(prior)
+    size = np.sqrt(np.diag(total))
+    return np.asarray(np.linalg.pinv(total / np.outer(size, size)) / np.outer(size, size))
+
+
+def _logarithms(found: Fitted) -> tuple[NDArray[np.float64], list[str]]:
+    """Return derivatives of the parameters' logarithms by coordinates and plant, and the parameters' names."""
+    coordinates, p = found.balance.coordinates, len(found.x)
+    total = p + len(found.plant)
+
+    def all_of(x: NDArray[np.float64], linear: NDArray[np.float64]) -> NDArray[np.float64]:
+        model = parameters(coordinates.friction(x))
+        flat = np.concatenate([np.atleast_1d(np.asarray(value, float)) for value in model.values()])
+        m, a = linear[:2]
+        tail = [max(a / m, 1e-12), 1 / m, coordinates.delay(x)]
+        return np.log(np.maximum(np.concatenate([flat, tail]), 1e-300))
+
+    here = all_of(found.x, found.plant)
+    slope = np.zeros((len(here), total))
+    for n in range(p):
+        moved = found.x.copy()
+        moved[n] += STEP
+        slope[:, n] = (all_of(moved, found.plant) - here) / STEP
+    for n in range(2):
+        step = STEP * max(abs(found.plant[n]), 1e-9)
+        linear = found.plant.copy()
+        linear[n] += step
+        slope[:, p + n] = (all_of(found.x, linear) - here) / step
+    labels = []
+    for name, value in parameters(coordinates.friction(found.x)).items():
+        labels += [f"{name}_{n}" for n in range(1, len(value) + 1)] if isinstance(value, tuple) else [name]
+    return slope, [*labels, "A", "B", "T_d"]
