@@ -62,6 +62,8 @@ from .results.records import inspect as inspect
 from .results.records import read as read
 from .results.static import StaticResult as StaticResult
 from .results.static import identify_static as identify_static
+from .results.tune import TuneResult as TuneResult
+from .results.tune import tune as tune
 from .results.validate import ValidationResult as ValidationResult
 from .results.validate import validate as validate
 from .simulate.machine import Axis as Axis

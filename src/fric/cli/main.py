@@ -9,7 +9,20 @@ from types import FrameType
 import typer
 
 import fric
-from fric.cli import compare, design, diagnose, identify, ingest, inspect, report, reproduce, schema, simulate, validate
+from fric.cli import (
+    compare,
+    design,
+    diagnose,
+    identify,
+    ingest,
+    inspect,
+    report,
+    reproduce,
+    schema,
+    simulate,
+    tune,
+    validate,
+)
 from fric.cli.console import ERR, prepare_streams
 from fric.cli.group import Group
 from fric.errors import FricError
@@ -40,6 +53,7 @@ app.add_typer(design.app)
 app.add_typer(identify.app)
 app.command()(compare.compare)
 app.command()(diagnose.diagnose)
+app.command()(tune.tune)
 app.command()(validate.validate)
 app.add_typer(simulate.app)
 

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.errors import FricError
+from fric.friction.directed import Directed, mean_map
 from fric.friction.gms import GMS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fric.friction import FrictionModel
+    from fric.friction.stribeck import StaticMap
+
 FOUR = ("level", "stiffness", "C", "T_d")
 """What is tuned first."""
-PRIORS = {"level": 0.5, "stiffness": 1.0, "C": 2.0, "T_d": 0.15, "ratio": 0.3, "v_s": 0.7, "delta": 0.3}
+PRIORS = {"level": 0.5, "stiffness": 1.0, "C": 2.0, "T_d": 0.15, "ratio": 0.3, "v_s": 0.7, "delta": 0.3, "side": 0.2}
 """How far a coordinate may be from what was believed: one standard deviation of its logarithm."""
 PRIOR_ALPHA, PRIOR_K = 0.4, 0.7
 
@@ -31,22 +35,45 @@ class Coordinates:
     T_d
         The delay that is believed [s].
     names
-        Coordinates that are free: of `FOUR`, ``ratio`` (F_s over F_c), ``v_s``, ``delta``, ``alpha_i``, ``k_i``.
+        Coordinates that are free: of `FOUR`, ``ratio`` (what F_s exceeds F_c by), ``v_s``, ``delta``, ``alpha_i``,
+        ``k_i``, ``side`` (the level of the positive direction over that of the negative one).
+    side
+        What ``side`` is believed to be, as a logarithm.
     """
 
     model: GMS
     T_d: float
     names: tuple[str, ...] = FOUR
+    side: float = 0.0
 
     @classmethod
-    def of(cls, model: GMS, T_d: float, *, full: bool) -> Coordinates:
-        """Return the four coordinates, or all of the shape."""
-        if not full:
-            return cls(model, T_d)
+    def of(cls, believed: FrictionModel, T_d: float) -> Coordinates:
+        """Return the four coordinates about a belief, which may have a map for each direction.
+
+        Raises
+        ------
+        FricError
+            When it is no GMS model.
+        """
+        model = believed.model if isinstance(believed, Directed) else believed
+        if not isinstance(model, GMS):
+            raise FricError(f"the friction that is believed is {model.name}, and circles tune a GMS model")
+        if isinstance(believed, Directed):
+            own, other = model.static, believed.negative
+            return cls(replace(model, static=mean_map(own, other)), T_d, side=float(np.log(own.F_c / other.F_c)))
+        return cls(model, T_d)
+
+    def full(self) -> Coordinates:
+        """Return the coordinates of the whole shape."""
+        model = self.model
         blocks = range(1, len(model.alpha) + 1)
         shape = ("ratio", "v_s", "delta") if model.static.F_s > model.static.F_c else ()
         alphas = tuple(f"alpha_{n}" for n in blocks) if len(model.alpha) > 1 else ()
-        return cls(model, T_d, ("level", "C", "T_d", *shape, *alphas, *(f"k_{n}" for n in blocks)))
+        return replace(self, names=("level", "C", "T_d", *shape, *alphas, *(f"k_{n}" for n in blocks)))
+
+    def sided(self) -> Coordinates:
+        """Return the coordinates, and the difference between the directions."""
+        return replace(self, names=(*self.names, "side"))
 
     @property
     def priors(self) -> NDArray[np.float64]:
@@ -59,8 +86,20 @@ class Coordinates:
         """Return the delay at a point [s]."""
         return self.T_d * float(np.exp(self._value(x, "T_d")))
 
+    def sides(self, x: NDArray[np.float64]) -> float:
+        """Return the logarithm of the positive direction's level over that of the negative one, at a point."""
+        return self.side + self._value(x, "side")
+
+    def belief(self, x: NDArray[np.float64]) -> FrictionModel:
+        """Return the friction at a point, with a map for each direction where they differ."""
+        model, half = self.friction(x), 0.5 * self.sides(x)
+        if half == 0.0:
+            return model
+        up, down = (_scaled(model.static, float(np.exp(sign * half))) for sign in (1.0, -1.0))
+        return Directed(replace(model, static=up), down)
+
     def friction(self, x: NDArray[np.float64]) -> GMS:
-        """Return the friction at a point."""
+        """Return the friction at a point, the mean of both directions."""
         m = self.model
         level = float(np.exp(self._value(x, "level")))
         static = m.static
@@ -74,9 +113,7 @@ class Coordinates:
             delta=static.delta * float(np.exp(self._value(x, "delta"))),
         )  # fmt: skip
         stiffness = self._value(x, "stiffness")
-        k = tuple(
-            value * float(np.exp(stiffness + self._value(x, f"k_{n}"))) for n, value in enumerate(m.k, start=1)
-        )
+        k = tuple(value * float(np.exp(stiffness + self._value(x, f"k_{n}"))) for n, value in enumerate(m.k, start=1))
         alpha = [value * float(np.exp(self._value(x, f"alpha_{n}"))) for n, value in enumerate(m.alpha, start=1)]
         C = m.C * level * float(np.exp(self._value(x, "C")))
         return GMS(static=changed, alpha=tuple(value / sum(alpha) for value in alpha), k=k, C=C)
@@ -94,6 +131,10 @@ class Coordinates:
         return float(x[self.names.index(name)]) if name in self.names else 0.0
 
 
+def _scaled(static: StaticMap, level: float) -> StaticMap:
+    return replace(static, F_c=static.F_c * level, F_s=static.F_s * level)
+
+
 def parameters(model: GMS) -> dict[str, float | tuple[float, ...]]:
     """Return the parameters of a friction model by name, SI."""
     static = model.static
@@ -101,8 +142,3 @@ def parameters(model: GMS) -> dict[str, float | tuple[float, ...]]:
         "F_c": static.F_c, "F_s": static.F_s, "v_s": static.v_s, "delta": static.delta, "sigma": static.sigma,
         "alpha": model.alpha, "k": model.k, "C": model.C,
     }  # fmt: skip
-
-
-def flat(values: Sequence[float | tuple[float, ...]]) -> NDArray[np.float64]:
-    """Return parameters one after the other, shape (n,)."""
-    return np.concatenate([np.atleast_1d(np.asarray(value, float)) for value in values])

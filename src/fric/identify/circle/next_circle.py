@@ -121,7 +121,7 @@ def _drawn(tuned: TunedAxis, rng: np.random.Generator) -> Axis:
     x = np.clip(x, tuned.after.x - 1.5, tuned.after.x + 1.5)
     plant = true.plant
     late = max(coordinates.delay(x), 0.5 / true.cascade.sampling)
-    return replace(true, friction=coordinates.friction(x), plant=Plant(plant.A, plant.B, late, plant.K_f))
+    return replace(true, friction=coordinates.belief(x), plant=Plant(plant.A, plant.B, late, plant.K_f))
 
 
 def _glitch(

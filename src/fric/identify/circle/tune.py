@@ -10,6 +10,7 @@ import numpy as np
 
 from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
 from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.next_circle import NextCircle, circles_ahead, measured_glitch, next_circles
@@ -23,6 +24,7 @@ from fric.simulate.machine import Believed
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fric.friction import FrictionModel
     from fric.identify.circle.measured import MeasuredCircle
     from fric.simulate.machine import Axis, Machine
 
@@ -55,7 +57,7 @@ class TunedAxis:
     """
 
     axis: Axis
-    friction: GMS
+    friction: FrictionModel
     nominal: Plant
     before: Fitted
     after: Fitted
@@ -65,14 +67,13 @@ class TunedAxis:
     warnings: tuple[Notice, ...]
 
 
-def tune_axis(
-    axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None
-) -> TunedAxis:
+def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None) -> TunedAxis:
     """Refit what the controller of an axis believes to recorded circles.
 
     Per axis ``W[u(t - T_d)] = m·W[z̈] + a·W[ż] + o + W[F(z)]/K_f`` with W a low-pass of 100 Hz, zero phase; m, a and
     an offset of each circle are linear. First the level of friction, its stiffness, C and T_d are searched; then, where
-    that leaves more than the log's own noise, F_s/F_c, v_s, delta, each alpha and each k.
+    that leaves more than the log's own noise, F_s/F_c, v_s, delta, each alpha and each k, and a level for each
+    direction, each kept where it explains more.
 
     Parameters
     ----------
@@ -88,15 +89,14 @@ def tune_axis(
     FricError
         When no GMS model is believed, or a test lacks a channel.
     """
-    believed = axis.believed.models.get("gms")
-    if not isinstance(believed, GMS):
+    if "gms" not in axis.believed.models:
         raise FricError(
             f"the controller of axis {axis.name} believes no GMS model, which tuning starts from",
             mend="Identify one: fric identify gms, and name it under feedforward in the machine file.",
         )
     nominal = axis.nominal or axis.plant
     records = tuple(voltage_record(test, axis.name) for test in tests)
-    few = Coordinates.of(believed, nominal.T_d, full=False)
+    few = Coordinates.of(axis.believed.models["gms"], nominal.T_d)
     gain = float(np.log(axis.believed.gain)) if axis.believed.gain > 0 else 0.0
     start = np.array([gain, 0.0, 0.0, 0.0])
     before = at(Balance(records, few, nominal.K_f), start, np.array([1 / nominal.B, nominal.A / nominal.B]))
@@ -108,22 +108,25 @@ def tune_axis(
     full = False
     noise = found.noise()
     if noise is None or found.rms > SHAPE * noise:
-        shape = Coordinates.of(believed, nominal.T_d, full=True)
-        start = shape.moved(found.balance.coordinates, found.x)
-        richer = fit(replace(found.balance, coordinates=shape), [start], found.rms)
-        richer, further = _again(richer, nominal.K_f)
-        compared = at(replace(found.balance, records=richer.balance.records), found.x)
-        if full := richer.rms < GAIN * compared.rms:
-            found, moved = richer, shape.moved(few, moved) + further
+        for shape in (few.full(), None):
+            richer = shape or found.balance.coordinates.sided()
+            start = richer.moved(found.balance.coordinates, found.x)
+            other = fit(replace(found.balance, coordinates=richer), [start], found.rms)
+            other, further = _again(other, nominal.K_f)
+            compared = at(replace(found.balance, records=other.balance.records), found.x)
+            if other.rms < GAIN * compared.rms:
+                moved = richer.moved(found.balance.coordinates, moved) + further
+                found, full = other, full or shape is not None
     done()
-    friction, T_d = found.balance.coordinates.friction(found.x), found.balance.coordinates.delay(found.x)
+    coordinates = found.balance.coordinates
+    friction, T_d = coordinates.belief(found.x), coordinates.delay(found.x)
     m, a = found.plant[:2]
     warnings = list(doubts_of(axis, tests, before, found))
     physical = bool(m > 0 and T_d >= 0.5 / axis.cascade.sampling)
     if not physical:
         return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
     plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)
-    estimates = tuned_estimates(found, friction, plant, moved)
+    estimates = tuned_estimates(found, plant, moved)
     improves = found.rms < before.rms
     new = with_belief(axis, friction, plant) if improves else axis
     return TunedAxis(new, friction, plant, before, found, estimates, full, improves, tuple(warnings))
@@ -134,9 +137,12 @@ def stages(axes: int) -> int:
     return 3 * axes
 
 
-def with_belief(axis: Axis, friction: GMS, plant: Plant) -> Axis:
+def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
     """Return an axis whose controller believes a friction and a plant: feedforward with lead, and observer."""
-    models = {**axis.believed.models, "static": friction.static, "gms": friction}
+    model = friction.model if isinstance(friction, Directed) else friction
+    assert isinstance(model, GMS)
+    static = directed(model.static, friction.negative if isinstance(friction, Directed) else None)
+    models = {**axis.believed.models, "static": static, "gms": friction}
     observer = None if axis.observer is None else replace(axis.observer, A=plant.A, B=plant.B)
     return replace(axis, believed=Believed(models, 1.0, "auto"), nominal=plant, observer=observer)
 
@@ -144,7 +150,7 @@ def with_belief(axis: Axis, friction: GMS, plant: Plant) -> Axis:
 def _again(found: Fitted, K_f: float) -> tuple[Fitted, NDArray[np.float64]]:
     """Return the fit along the motion that the first fit tells more finely, and by how much its point moved."""
     coordinates = found.balance.coordinates
-    model, T_d = coordinates.friction(found.x), coordinates.delay(found.x)
+    model, T_d = coordinates.belief(found.x), coordinates.delay(found.x)
     m, a = (float(value) for value in found.plant[:2])
     if not m > 0:
         return found, np.zeros(len(found.x))
@@ -222,13 +228,14 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
     for test in tests:
         seen = measured_glitch(test)
         ahead = [one for one in predicted if (one.feed, one.radius) == (test.feed, test.radius)]
-        if ahead and min(one.glitch for one in ahead) > seen:
+        if ahead and (least := min(one.glitch for one in ahead)) > seen:
             warnings.append(
                 Notice(
                     f"the next circle at {test.feed * 1e3:g} mm/s should have a glitch of "
-                    f"{min(one.glitch for one in ahead) * 1e6:.2f} µm, and the recorded one has {seen * 1e6:.2f} µm: the "
+                    f"{least * 1e6:.2f} µm, and the recorded one has {seen * 1e6:.2f}: the "
                     "result is refused, and what was believed is kept. What is left is not friction of this shape",
-                    "tuning-refused", "wrong",
+                    "tuning-refused",
+                    "wrong",
                 )
             )
             axes = {name: replace(one, axis=machine.axes[name], improves=False) for name, one in axes.items()}
@@ -236,8 +243,8 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
     for name, one in axes.items():
         if not one.improves and not any(warning.code == "tuning-refused" for warning in warnings):
             text = (
-                f"axis {name}: what was found leaves {one.after.rms * 1e3:.2f} mV of the recorded voltages, and what was "
-                f"believed {one.before.rms * 1e3:.2f} mV: it is refused, and what was believed is kept"
+                f"axis {name}: what was found leaves {one.after.rms * 1e3:.2f} mV of the recorded voltages, and what "
+                f"was believed {one.before.rms * 1e3:.2f} mV: it is refused, and what was believed is kept"
             )
             warnings.append(Notice(text, "tuning-refused", "wrong"))
     new = replace(machine, axes={**machine.axes, **{name: one.axis for name, one in axes.items()}})

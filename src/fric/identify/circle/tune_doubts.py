@@ -44,8 +44,8 @@ def doubts_of(axis: Axis, tests: Sequence[MeasuredCircle], before: Fitted, found
             else "v_s, delta and C, which show where a reversal is slow, and the weakest blocks"
         )
         yield Notice(
-            f"axis {axis.name}: all circles are at about {fast}, and do not tell {missing}. Record one fast and one slow "
-            "circle, as at 100 and 10 mm/s",
+            f"axis {axis.name}: all circles are at about {fast}, and do not tell {missing}. Record one fast and one "
+            "slow circle, as at 100 and 10 mm/s",
             "one-feed", "doubt",
         )  # fmt: skip
     T_d, believed = found.balance.coordinates.delay(found.x), found.balance.coordinates.T_d
@@ -54,21 +54,21 @@ def doubts_of(axis: Axis, tests: Sequence[MeasuredCircle], before: Fitted, found
         yield Notice(
             f"axis {axis.name}: the position is {later} the voltage: the delay is {T_d * 1e3:.2f} ms, and "
             f"{believed * 1e3:.2f} ms were believed. Where the log itself shifts position and voltage, by a sample of "
-            f"{found.balance.records[0].sampled * 1e3:.3g} ms or so, that is in it too: the lead then is wrong by as much",
+            f"{found.balance.records[0].sampled * 1e3:.3g} ms or so, that is in it too: the lead is wrong by as much",
             "position-late" if T_d > believed else "position-early", "doubt",
         )  # fmt: skip
     noise = found.noise()
     if noise is not None and found.rms > MISFIT * noise:
         yield Notice(
-            f"axis {axis.name}: {found.rms * 1e3:.2f} mV of the voltage are left, and {noise * 1e3:.2f} mV of it do not "
-            "repeat: friction differs in shape from GMS (with position, direction or time), or the log has a flaw",
+            f"axis {axis.name}: {found.rms * 1e3:.2f} mV of the voltage are left, and {noise * 1e3:.2f} mV of it do "
+            "not repeat: friction differs in shape from GMS (with position, direction or time), or the log has a flaw",
             "circle-misfit", "doubt",
         )  # fmt: skip
-    sided = _by_direction(found)
-    if sided is not None:
+    side = found.balance.coordinates.sides(found.x)
+    if "side" in found.balance.coordinates.names:
         yield Notice(
-            f"axis {axis.name}: friction differs by {abs(sided):.1%} between the directions of motion beyond a constant "
-            "force: one friction for both is fed forward",
+            f"axis {axis.name}: friction is {abs(side):.1%} higher in the {'positive' if side > 0 else 'negative'} "
+            "direction of motion: each has its own map",
             "direction", "note",
         )  # fmt: skip
     bounds = np.minimum(6.0 * found.balance.coordinates.priors, 3.5)
@@ -79,27 +79,7 @@ def doubts_of(axis: Axis, tests: Sequence[MeasuredCircle], before: Fitted, found
     ]
     if at_end:
         yield Notice(
-            f"axis {axis.name}: {', '.join(at_end)} ran to the end of where it was searched: what is believed is far off, "
-            "or the circles do not tell it",
+            f"axis {axis.name}: {', '.join(at_end)} ran to the end of where it was searched: what is believed is far "
+            "off, or the circles do not tell it",
             "tuned-at-bound", "doubt",
         )  # fmt: skip
-
-
-def _by_direction(found: Fitted) -> float | None:
-    """Return by how much friction behind a reversal differs between the directions [1]; None where it does not.
-
-    The residual is regressed on friction's own course, less its mean, times the sign of the motion: what grows behind
-    one reversal more than behind the other, which no constant force does.
-    """
-    sums = np.zeros(3)
-    for record, part in zip(found.balance.records, found.parts(), strict=True):
-        friction = record.friction(found.balance.coordinates.friction(found.x)) / found.balance.K_f
-        shape = np.abs(friction)
-        shape = shape - shape.mean()
-        sums += [float(shape @ part), float(shape @ shape), float(part @ part) * len(part) ** -0.5]
-    if not sums[1] > 0:
-        return None
-    share = sums[0] / sums[1]
-    explained = sums[0] ** 2 / sums[1]
-    total = sum(float(part @ part) for part in found.parts())
-    return share if explained > 0.05 * total and abs(share) > 5e-3 else None

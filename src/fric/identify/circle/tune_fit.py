@@ -60,7 +60,7 @@ class Balance:
 
     def friction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the voltage of friction, weighed, at a point, shape (n,)."""
-        model = self.coordinates.friction(x)
+        model = self.coordinates.belief(x)
         parts = [w / self.K_f * r.friction(model) for r, w in zip(self.records, self.weights, strict=True)]
         return np.concatenate(parts)
 
@@ -129,9 +129,11 @@ class Search:
         self._late: tuple[float, NDArray[np.float64]] | None = None
 
     def projected(self, left: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return a voltage without what the plant explains of it."""
         return left - self.basis @ (self.basis.T @ left)
 
     def left(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the voltage less that of friction, weighed."""
         return self._voltage(x) - self._friction(x)
 
     def _voltage(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -147,9 +149,11 @@ class Search:
         return self._last[1]
 
     def residual(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return residuals and priors, in units of their standard deviation."""
         return np.concatenate([self.scale * self.projected(self.left(x)), x / self.priors])
 
     def derivatives(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the derivatives of `left`."""
         balance, voltage, friction = self.balance, self._voltage(x), self._friction(x)
         found = np.empty((len(voltage), len(x)))
         for n, name in enumerate(balance.coordinates.names):
@@ -162,6 +166,7 @@ class Search:
         return found
 
     def jacobian(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the derivatives of `residual`."""
         found = self.derivatives(x)
         projected = found - self.basis @ (self.basis.T @ found)
         return np.vstack([self.scale * projected, np.diag(1.0 / self.priors)])
@@ -224,4 +229,6 @@ def at(balance: Balance, x: NDArray[np.float64], plant: NDArray[np.float64] | No
         linear, gradient = np.concatenate([plant, offsets]), -columns
     lengths = [int(np.count_nonzero(record.used)) for record in balance.records]
     weights = np.repeat(balance.weights, lengths)
-    return Fitted(balance, x, linear, (left - columns @ linear) / weights, gradient / weights[:, None])
+    return Fitted(
+        balance, x, np.asarray(linear, float), (left - columns @ linear) / weights, gradient / weights[:, None]
+    )

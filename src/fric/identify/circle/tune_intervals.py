@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,15 +12,20 @@ from fric.estimate import Covariance, Estimate, Interval
 from fric.identify.circle.belief import parameters
 from fric.identify.circle.voltage import COMPARED
 from fric.identify.dynamics.covariance import hac_covariance
+from fric.identify.records.resolution import lattice_step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.drive.plant import Plant
-    from fric.friction.gms import GMS
     from fric.identify.circle.tune_fit import Fitted
 
 STEP = 1e-4
+MISFIT = 2.5
+"""Times the standard errors of the noise: what the model of the motion is off by repeats, and is no noise. Set by how
+often the intervals held on machines of `configs/spread.yaml`."""
+SEEN = 0.12
+"""Share of an encoder's step to which the motion behind a reversal is known."""
 UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
 
 
@@ -30,8 +35,9 @@ class TunedEstimates:
 
     Parameters
     ----------
-    static, gms, plant
-        Parameters by name; ``offset`` is among those of the static map.
+    static, negative, gms, plant
+        Parameters by name; ``offset`` is among those of the static map. ``negative`` is the map of the negative
+        direction, where it has its own.
     covariance
         How the parameters that were fitted err together, in their logarithms.
     coordinates
@@ -39,29 +45,30 @@ class TunedEstimates:
     """
 
     static: dict[str, Estimate]
+    negative: dict[str, Estimate] | None
     gms: dict[str, Estimate]
     plant: dict[str, Estimate]
     covariance: Covariance
     coordinates: NDArray[np.float64]
 
 
-def tuned_estimates(found: Fitted, friction: GMS, plant: Plant, moved: NDArray[np.float64]) -> TunedEstimates:
+def tuned_estimates(found: Fitted, plant: Plant, moved: NDArray[np.float64]) -> TunedEstimates:
     """Return what was found with intervals: of the noise, however it hangs together, and of the motion's smoothing.
 
     Parameters
     ----------
     found
         The fit.
-    friction, plant
-        What it found.
+    plant
+        The plant that it found.
     moved
-        By how much the coordinates moved when the motion was told more finely, shape (p,): a third of it is taken for
+        By how much the coordinates moved when the motion was told more finely, shape (p,): half of it is taken for
         the standard deviation of what is still missing.
     """
-    covariance = _covariance(found)
+    covariance = MISFIT**2 * _covariance(found)
     names = found.balance.coordinates.names
     p = len(names)
-    covariance[:p, :p] += np.outer(moved, moved) / 9.0
+    covariance[:p, :p] += np.outer(moved, moved) / 4.0 + np.diag(_of_the_encoder(found))
     freedom = max(len(found.residual) * 2 * COMPARED * _period(found) - len(found.x) - 2, 4.0)
     reach = float(stdtrit(freedom, 0.975))
     slope, labels = _logarithms(found)
@@ -72,10 +79,10 @@ def tuned_estimates(found: Fitted, friction: GMS, plant: Plant, moved: NDArray[n
     def within(name: str, value: float) -> Interval:
         return value * float(np.exp(-halves[name])), value * float(np.exp(halves[name]))
 
-    own = parameters(friction)
+    values = parameters(found.balance.coordinates.friction(found.x))
     fitted = {name for name, width in halves.items() if width > 1e-9}
     sections: dict[str, Estimate] = {}
-    for name, value in own.items():
+    for name, value in values.items():
         if isinstance(value, tuple):
             keys = [f"{name}_{n}" for n in range(1, len(value) + 1)]
             known = any(key in fitted for key in keys)
@@ -88,6 +95,19 @@ def tuned_estimates(found: Fitted, friction: GMS, plant: Plant, moved: NDArray[n
     error = reach * float(np.sqrt(covariance[p + 2, p + 2] / len(offsets) + np.var(offsets))) * K_f
     load = float(np.mean(offsets)) * K_f
     static = {name: sections[name] for name in ("F_c", "F_s", "v_s", "delta", "sigma")}
+    negative = None
+    if side := found.balance.coordinates.sides(found.x):
+        wider = (
+            reach * float(np.sqrt(covariance[names.index("side"), names.index("side")])) / 2 if "side" in names else 0
+        )
+        sided = [
+            {
+                name: _scaled(one, sign * side / 2, wider) if name in ("F_c", "F_s") else one
+                for name, one in static.items()
+            }
+            for sign in (1, -1)
+        ]
+        static, negative = sided[0], sided[1]
     static["offset"] = Estimate(load, "N", (load - error, load + error))
     gms = {name: sections[name] for name in ("alpha", "k", "C")}
     told = {
@@ -98,7 +118,31 @@ def tuned_estimates(found: Fitted, friction: GMS, plant: Plant, moved: NDArray[n
     }
     of_friction = [n for n, label in enumerate(labels) if label not in ("A", "B", "T_d") and label in fitted]
     joint = Covariance.of([labels[n] for n in of_friction], spread[np.ix_(of_friction, of_friction)], "log")
-    return TunedEstimates(static, gms, told, joint, covariance[:p, :p])
+    return TunedEstimates(static, negative, gms, told, joint, covariance[:p, :p])
+
+
+def _scaled(one: Estimate, shift: float, wider: float) -> Estimate:
+    """Return an estimate times e to the power of a shift, its interval wider by a share."""
+    value = float(one) * float(np.exp(shift))
+    if one.ci95 is None:
+        return replace(one, value=value)
+    low, high = (float(limit) * float(np.exp(shift)) for limit in np.ravel(one.ci95))
+    return replace(one, value=value, ci95=(low * (1 - wider), high * (1 + wider)))
+
+
+def _of_the_encoder(found: Fitted) -> NDArray[np.float64]:
+    """Return variances of the stiffnesses' logarithms, shape (p,): a slip is as long as the encoder tells it."""
+    coordinates = found.balance.coordinates
+    model = coordinates.friction(found.x)
+    step = max(lattice_step(record.raw[2]) or 0.0 for record in found.balance.records)
+    variances = np.zeros(len(coordinates.names))
+    shares = [SEEN * step * k / (alpha * model.static.F_s) for alpha, k in zip(model.alpha, model.k, strict=True)]
+    for n, name in enumerate(coordinates.names):
+        if name == "stiffness":
+            variances[n] = shares[int(np.argmax(model.k))] ** 2
+        elif name.startswith("k_"):
+            variances[n] = shares[int(name[2:]) - 1] ** 2
+    return variances
 
 
 def _period(found: Fitted) -> float:

@@ -105,7 +105,7 @@ class VoltageRecord:
         turns = [n for n in np.unique(turn) if n >= 0]
         if len(turns) < 2:
             return None
-        bins = int(min(np.count_nonzero(turn == turns[0]), 7200) // 2)
+        bins = min(int(np.count_nonzero(turn == turns[0])), 7200) // 2
         means = []
         for n in turns:
             cell = (angle[turn == n] / (2 * pi) * bins).astype(int) % bins
@@ -164,8 +164,8 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
     used = moving & (thin - thin[0] >= RUN_IN * (thin[-1] - thin[0]))
     used[:edge] = used[-edge:] = False
     return VoltageRecord(
-        where, test.feed, test.radius, thin, np.ascontiguousarray(z[::every]), np.ascontiguousarray(v[::every]), inertia, damping, CubicSpline(thin, voltage), used,
-        turn, angle, (t, r, z_m, u), z, test, name,
+        where, test.feed, test.radius, thin, np.ascontiguousarray(z[::every]), np.ascontiguousarray(v[::every]),
+        inertia, damping, CubicSpline(thin, voltage), used, turn, angle, (t, r, z_m, u), z, test, name,
     )  # fmt: skip
 
 
@@ -226,17 +226,21 @@ def refined(
     acceleration = (late - a * velocity - offset - model.replay(t, record.whole, velocity) / K_f) / m
     wanted = np.gradient(np.gradient(r, t), t)
     z, v = _smoothed(t, r, r - z_m, wanted - acceleration)
-    return replace(record, position=np.ascontiguousarray(z[::every]), velocity=np.ascontiguousarray(v[::every]), whole=z)
+    return replace(
+        record, position=np.ascontiguousarray(z[::every]), velocity=np.ascontiguousarray(v[::every]), whole=z
+    )
 
 
 def _low_pass(corner: float, sampling: float) -> NDArray[np.float64]:
     return np.asarray(butter(2, min(corner / (sampling / 2), 0.95), output="sos"))
 
 
-def _even(time: NDArray[np.float64], *channels: NDArray[np.float64]) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
+def _even(
+    time: NDArray[np.float64], *channels: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
     """Return channels at even instants: as they are, or between their samples where these are missing or jitter."""
     period = float(np.median(np.diff(time)))
-    t = time[0] + period * np.arange(int(round((time[-1] - time[0]) / period)) + 1)
+    t = time[0] + period * np.arange(round((time[-1] - time[0]) / period) + 1)
     if len(t) == len(time) and np.abs(t - time).max() < 0.02 * period:
         mean = float(time[-1] - time[0]) / (len(time) - 1)
         return time[0] + mean * np.arange(len(time)), list(channels)

@@ -1,0 +1,38 @@
+"""`fric tune`: what the controllers of a machine believe, refitted to recorded circles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import fric
+from fric.cli.console import finish
+from fric.cli.diagnose import CircleFiles
+from fric.cli.options import Force, Json, MachineFile
+
+
+def tune(
+    machine: MachineFile,
+    circles: CircleFiles,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for what is written.")],
+    scheme: Annotated[str | None, typer.Option("--scheme", help="Of a run file, the scheme that is taken.")] = None,
+    force: Force = False,
+    json: Json = False,
+) -> None:
+    """Refit what the controllers believe to recorded circles: friction, plant, delay; with lead.
+
+    Give one fast and one slow circle, as at 100 and 10 mm/s, with reference, position and voltage of both axes. DIR
+    gets machine.yaml with the new belief, a friction and a plant file of each axis, and a figure of its reversals. What
+    explains the circles no better than what was believed is refused.
+    """
+
+    def run(advance: Any) -> fric.TuneResult:
+        made = fric.tune(machine, *circles, scheme=scheme, advance=advance)
+        made.save(output, force=force)
+        return made
+
+    made = finish(run, json=json, doing="tuning")
+    if not made.found.improves:
+        raise typer.Exit(1)

@@ -1,0 +1,121 @@
+"""What `fric tune` writes: a machine file with the new belief, and a friction and a plant file for each axis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.friction import FrictionDocument
+from fric.documents.machine import MachineDocument
+from fric.documents.machine_files import read_machine_document
+from fric.documents.plant import PlantDocument
+from fric.documents.yaml import write_document
+from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.output import refuse_existing
+
+if TYPE_CHECKING:
+    from fric.identify.circle.measured import MeasuredCircle
+    from fric.identify.circle.tune import Tuned, TunedAxis
+
+
+def tuned_files(found: Tuned, folder: Path) -> list[Path]:
+    """Return the files that `write_tuned` writes."""
+    better = [name for name, one in found.axes.items() if one.improves]
+    return [folder / "machine.yaml", *(folder / f"{name}{end}.yaml" for name in better for end in ("", "-plant"))]
+
+
+def write_tuned(found: Tuned, machine: Path, folder: Path, *, force: bool = False) -> list[Path]:
+    """Write a machine file with the new belief, and the friction and the plant of each axis that it names.
+
+    An axis that was not improved stays as it was.
+
+    Parameters
+    ----------
+    found
+        What was tuned.
+    machine
+        The machine file that it was tuned from.
+    folder
+        Where to write.
+    force
+        Replace files that exist.
+
+    Raises
+    ------
+    FricError
+        When a file exists, or cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FricError(f"cannot be made: {error.strerror or error}", where=str(folder)) from None
+    files = tuned_files(found, folder)
+    refuse_existing(*files, force=force)
+    tree = read_machine_document(machine).tree()
+    tree.pop("like", None)
+    for name, one in found.axes.items():
+        if not one.improves:
+            continue
+        write_document(folder / f"{name}.yaml", friction_tree(one, found.tests), force=force)
+        write_document(folder / f"{name}-plant.yaml", plant_tree(one, found.tests), force=force)
+        axis = dict(tree["axes"][name])
+        axis["nominal"] = f"{name}-plant.yaml"
+        axis["feedforward"] = {"lead": "auto", "friction": f"{name}.yaml"}
+        if isinstance(axis.get("observer"), dict):  # its G_n is the nominal plant
+            axis["observer"] = {key: part for key, part in axis["observer"].items() if key not in ("A", "B")}
+        tree["axes"] = {**tree["axes"], name: axis}
+    content = {
+        key: part for key, part in tree.items() if key not in ("fric", "warnings", "warnings_coded", "provenance")
+    }
+    made = MachineDocument.made(_plain(content, folder), notices=found.warnings, also=_sources(found.tests))
+    written = made.tree()
+    for name in found.axes:
+        if found.axes[name].improves:
+            written["axes"][name] |= {
+                "nominal": f"{name}-plant.yaml", "feedforward": {"lead": "auto", "friction": f"{name}.yaml"}
+            }  # fmt: skip
+    write_document(folder / "machine.yaml", written, force=force)
+    return files
+
+
+def _plain(content: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the machine with the files that it names read, to be checked."""
+    axes = {}
+    for name, part in content["axes"].items():
+        axis = dict(part)
+        if axis.get("nominal") == f"{name}-plant.yaml":
+            axis.pop("nominal")
+            axis["feedforward"] = {"lead": "auto"}
+        axes[name] = axis
+    return {**content, "axes": axes}
+
+
+def _sources(tests: Sequence[MeasuredCircle]) -> dict[str, Any]:
+    return {"circles": [{"file": test.source, "test": test.name, "sha256": test.sha256} for test in tests]}
+
+
+def friction_tree(one: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str, Any]:
+    """Return the friction that circles gave an axis as a friction document."""
+    estimates, axis = one.estimates, one.axis
+    assert estimates is not None  # of what is improved
+    K_f = one.nominal.K_f
+    told = {
+        "rmse": Estimate(one.after.rms * K_f, "N"),
+        "method": "circles: voltage balance, " + ("full shape" if one.full else "level, stiffness, C and T_d"),
+        "covariance": estimates.covariance,
+    }
+    content: dict[str, Any] = {"axis": axis.name, "motion": axis.motion, "static": estimates.static}
+    if estimates.negative is not None:
+        content["static_negative"] = estimates.negative
+    content |= {"gms": estimates.gms, "gms_fit": told}
+    return FrictionDocument.made(content, notices=one.warnings, also=_sources(tests)).tree()
+
+
+def plant_tree(one: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str, Any]:
+    """Return the nominal plant that circles gave an axis as a plant document."""
+    estimates, axis = one.estimates, one.axis
+    assert estimates is not None
+    content = {"axis": axis.name, "motion": axis.motion, **estimates.plant}
+    return PlantDocument.made(content, also=_sources(tests)).tree()

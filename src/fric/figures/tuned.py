@@ -1,0 +1,80 @@
+"""The voltage of recorded circles at their reversals, and what belief and result make of it."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.figures.style import BLUE, GREY, VERMILION, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from fric.identify.circle.tune import TunedAxis
+
+AROUND = np.radians(25.0)
+"""Half of what is shown around a reversal, as an angle on the circle [rad]."""
+
+
+def draw_tuned(one: TunedAxis) -> Figure:
+    """Return the control voltage around the reversals of an axis, measured and replayed: before tuning and after.
+
+    Above for each circle the voltage as it acts, less what inertia and the drive's damping need by the plant that was
+    found: what friction takes. Below what belief and result leave of it.
+
+    Parameters
+    ----------
+    one
+        A tuned axis.
+    """
+    circles = len(one.after.balance.records)
+    with new_figure(2.4 + 2.6 * circles, 4.6) as figure:
+        panels = figure.subplots(2, circles, squeeze=False, sharex="col", height_ratios=(1.4, 1))
+        for n, (above, below) in enumerate(panels.T):
+            record = one.after.balance.records[n]
+            place, scale = _reversal(one, n), 1e3 * record.radius / record.feed
+            angle = record.angle[record.used]
+            near = np.abs(angle - place) <= AROUND
+            t = np.abs(angle[near] - place) * np.sign(angle[near] - place) * _turns(angle) * scale
+            m, a, offset = one.after.plant[0], one.after.plant[1], one.after.plant[2 + n]
+            rest = -m * record.inertia[record.used] - a * record.damping[record.used] - offset
+            coordinates = one.after.balance.coordinates
+            measured = record.delayed(coordinates.delay(one.after.x)) + rest
+            after, before = one.after.parts()[n], one.before.parts()[n]
+            above.plot(t, measured[near], color=GREY, linewidth=2.4, label="measured")
+            above.plot(t, (measured - before)[near], color=VERMILION, linestyle="--", label="replayed before")
+            above.plot(t, (measured - after)[near], color=BLUE, label="replayed after")
+            below.plot(t, before[near] * 1e3, color=VERMILION, linestyle="--")
+            below.plot(t, after[near] * 1e3, color=BLUE)
+            above.set_title(f"{record.radius * 1e3:g} mm at {record.feed * 1e3:g} mm/s", fontsize=8)
+            below.set_xlabel("time after the reversal [ms]")
+            for axes in (above, below):
+                axes.axvline(0, color=GREY, linewidth=0.6)
+        panels[0, 0].set_ylabel("voltage of friction [V]")
+        panels[1, 0].set_ylabel("left [mV]")
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+        figure.suptitle(
+            f"Axis {one.axis.name}: {one.before.rms * 1e3:.2f} mV left before, {one.after.rms * 1e3:.2f} mV after",
+            fontsize=9,
+        )
+    return figure
+
+
+def _turns(angle: NDArray[np.float64]) -> float:
+    """Return 1 where the angle grows over time, -1 where it falls."""
+    return 1.0 if angle[-1] >= angle[0] else -1.0
+
+
+def _reversal(one: TunedAxis, n: int) -> float:
+    """Return the angle of the last reversal of the axis on a circle that is seen whole [rad]."""
+    record = one.after.balance.records[n]
+    first = next(iter(record.test.axes)) == record.axis
+    angle = record.angle[record.used]
+    low, high = float(angle.min()) + AROUND, float(angle.max()) - AROUND
+    shift = 0.0 if first else pi / 2
+    places = shift + pi * np.arange(np.ceil((low - shift) / pi), np.floor((high - shift) / pi) + 1)
+    return float(places[-1] if angle[-1] >= angle[0] else places[0])

@@ -1,0 +1,150 @@
+"""What the controllers of a machine believe, refitted to recorded circles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.machine_files import read_machine
+from fric.documents.tuned import tuned_files, write_tuned
+from fric.estimate import estimate_rows
+from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.tune import Tuned, steps_of_tuning, tuned_document
+from fric.identify.circle.tune import tune as refit
+from fric.io.circle import choose_circles
+from fric.output import refuse_existing
+from fric.results.base import Result
+from fric.results.given import Advance, path_of, refused, silent
+from fric.results.text import Piece, Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from fric.simulate.machine import Machine
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TuneResult(Result):
+    """A machine whose controllers believe what recorded circles say.
+
+    Parameters
+    ----------
+    found
+        What was found.
+    source
+        The machine file that it was tuned from.
+    files
+        What was written; empty until it is saved.
+    """
+
+    found: Tuned
+    source: Path
+    files: list[Path] = field(default_factory=list)
+
+    @property
+    def machine(self) -> Machine:
+        """The machine with its new belief."""
+        return self.found.machine
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What the circles cannot tell, and what was refused."""
+        return self.found.warnings
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """Parameters with 95 % intervals by axis, and what the next circles should show."""
+        return tuned_document(self.found)
+
+    def report(self) -> list[Piece]:
+        """Return the parameters by axis, and the next circles."""
+        document = self.document
+        pieces: list[Piece] = []
+        for name, axis in document["axes"].items():
+            left = axis["residual"]
+            before, after = (f"{left[key] * 1e3:.2f} mV" for key in ("before", "after"))
+            title = f"axis {name}: {before} left of the voltage, {after} when tuned"
+            title += "" if axis["improves"] else "; refused"
+            pieces += [Table(["", "value", "95 %", "unit"], estimate_rows(axis["parameters"]), title), ""]
+        rows = [
+            [
+                f"{float(feed) * 1e3:g} mm/s", f"({scheme})", f"{document['measured'][feed] * 1e6:.2f}",
+                f"{one['glitch'] * 1e6:.2f}", " … ".join(f"{limit * 1e6:.2f}" for limit in one["ci95"]),
+            ]
+            for feed, schemes in document["predicted"].items()
+            for scheme, one in schemes.items()
+        ]  # fmt: skip
+        if rows:
+            pieces.append(Table(["the next circle", "scheme", "recorded µm", "glitch µm", "95 %"], rows))
+        if self.files:
+            pieces.append(f"wrote {', '.join(map(str, self.files))}")
+        return pieces
+
+    def figure(self) -> Figure:
+        """Return the voltage at the reversals of the first axis, before and after."""
+        from fric.figures.tuned import draw_tuned
+
+        return draw_tuned(next(iter(self.found.axes.values())))
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return what the next circles should show [m]."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            [
+                {"feed": one.feed, "scheme": one.scheme, "glitch": one.glitch, "low": one.ci95[0], "high": one.ci95[1]}
+                for one in self.found.predicted
+            ]
+        )
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write machine.yaml, friction and plant files of each axis, and a figure of its reversals, into a folder."""
+        from fric.figures.style import save_figure
+        from fric.figures.tuned import draw_tuned
+
+        folder = Path(path)
+        figures = {folder / f"{name}.png": one for name, one in self.found.axes.items()}
+        if folder.is_dir():
+            refuse_existing(*tuned_files(self.found, folder), *figures, force=force)
+        written = write_tuned(self.found, self.source, folder, force=force)
+        for place, one in figures.items():
+            save_figure(draw_tuned(one), place, force=force)
+        self.files[:] = [*written, *figures]
+        self.document["files"] = list(map(str, self.files))
+
+
+def tune(machine: Any, *circles: Any, scheme: str | None = None, advance: Advance = silent) -> TuneResult:
+    """Refit what the controllers of a machine believe to recorded circles: friction, plant, delay; with lead.
+
+    Parameters
+    ----------
+    machine
+        Machine file, or the name of a bundled one.
+    circles
+        Circle test files, run files of a simulated circle, or measured circles, with reference, position and voltage
+        of both axes; one fast and one slow.
+    scheme
+        Of a run file with several, the scheme that is taken.
+    advance
+        Is told of each step.
+
+    Raises
+    ------
+    FricError
+        When a test lacks a channel, or no GMS model is believed.
+    """
+    source = path_of("tune", "a machine file", machine)
+    subject = read_machine(source)
+    given = [one for part in circles for one in (part if isinstance(part, list | tuple) else [part])]
+    files = [
+        path_of("tune", "circle tests, or their files", one) for one in given if not isinstance(one, MeasuredCircle)
+    ]
+    tests = [one for one in given if isinstance(one, MeasuredCircle)] + (choose_circles(files, scheme) if files else [])
+    if not tests:
+        raise refused("tune", "circle tests, or their files", None)
+    advance(0, total=steps_of_tuning(tests))
+    return TuneResult(refit(subject, tests, advance), source)
