@@ -162,3 +162,29 @@ def test_a_plant_that_holds_the_viscous_friction_raises_no_alarm() -> None:
         loud += codes(identify_static(logs, plant=replace(plant, A=30.0))).get("damping-too-large") == "wrong"
     assert quiet == 0
     assert loud == 6
+
+
+def test_directions_that_differ_are_told_and_a_stated_load_parts_them_from_an_offset() -> None:
+    rng = np.random.default_rng(9)
+    forth, back = StaticMap(80.0, 115.0, 1.8e-3, 1.0, 120.0), StaticMap(68.0, 98.0, 1.8e-3, 1.0, 157.0)
+    logs = [stroke(v, rng, friction=forth if v > 0 else back) for v in both_directions(SLOW)]
+    assert codes(identify_static(logs))["directions-differ"] == "wrong"
+    assert codes(identify_static(logs, direction="each"))["offset-shared"] == "wrong"
+    fit = identify_static(logs, direction="each", load=0.0)
+    assert fit.static is not None
+    assert fit.negative is not None
+    assert "wrong" not in codes(fit).values()
+    for one, truth in ((fit.static, forth), (fit.negative, back)):
+        assert one.estimates["offset"].fixed
+        for name in ("F_c", "F_s", "sigma"):
+            low, high = one.estimates[name].ci95  # type: ignore[misc]
+            slack = 0.02 * (high - low)  # type: ignore[operator]
+            assert low - slack <= getattr(truth, name) <= high + slack  # type: ignore[operator]
+
+
+def test_directions_that_are_alike_raise_no_alarm() -> None:
+    told = 0
+    for seed in range(12):
+        rng = np.random.default_rng([seed, 10])
+        told += "directions-differ" in codes(identify_static([stroke(v, rng) for v in both_directions(SLOW)]))
+    assert told == 0

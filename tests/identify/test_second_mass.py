@@ -13,6 +13,7 @@ from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
 from fric.identify.dynamics.frequency_response import measure_response
 from fric.identify.dynamics.plant import identify_plant
+from fric.identify.dynamics.spectra import find_period
 from fric.notice import Notice
 from tests.identify.flawed_axis import RATE, Machine, shaken
 
@@ -100,3 +101,26 @@ def test_the_band_is_kept_to_on_both_sides() -> None:
     used = fit.responses[0].measured.table.frequency[fit.responses[0].used]
     assert used.min() >= 5
     assert used.max() <= 50
+
+
+def test_records_that_lost_samples_are_made_even() -> None:
+    """One sample in a hundred is missing, and the time shows it: the response is that of the whole record, and told."""
+    whole = shaken(Machine(), seed=3)
+    kept = np.random.default_rng(3).random(len(whole)) > 0.01
+    kept[[0, -1]] = True
+    thin = replace(whole, **{name: values[kept] for name, values in whole.channels().items()})
+    fit = identify_plant([thin])
+    assert float(fit.estimates["A"]) == pytest.approx(14.6, rel=0.03)
+    assert float(fit.estimates["B"]) == pytest.approx(2.5, rel=0.01)
+    assert any(isinstance(w, Notice) and w.code == "sampling-uneven" for w in fit.warnings)
+    gap = (whole.time < 1.0) | (whole.time > 1.1)
+    torn = replace(whole, **{name: values[gap] for name, values in whole.channels().items()})
+    with pytest.raises(FricError, match="uneven"):
+        identify_plant([torn])
+
+
+def test_a_period_is_found_where_few_high_lines_are_tall() -> None:
+    """The tallest lines are almost alike after a part of the period; the period is where all are."""
+    period, n = 2000, np.arange(16_000)
+    u = sum(a * np.cos(2 * np.pi * k * n / period) for a, k in ((0.3, 1), (0.3, 16), (1.2, 86), (2.0, 150)))
+    assert find_period(np.asarray(u) + np.random.default_rng(1).normal(0, 1e-3, len(n))) == period

@@ -30,6 +30,12 @@ def static(
         Literal["auto", "coulomb", "stribeck"],
         typer.Option(help="Coulomb plus viscous friction, eq. (2), or what predicts held-out strokes better."),
     ] = "auto",
+    load: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FORCE", help='Constant load where you know it, as "60 N" or "0 N": the offset is then it.'
+        ),
+    ] = None,
     plot: Plot = None,
     json: Json = False,
     force: Force = False,
@@ -37,7 +43,8 @@ def static(
     """Identify the static friction map F_c, F_s, v_s, delta, sigma (eq. 2) from constant-velocity strokes."""
     finish(
         lambda _: fric.identify_static(
-            *logs, plant=plant, delta=delta, direction=direction, weights=weights, average=average, form=form
+            *logs, plant=plant, delta=delta, direction=direction, weights=weights, average=average, form=form,
+            load=load,
         ),
         output, plot, json=json, force=force, doing="friction map",
     )  # fmt: skip

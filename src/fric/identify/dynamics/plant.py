@@ -18,6 +18,7 @@ from fric.identify.dynamics.mode_fit import at, solve_with_modes
 from fric.identify.dynamics.plant_warnings import told_of
 from fric.identify.dynamics.response_fit import Lines, Solution, select, solve
 from fric.identify.records.flaws import clock_flaws
+from fric.identify.records.sampling import evened
 from fric.log import FrequencyResponse, Log
 from fric.threads import one_blas_thread
 from fric.units import Motion
@@ -183,7 +184,12 @@ def identify_plant(
     FricError
         When a record does not give a response, too few lines are sure, or the sign of input or position is turned.
     """
-    fits, sets, clocks = [], [], []
+    fits, sets, clocks, uneven = [], [], [], list[str]()
+    records = list(records)
+    for n, record in enumerate(records):
+        if isinstance(record, Log):
+            records[n], told_of_clock = evened(record)
+            uneven += told_of_clock
     for record in records:
         clock = clock_flaws([record], "plant") if isinstance(record, Log) else []
         clocks += clock
@@ -210,7 +216,7 @@ def identify_plant(
     estimates = solution.estimates(motion)
     scale = force_constant(logs, given_force_constant, motion, period=period, segment=segment)
     estimates |= scale.estimates()
-    told = [*scale.warnings, *against_mass(estimates, mass, motion)]
+    told = [*uneven, *scale.warnings, *against_mass(estimates, mass, motion)]
     transport = estimates["T_d"]
     if rate is not None:
         low, high = transport.ci95 or (0.0, 0.0)

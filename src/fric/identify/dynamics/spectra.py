@@ -76,7 +76,8 @@ def find_period(values: Real) -> int | None:
     if below.size == 0:
         return None
     r[: below[0]] = 0.0
-    peaks, _ = signal.find_peaks(np.append(r, 0.0), height=max(ALIKE, float(r.max()) - 0.05))
+    best = float(r.max())  # a few high lines alone are almost alike at a shorter lag, but for noise only almost
+    peaks, _ = signal.find_peaks(np.append(r, 0.0), height=max(ALIKE, best - 0.005 - 0.2 * max(1 - best, 0.0)))
     return int(peaks[0]) if peaks.size else None
 
 

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from fric.errors import FricError
+from fric.notice import Notice
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from fric.log import Log
+
+LOST = 0.05
+"""Share of the samples that may be missing in an uneven record that is made even."""
 
 JITTER = 0.1
 """Share of a sample by which an interval may differ from the mean one."""
@@ -36,3 +44,42 @@ def even_sampling(log: Log) -> float:
             mend="Ingest a record without gaps, or cut it at the gap into records of their own.",
         )
     return 1 / period
+
+
+def evened(log: Log) -> tuple[Log, list[str]]:
+    """Return a record as if it had been sampled evenly, with what is to be said of it; an even one as it is.
+
+    Instants that jitter, and samples that are missing here and there, are made up for along a cubic through the others.
+
+    Raises
+    ------
+    FricError
+        When more than `LOST` of the samples are missing, or more than 8 at one place.
+    """
+    steps = np.diff(log.time)
+    period = float(np.median(steps))
+    if len(log) < 16 or np.all(np.abs(steps / period - 1) <= JITTER / 100):
+        return log, []
+    span = float(log.time[-1] - log.time[0])
+    intervals = round(span / period)
+    missing = intervals + 1 - len(log)
+    if missing > LOST * len(log) or float(steps.max()) > 9.5 * period:
+        return log, []  # which is then refused, with its place
+    even = log.time[0] + np.linspace(0.0, span, intervals + 1)
+    if missing == 0 and float(np.abs(even - log.time).max()) <= JITTER / 100 * period:
+        return log, []
+    channels: dict[str, Any] = {
+        name: CubicSpline(log.time, values)(even) for name, values in log.channels().items() if name != "time"
+    }
+    told = Notice(
+        f"{log.name}: the sampling is not even ({missing} of {intervals + 1} samples are missing, the others up to "
+        f"{100 * float(np.abs(_phase(log.time, period)).max()):.0f} % of a sample off): it was made even along a cubic",
+        "sampling-uneven", "note",
+    )  # fmt: skip
+    return replace(log, time=even, **channels), [told]
+
+
+def _phase(time: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+    """Return by how many samples each instant is off the even one that is next to it."""
+    at = (time - time[0]) / period
+    return np.asarray(at - np.rint(at))

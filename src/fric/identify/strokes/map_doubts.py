@@ -6,7 +6,7 @@ from math import isinf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import chdtrc
+from scipy.special import chdtrc, fdtrc
 
 from fric.estimate import Interval
 from fric.notice import Notice
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 TAKEN = 0.05
 """Share of the drive's damping that its plant may be off by, before the strokes contradict it."""
+
+DIFFERENT = 1e-3
+"""Probability under which directions that are alike are not taken for different."""
 
 CORRELATED = 0.95
 """Correlation of two parameters from which on the data tell them apart badly."""
@@ -77,6 +80,7 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
         spread = readable(fit.between, si_unit("force", motion), 2)
         text = f"strokes scatter by {spread} beyond their own noise; weights and intervals allow for it."
         doubts.append(Notice(text, "strokes-scatter", "note"))
+    doubts += directions_differ(fit, motion)
     visible = fit.rmse > 1e-6 * float(np.abs(problem.F).max())
     if visible and _patterned(problem.v, fit.residual / problem.standard_error):
         doubts.append(
@@ -86,6 +90,37 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
             )
         )  # fmt: skip
     return doubts
+
+
+def directions_differ(fit: MapFit, motion: Motion) -> list[str]:
+    """Say where the directions differ by more than an offset: half their sum then changes with speed."""
+    problem, v = fit.problem, np.abs(fit.problem.v)
+    n = len(v) - len(problem.free) - 2
+    if n < 4 or len(np.unique(np.sign(problem.v))) < 2:
+        return []
+    even = (
+        np.column_stack([v, np.exp(-v / fit.solution.theta["v_s"]), np.ones_like(v)]) / problem.standard_error[:, None]
+    )
+    J = problem.jacobian(fit.solution.theta) / problem.standard_error[:, None]
+    r = fit.residual / problem.standard_error
+    size = np.linalg.norm(J, axis=0)
+    Q, _ = np.linalg.qr(J[:, size > 0] / size[size > 0])
+    rest = r - Q @ (Q.T @ r)
+    even = even - Q @ (Q.T @ even)
+    found = np.linalg.lstsq(even, rest, rcond=1e-6)[0]
+    left = rest - even @ found
+    ratio = 0.5 * float(rest @ rest - left @ left) / max(float(left @ left) / n, 1e-300)
+    most = float(np.max(np.abs(even @ found * problem.standard_error)))
+    if fdtrc(2, n, ratio) > DIFFERENT or most < 0.01 * float(np.median(np.abs(problem.F))):
+        return []
+    size_told = readable(2 * most, si_unit("force", motion), 2)
+    return [
+        Notice(
+            f"the directions differ by more than an offset, by up to {size_told}: this map is that of neither. "
+            "Identify again with --direction each, and with --load where you know the weight.",
+            "directions-differ", "wrong",
+        )
+    ]  # fmt: skip
 
 
 def _interval(fit: MapFit, name: str) -> Interval:

@@ -16,7 +16,7 @@ from fric.identify.records.clipping import clipped_samples
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
 from fric.identify.records.segments import Stretch
 from fric.identify.strokes.averages import Average
-from fric.identify.strokes.map_doubts import damping_doubt, map_doubts
+from fric.identify.strokes.map_doubts import damping_doubt, directions_differ, map_doubts
 from fric.identify.strokes.map_fit import Form, MapFit, SpeedPoint, Weights, fit_map
 from fric.identify.strokes.points import stroke_points
 from fric.notice import Notice
@@ -75,6 +75,7 @@ def identify_static(
     weights: Weights = "error",
     average: Average = "robust",
     form: Form = "auto",
+    load: float | None = None,
 ) -> StaticFit:
     """Identify the static friction map, eq. (2), from strokes at constant velocity.
 
@@ -99,6 +100,8 @@ def identify_static(
     form
         ``coulomb`` for Coulomb plus viscous friction, ``stribeck`` for eq. (2), ``auto`` for the one of them that
         predicts strokes better that are held out.
+    load
+        The offset [N] where it is known, as the weight of a vertical axis; fitted where not given.
 
     Raises
     ------
@@ -124,40 +127,47 @@ def identify_static(
             raise FricError(
                 "only one direction was measured", mend="Log strokes in both directions, or use --direction both."
             )
-        shared = fit_map(points, delta, weights, motion, with_offset=True, form=form).estimates["offset"]
+        both = fit_map(points, delta, weights, motion, with_offset=True, form=form)
+        shared = _stated(load, motion) or both.estimates["offset"]
         mirrored = [replace(p, velocity=-p.velocity, force=-p.force) for p in backward]
         static = fit_map(positive, delta, weights, motion, with_offset=False, form=form, offset=float(shared))
         negative = fit_map(mirrored, delta, weights, motion, with_offset=False, form=form, offset=-float(shared))
         static, negative = (_with_shared(one, shared) for one in (static, negative))
         told = readable(float(shared), si_unit("force", motion))
-        warnings.append(
-            Notice(
-                f"what both directions share, {told}, is the offset (gravity, the bias of an amplifier) and no "
-                "friction: strokes cannot tell it from a Coulomb friction that differs between the directions",
-                "offset-shared", "note",
-            )
-        )  # fmt: skip
+        text = (
+            f"what both directions share, {told}, is the offset (gravity, the bias of an amplifier) and no friction: "
+            "strokes cannot tell it from a Coulomb friction that differs between the directions; give --load where you "
+            "know it"
+        )
+        if load is None:  # where more than the level differs, the level will too
+            warnings.append(Notice(text, "offset-shared", "wrong" if directions_differ(both, motion) else "note"))
         for name, one in (("positive", static), ("negative", negative)):
             doubts = [Notice.of(text) for text in map_doubts(one, motion)]
             warnings += [Notice(f"{name} direction: {text}", text.code, text.severity) for text in doubts]
         warnings += _flaws(logs, points, static)
         method = f"{static.form_told(motion)}; {method}"
         return StaticFit(axis, motion, tuple(points), static, negative, {}, tuple(warnings), method, plant)
-    if not (positive and backward):
+    if not (positive and backward) and load is None:
         warnings.append(
             Notice(
                 "only one direction was measured: an offset of the force channel cannot be told from Coulomb friction, "
                 "and 0 is assumed. Log strokes in both directions.", "one-direction", "doubt",
             )
         )  # fmt: skip
-    elif plant is None and np.median([p.force for p in positive]) < np.median([p.force for p in backward]):
+    elif plant is None and load is None and _turned(positive, backward):
         warnings.append(
             Notice(
                 "forward strokes took less force than backward ones: by these signs friction drives the axis, and this "
                 "map means nothing. Turn the force's `sign:` in the mapping and ingest again.", "force-turned", "wrong",
             )
         )  # fmt: skip
-    fit = fit_map(points, delta, weights, motion, with_offset=bool(positive and backward), form=form)
+    known = _stated(load, motion)
+    fit = fit_map(
+        points, delta, weights, motion, with_offset=bool(positive and backward) and known is None, form=form,
+        offset=load or 0.0,
+    )  # fmt: skip
+    if known is not None:
+        fit = replace(fit, estimates=dict(fit.estimates) | {"offset": known})
     if plant is not None:
         warnings += damping_doubt(fit, plant, motion)
     warnings += map_doubts(fit, motion)
@@ -177,9 +187,17 @@ def steady_points(logs: Sequence[Log], *, average: Average = "robust", plant: Pl
     return stroke_points(logs, average=average, plant=plant)[0]
 
 
+def _turned(positive: Sequence[SpeedPoint], backward: Sequence[SpeedPoint]) -> bool:
+    return bool(np.median([p.force for p in positive]) < np.median([p.force for p in backward]))
+
+
+def _stated(load: float | None, motion: Motion) -> Estimate | None:
+    return None if load is None else Estimate(load, si_unit("force", motion), fixed=True)
+
+
 def _with_shared(fit: MapFit, offset: Estimate) -> MapFit:
     """Return a direction's map with the shared offset, its error in that of the levels."""
-    low, high = offset.ci95 or (0.0, 0.0)
+    low, high = offset.ci95 or (0.0, 0.0)  # none where it was stated
     own = 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
     estimates = dict(fit.estimates) | {"offset": offset}
     for name in ("F_c", "F_s"):
