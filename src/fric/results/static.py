@@ -13,7 +13,7 @@ from fric.identify.strokes.static import StaticFit
 from fric.identify.strokes.static import identify_static as fit_static
 from fric.log import Log
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import logs_of, plant_of
+from fric.results.given import in_si, logs_of, plant_of
 from fric.results.text import Piece, parameters
 from fric.units import readable
 
@@ -66,6 +66,7 @@ def identify_static(
     weights: Literal["error", "equal"] = "error",
     average: Literal["robust", "median"] = "robust",
     form: Literal["auto", "coulomb", "stribeck"] = "auto",
+    load: float | str | None = None,
 ) -> StaticResult:
     """Identify the static friction map F_c, F_s, v_s, delta, sigma (eq. 2) from strokes at constant velocity.
 
@@ -85,6 +86,8 @@ def identify_static(
         ``robust`` (Huber) or ``median`` force of a stroke.
     form
         Coulomb plus viscous friction, eq. (2), or what predicts held-out strokes better.
+    load
+        Constant load [N] where it is known, as the weight of a vertical axis: the offset is then it.
 
     Raises
     ------
@@ -100,6 +103,7 @@ def identify_static(
         weights=weights,
         average=average,
         form=form,
+        load=None if load is None else in_si(load, "force", records[0].motion),
     )
     return StaticResult(found, records)
 
