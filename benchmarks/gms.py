@@ -14,6 +14,7 @@ from time import perf_counter
 
 import numpy as np
 
+from benchmarks._exported import shared_library, write_step
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 
@@ -38,12 +39,11 @@ print(perf_counter() - imported, perf_counter() - loaded)
 
 
 def _in_c(folder: str) -> Callable[..., None] | None:
-    compiler = shutil.which("cc")
-    if compiler is None:
+    if shutil.which("cc") is None:
         return None
-    library = Path(folder) / "gms.so"
-    source = Path(__file__).with_suffix(".c")
-    subprocess.run([compiler, "-O2", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
+    source = Path(folder) / "gms.c"
+    write_step(MODEL, source)
+    library = shared_library(source, folder=Path(folder))
     array = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
     replay = ctypes.CDLL(str(library)).replay
     replay.argtypes = [ctypes.c_long, *[array] * 5, ctypes.c_int, array]
@@ -81,7 +81,7 @@ def _replays(c_replay: Callable[..., None]) -> list[tuple[str, str, str]]:
         np.testing.assert_allclose(ours(), in_c, rtol=0, atol=1e-9)
         seconds, in_c_seconds = _best(ours, baseline)
         measured = f"{seconds / in_c_seconds:.2f} ({seconds / STEPS * 1e9:.0f} / {in_c_seconds / STEPS * 1e9:.0f} ns)"
-        rows.append((f"replay of a four-block GMS, {name} / the same step in C at -O2", measured, "at most 1.2"))
+        rows.append((f"replay of a four-block GMS, {name} / the exported C at -O2", measured, "at most 1.2"))
     return rows
 
 

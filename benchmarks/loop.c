@@ -1,4 +1,4 @@
-/* The loop of fric/kernels/loop.py and plant.py, line by line in C, with the GMS step of gms.c: the baseline of
+/* The loop of fric/kernels/loop.py and plant.py, line by line in C, with the GMS step that fric exports: the baseline of
    benchmarks/loop.py. */
 #include "gms.c"
 

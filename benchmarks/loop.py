@@ -14,6 +14,7 @@ from time import perf_counter
 
 import numpy as np
 
+from benchmarks._exported import shared_library, write_step
 from fric.control.scheme import NONE, PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.drive.sensing import low_pass_pole
@@ -42,9 +43,8 @@ def _best(functions: list[Callable[[], object]], rounds: int = 25) -> list[float
 
 def _loops(folder: str, scheme: str) -> tuple[Callable[[], np.ndarray], Callable[[], np.ndarray]]:
     """Return the same run here and in C; each gives the position."""
-    library = Path(folder) / "loop.so"
-    source = Path(__file__).with_suffix(".c")
-    subprocess.run(["cc", "-O2", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
+    write_step(AXIS.friction, Path(folder) / "gms.c")
+    library = shared_library(Path(__file__).with_suffix(".c"), folder=Path(folder))
     run = ctypes.CDLL(str(library)).closed_loop
     array = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
     run.argtypes = [

@@ -41,21 +41,21 @@ exp pow fabs
 _RESERVED = frozenset(_WORDS.split())
 _POWERS = (64, 32, 16, 8, 4, 2, 1)
 HELPERS = {
-    "min": """static {real} {prefix}min({real} a, {real} b)
+    "min": """static inline {real} {prefix}min({real} a, {real} b)
 {{
     return (a < b) ? a : b;
 }}""",
-    "max": """static {real} {prefix}max({real} a, {real} b)
+    "max": """static inline {real} {prefix}max({real} a, {real} b)
 {{
     return (a > b) ? a : b;
 }}""",
     "copysign": """/* The size of a with the sign of b. */
-static {real} {prefix}copysign({real} a, {real} b)
+static inline {real} {prefix}copysign({real} a, {real} b)
 {{
     return (b < {zero}) ? (-{fabs}(a)) : {fabs}(a);
 }}""",
     "log1p": """/* ln(1 + x) for x > -1: powers of two are taken out of 1 + x, the series of artanh gives the rest. */
-static {real} {prefix}log1p({real} x)
+static inline {real} {prefix}log1p({real} x)
 {{
     static const {real} factors[7] = {{{factors}}};
     static const {real} powers[7] = {{{powers}}};
@@ -180,7 +180,7 @@ class _Routine:
         unused = [f"    (void){self.name(one.name)};" for one in routine.arguments if one.name not in used]
         self.block(routine.body, routine.result)
         head = [f"/* {routine.note} */"] if routine.note else []
-        head += [f"static {result} {dialect.prefix}{routine.name}({', '.join(taken)})", "{", *copied, *unused]
+        head += [f"static inline {result} {dialect.prefix}{routine.name}({', '.join(taken)})", "{", *copied, *unused]
         last = [] if routine.result is None else [f"    return {self.plain(self.expression(routine.result))};"]
         return "\n".join([*head, *self.lines, *last, "}"])
 
