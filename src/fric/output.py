@@ -8,8 +8,8 @@ import re
 import secrets
 import stat
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from fric.errors import FricError
@@ -164,6 +164,26 @@ def alone(path: Path) -> Iterator[None]:
         yield
     finally:
         os.close(lock)
+
+
+def write_folder(folder: Path, files: Mapping[str, str | bytes], *, force: bool = False) -> None:
+    """Write files into a folder, which is made where it is not there; all of them, or an error before the first.
+
+    Raises
+    ------
+    FricError
+        When a file exists and ``force`` is not set, or the folder or the disk does not take them.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise _refused(folder, error) from None
+    refuse_existing(*(folder / name for name in files), force=force)
+    with ExitStack() as drafts:
+        for name, content in files.items():
+            draft = drafts.enter_context(staged(folder / name, force=force))
+            draft.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def _refused(path: Path, error: OSError) -> FricError:

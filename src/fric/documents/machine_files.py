@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fric.control.scheme import Lead
-from fric.documents.base import AxisDocument
+from fric.documents.base import AxisDocument, Document
 from fric.documents.block import BlockDocument
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
@@ -17,6 +17,7 @@ from fric.documents.observer import ObserverDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, read_tree
 from fric.errors import FricError
+from fric.notice import Notice
 from fric.simulate.machine import Machine
 
 BELIEVED: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {
@@ -98,6 +99,14 @@ def read_machine_document(path: Path, believed: Iterable[str] = ()) -> MachineDo
             update = {"nominal" if kind == "plant" else kind: part}
         axes[name] = axes[name].model_copy(update=update)
     return document.model_copy(update={"axes": axes})
+
+
+def axis_notices(document: MachineDocument, name: str) -> tuple[Notice, ...]:
+    """Return what the files that an axis of a machine is made of say of themselves, each notice once."""
+    axis = document.axes.get(name)
+    parts = [] if axis is None else [*vars(axis).values(), *vars(axis.feedforward).values()]
+    told = [notice for part in parts if isinstance(part, Document) for notice in part.notices()]
+    return tuple(dict.fromkeys([*document.notices(), *told]))
 
 
 def _believed(file: Path) -> tuple[str, AxisDocument | FrictionDocument | BlockDocument]:

@@ -7,6 +7,7 @@ import shlex
 import sys
 from collections.abc import Iterable
 from datetime import UTC, datetime
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -28,3 +29,8 @@ def provenance(logs: Iterable[Log | FrequencyResponse] = ()) -> dict[str, Any]:
         "command": shlex.join([program, *sys.argv[1:]]),
         "logs": [{"file": log.source, "record": log.name, "sha256": log.sha256} for log in logs],
     }
+
+
+def sources(files: Iterable[Path]) -> list[dict[str, str]]:
+    """Return name and digest of each file that something was made from."""
+    return [{"file": str(file), "sha256": sha256(Path(file).read_bytes()).hexdigest()} for file in files]

@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from math import sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -256,3 +256,19 @@ def _arcs(
             )
         )  # fmt: skip
     return found
+
+
+def trial_document(arcs: Sequence[Arc]) -> list[dict[str, Any]]:
+    """Return circles in LinuxCNC as plain values: glitch and quadrants [m], measured and simulated."""
+    return [
+        {
+            "scheme": arc.scheme.name,
+            "velocity": arc.feed,
+            "direction": arc.direction,
+            "glitch": arc.measured.glitch,
+            "quadrants": list(arc.measured.quadrants),
+            "simulated": list(arc.simulated.quadrants),
+            "difference": arc.difference,
+        }
+        for arc in arcs
+    ]
