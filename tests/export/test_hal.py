@@ -1,0 +1,108 @@
+"""The HAL component in LinuxCNC's own thread, fed row by row: parity, a limit that cuts, an enable that falls, a fault."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.export.linuxcnc import linuxcnc_files
+from tests.export.parts import InC, scheme_part
+
+pytestmark = pytest.mark.skipif(
+    not (shutil.which("halrun") and shutil.which("halcompile") and shutil.which("cc") and os.geteuid() == 0),
+    reason="LinuxCNC is not installed, or this is not root",
+)
+ROWS = 8000
+NOBODY = 65534
+COLUMNS = "position-cmd velocity-cmd acceleration-cmd position-fb control-in output-prev enable gain reset".split()
+SAMPLED = "output friction-ff observer-estimate at-limit faulted".split()
+SCRIPT = """
+loadrt threads name1=servo period1=250000
+loadrt streamer depth={depth} cfg=ffffffbfb
+loadrt sampler depth={depth} cfg=fffbb
+loadrt fric_x_ff names=ff
+addf streamer.0 servo
+addf ff servo
+addf sampler.0 servo
+{nets}
+loadusr -w halstreamer rows.txt
+loadusr halsampler -n {rows} trace.txt
+start
+loadusr -w sleep {seconds}
+"""
+
+
+def _run(rows: np.ndarray, folder: Path) -> np.ndarray:
+    """Feed rows to the component, one a period, and return what it gave, one row a period."""
+    for name, text in linuxcnc_files(scheme_part("f")).items():
+        (folder / name).write_text(str(text))
+    words = ["halcompile", "--install", "fric_x_ff.comp"]
+    subprocess.run(words, cwd=folder, check=True, capture_output=True)
+    nets = [f"net in{n} streamer.0.pin.{n} => ff.{name}" for n, name in enumerate(COLUMNS)]
+    nets += [f"net out{n} ff.{name} => sampler.0.pin.{n}" for n, name in enumerate(SAMPLED)]
+    # 17 digits: what is read is what was computed here
+    lines = [" ".join(f"{int(v)}" if n in (6, 8) else f"{v:.17g}" for n, v in enumerate(row)) for row in rows]
+    (folder / "rows.txt").write_text("\n".join(lines) + "\n")
+    script = SCRIPT.format(depth=len(rows) + 10, nets="\n".join(nets), rows=len(rows), seconds=len(rows) // 4000 + 2)
+    (folder / "run.hal").write_text(script)
+    for one in [folder, *folder.iterdir()]:
+        os.chown(one, NOBODY, NOBODY)
+    inside = 'mount --bind "$1" /mnt && mount -t tmpfs none /tmp && chmod 1777 /tmp && cd /mnt && exec setpriv '
+    inside += f"--reuid {NOBODY} --regid {NOBODY} --clear-groups env RUNTESTS=1 HOME=/mnt halrun -f run.hal"
+    apart = ["unshare", "--ipc", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
+    done = subprocess.run([*apart, "bash", "-c", inside, "_", str(folder)], capture_output=True, text=True, timeout=120)
+    trace = folder / "trace.txt"
+    assert trace.exists(), done.stderr[-400:]
+    return np.loadtxt(trace)
+
+
+def _rows() -> np.ndarray:
+    """A circle in mm with what a drive would do, a stretch in which the voltage is cut, one in which enable falls."""
+    t = np.arange(ROWS) / 4000
+    r, v, a = 30 * np.sin(3.3 * t), 99 * np.cos(3.3 * t), -326.7 * np.sin(3.3 * t)
+    rows = np.column_stack([r, v, a, r + 1e-3 * np.sin(40 * t), 0.2 * np.sin(7 * t), np.zeros(ROWS)])
+    rows[3000:3200, 4] = 9.9  # with the inverse model this is beyond 10 V
+    enable = np.ones(ROWS)
+    enable[4000:4400] = 0
+    rows[:, 5] = np.append(0.0, np.clip(rows[:-1, 4], -10, 10))
+    rows[6000, 0] = 1e12  # absurd
+    reset = np.zeros(ROWS)
+    reset[6500] = 1
+    return np.column_stack([rows, enable, np.ones(ROWS), reset])
+
+
+def test_the_component_gives_what_the_exported_c_gives_and_obeys_its_pins(tmp_path: Path) -> None:
+    folder = tmp_path / "hal"
+    folder.mkdir()
+    rows = _rows()
+    trace = _run(rows, folder)
+    assert len(trace) == ROWS
+    own = tmp_path / "c"
+    own.mkdir()
+    made = InC(scheme_part("f"), own)
+    made.reset()
+    wanted = np.empty(ROWS)
+    for n, (r, v, a, fb, control, before, enable, _, reset) in enumerate(rows):
+        if reset:
+            made.reset()
+            wanted[n] = 0.0
+            continue
+        added = made.step(
+            position=1e-3 * r, velocity=1e-3 * v, acceleration=1e-3 * a, measured=1e-3 * fb, control=control, input=before,
+            share=enable,
+        )  # fmt: skip
+        wanted[n] = np.clip(control + (added if enable else 0.0), -10, 10)
+    assert np.abs(trace[:, 0] - wanted).max() < 1e-6  # the recorder prints six decimals
+    assert trace[3010:3200, 3].all()
+    assert np.abs(trace[3010:3200, 0]).min() == 10.0
+    assert not trace[3300:4000, 3].any()
+    np.testing.assert_allclose(trace[4000:4400, 0], rows[4000:4400, 4], atol=1e-6)
+    assert trace[6000:6500, 4].all()
+    np.testing.assert_allclose(trace[6000:6500, 0], rows[6000:6500, 4], atol=1e-6)
+    assert not trace[6500:, 4].any()
+    assert np.abs(trace[6600:, 1]).max() > 0.1  # it works again
