@@ -40,6 +40,8 @@ from .results.controller import ControllerResult as ControllerResult
 from .results.controller import design_controller as design_controller
 from .results.diagnose import DiagnosisResult as DiagnosisResult
 from .results.diagnose import diagnose as diagnose
+from .results.export import ExportResult as ExportResult
+from .results.export import export_axis as export_axis
 from .results.gms import GMSResult as GMSResult
 from .results.gms import identify_gms as identify_gms
 from .results.ingest import CirclesResult as CirclesResult

@@ -1,4 +1,4 @@
-"""The HAL component in LinuxCNC's own thread, fed row by row: parity, a limit that cuts, an enable that falls, a fault."""
+"""The HAL component in LinuxCNC's own thread, fed row by row: parity, limit, enable, fault."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ pytestmark = pytest.mark.skipif(
 )
 ROWS = 8000
 NOBODY = 65534
-COLUMNS = "position-cmd velocity-cmd acceleration-cmd position-fb control-in output-prev enable gain reset".split()
-SAMPLED = "output friction-ff observer-estimate at-limit faulted".split()
+COLUMNS = ["position-cmd", "velocity-cmd", "acceleration-cmd", "position-fb", "control-in", "output-prev"]
+COLUMNS += ["enable", "gain", "reset"]
+SAMPLED = ["output", "friction-ff", "observer-estimate", "at-limit", "faulted"]
 SCRIPT = """
 loadrt threads name1=servo period1=250000
 loadrt streamer depth={depth} cfg=ffffffbfb
@@ -93,8 +94,8 @@ def test_the_component_gives_what_the_exported_c_gives_and_obeys_its_pins(tmp_pa
             wanted[n] = 0.0
             continue
         added = made.step(
-            position=1e-3 * r, velocity=1e-3 * v, acceleration=1e-3 * a, measured=1e-3 * fb, control=control, input=before,
-            share=enable,
+            position=1e-3 * r, velocity=1e-3 * v, acceleration=1e-3 * a, measured=1e-3 * fb, control=control,
+            input=before, share=enable,
         )  # fmt: skip
         wanted[n] = np.clip(control + (added if enable else 0.0), -10, 10)
     assert np.abs(trace[:, 0] - wanted).max() < 1e-6  # the recorder prints six decimals

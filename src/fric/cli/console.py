@@ -83,6 +83,7 @@ def finish(
     force: bool = False,
     doing: str = "",
     also: Mapping[Path | None, Callable[[Any], Any]] | None = None,
+    into: Path | None = None,
 ) -> Any:
     """End a command: make its result, write, plot, and print report or JSON, and the warnings; return the result.
 
@@ -100,6 +101,8 @@ def finish(
         What a progress bar says meanwhile.
     also
         Further figures, by the file that each goes to.
+    into
+        A folder that the result is saved into, in place of a file; the result looks after what is there.
     """
     figures = {path: draw for path, draw in (also or {}).items() if path is not None}
     written = [path for path in (output, plot, *figures) if path is not None]
@@ -112,8 +115,10 @@ def finish(
         from fric.figures.style import save_figure
 
         save_figure(draw(result), path, force=force)
-    if output is not None:
-        result.save(output, force=force)
+    for place in (output, into):
+        if place is not None:
+            result.save(place, force=force)
+    written += [into] if into is not None else []
     if json:
         print_json(result.document)
     else:

@@ -13,6 +13,7 @@ from fric.cli import (
     compare,
     design,
     diagnose,
+    export,
     identify,
     ingest,
     inspect,
@@ -56,6 +57,7 @@ app.command()(diagnose.diagnose)
 app.command()(tune.tune)
 app.command()(validate.validate)
 app.add_typer(simulate.app)
+app.command()(export.export)
 
 
 @app.callback()

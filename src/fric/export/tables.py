@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
+import re
+import zipfile
 from typing import Any
 
 import numpy as np
@@ -98,4 +100,14 @@ def xlsx_files(part: Part) -> Files:
         steady.append(values)
     packed = io.BytesIO()
     book.save(packed)
-    return {f"{name_of(part)}.xlsx": packed.getvalue()}
+    return {f"{name_of(part)}.xlsx": _undated(packed)}
+
+
+def _undated(workbook: io.BytesIO) -> bytes:
+    """Return a workbook without the time at which it was made: the same content is the same bytes."""
+    made = io.BytesIO()
+    with zipfile.ZipFile(workbook) as dated, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in dated.namelist():
+            content = re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", dated.read(name))
+            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), content)
+    return made.getvalue()

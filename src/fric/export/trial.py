@@ -71,7 +71,7 @@ class Arc:
         return max(abs(a - b) for a, b in zip(self.measured.quadrants, self.simulated.quadrants, strict=True))
 
 
-def schemes_of(scheme: Scheme) -> list[Scheme]:
+def trial_schemes(scheme: Scheme) -> list[Scheme]:
     """Return what a trial of a scheme switches on: nothing, its feedforward, and all of it."""
     made = [replace(scheme, name="none", title="none", friction=None, blocks=())]
     ahead = tuple(b.name for b in scheme.block_types if b.kind == "feedforward")
@@ -169,7 +169,7 @@ def try_in_linuxcnc(
         if done.returncode:
             told = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
             raise FricError(f"halcompile refuses the component: {told}", where=str(component))
-    chosen = schemes_of(scheme)
+    chosen = trial_schemes(scheme)
 
     def session(one: Scheme) -> list[Arc]:
         trace = _recorded(machine, one, scheme, folder)

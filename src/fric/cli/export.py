@@ -1,0 +1,50 @@
+"""`fric export`: what a controller runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import fric
+from fric.cli.console import finish
+from fric.cli.options import BelievedFriction, Gain, Json, Lead, MachineFile, SchemesFile, lead_given
+
+
+def export(
+    target: Annotated[
+        str, typer.Argument(metavar="TARGET", help="c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.")
+    ],
+    machine: MachineFile,
+    axis: Annotated[str, typer.Option("--axis", help="The axis.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the files.")],
+    scheme: Annotated[str, typer.Option("--scheme", help="The scheme: friction feedforward, and blocks.")] = "f",
+    part: Annotated[
+        str, typer.Option("--part", help="compensation; or machine, the axis itself, to try a controller on.")
+    ] = "compensation",
+    single: Annotated[bool, typer.Option("--float", help="Single precision (c).")] = False,
+    friction: BelievedFriction = None,
+    gain: Gain = None,
+    lead: Lead = None,
+    schemes: SchemesFile = None,
+    trial: Annotated[
+        bool, typer.Option("--try", help="linuxcnc: run circles in LinuxCNC, beside their simulation.")
+    ] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace files that exist, and export what is not to be trusted.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Write what a controller runs: friction feedforward, observers, and a manifest of all that is in it.
+
+    Nothing is exported that speaks against itself, unless --force is given: a warning of severity 'wrong' in the
+    machine's files, or a simulated circle that becomes worse.
+    """
+    finish(
+        lambda advance: fric.export_axis(
+            target, machine, axis=axis, scheme=scheme, part=part, single=single, believed=friction or (), gain=gain,
+            lead=lead_given(lead), known=schemes, trial=output / "trial" if trial else None, advance=advance,
+        ),
+        json=json, force=force, doing="LinuxCNC" if trial else "", into=output,
+    )  # fmt: skip

@@ -1,0 +1,198 @@
+"""What a controller runs: one axis under one scheme, in the language of a target."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from fric.documents.bundled import located
+from fric.documents.machine_files import axis_notices, read_machine, read_machine_document
+from fric.documents.provenance import sources
+from fric.errors import FricError, near
+from fric.export import targets
+from fric.export.base import Files, Part, Target
+from fric.export.manifest import manifest, manifest_text
+from fric.export.select import compensation_of, machine_of
+from fric.export.trial import Arc, trial_document, trial_schemes, try_in_linuxcnc
+from fric.export.trust import reasons_against
+from fric.notice import Notice
+from fric.output import write_folder
+from fric.results.base import Result
+from fric.results.given import Advance, path_of, silent
+from fric.results.machine import schemes_of, unique
+from fric.results.text import Piece, Table
+from fric.simulate.machine import Machine
+from fric.units import readable
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ExportResult(Result):
+    """Files for a controller, and what speaks for and against them.
+
+    Parameters
+    ----------
+    target
+        The target.
+    part
+        What is exported.
+    files
+        Its files by name, without the manifest.
+    notices
+        What the files that the machine is made of say of themselves.
+    against
+        Why it should not be put on the machine; empty where nothing speaks against it.
+    made_from
+        Name and digest of each file that it was made from.
+    arcs
+        Circles in LinuxCNC, where they were run.
+    """
+
+    target: Target
+    part: Part
+    files: Files
+    notices: Sequence[Notice]
+    against: Sequence[Notice]
+    made_from: Sequence[dict[str, str]]
+    arcs: Sequence[Arc] = ()
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The content of manifest.json; with the arcs, where LinuxCNC ran."""
+        told = list(dict.fromkeys([*self.notices, *self.against]))
+        content = manifest(self.target.name, self.part, self.files, notices=told, sources=self.made_from)
+        return content | ({"trial": trial_document(self.arcs)} if self.arcs else {})
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What the machine's files say of themselves, and what speaks against the export."""
+        return unique([*self.notices, *self.against])
+
+    def report(self) -> list[Piece]:
+        """Return what is in which file, and how LinuxCNC and simulation compare."""
+        rows = [[name, f"{len(content):,}"] for name, content in self._all().items()]
+        title = f"{self.part.machine}: {self.part.role} of axis {self.part.axis} for {self.target.name}"
+        told: list[Piece] = [Table(["file", "bytes"], rows, title)]
+        if self.arcs:
+            head = ["switched on", "feed", "turns", "LinuxCNC", "simulated", "largest difference of a quadrant"]
+            title = "largest glitch of each circle in µm: in LinuxCNC, and simulated along its planner's reference"
+            told.append(Table(head, [_row(arc) for arc in self.arcs], title))
+        return told
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write files and manifest into a folder.
+
+        Raises
+        ------
+        FricError
+            When something speaks against it, or a file exists, and ``force`` is not set.
+        """
+        if self.against and not force:
+            raise FricError(
+                f"scheme {self.part.scheme} on axis {self.part.axis} is not to be trusted: {self.against[0]}",
+                mend="Mend that first; --force exports it nevertheless.",
+            )
+        write_folder(Path(path), self._all(), force=force)
+
+    def _all(self) -> dict[str, str | bytes]:
+        return {**self.files, "manifest.json": manifest_text(self.document)}
+
+
+def export_axis(
+    target: str,
+    machine: Any,
+    *,
+    axis: str,
+    scheme: Any = "f",
+    part: str = "compensation",
+    single: bool = False,
+    believed: Sequence[str] = (),
+    gain: float | None = None,
+    lead: Any = None,
+    known: Any = None,
+    trial: Path | str | None = None,
+    advance: Advance = silent,
+) -> ExportResult:
+    """Write what one scheme does on one axis in the language of a controller.
+
+    Parameters
+    ----------
+    target
+        A name of `fric.export.targets`: ``c``, ``linuxcnc``, ``fmi``, ``st``, ….
+    machine
+        The machine, its file, or the name of a bundled one.
+    axis
+        Name of the axis.
+    scheme
+        The scheme, or its name.
+    part
+        ``compensation``: what the controller does; ``machine``: the axis itself, to try a controller on.
+    single
+        Single precision, where the target has it.
+    believed, gain, lead
+        As in `fric.read_machine`, where a file is given.
+    known
+        Schemes by name, or their file; the paper's where not given.
+    trial
+        A folder in which circles are run in LinuxCNC, beside their simulation (target ``linuxcnc``, as root).
+    advance
+        Is told of each session of LinuxCNC.
+
+    Raises
+    ------
+    FricError
+        When there is no such target, axis or scheme, or something cannot be exported.
+    """
+    chosen = one_target(target, part, single=single)
+    (wanted,) = schemes_of("export", scheme, known)[:1]
+    notices: tuple[Notice, ...] = ()
+    made_from: list[dict[str, str]] = []
+    if isinstance(machine, Machine):
+        subject = machine
+    else:
+        file = located(path_of("export", "a machine, or its file", machine), "machine")
+        subject = read_machine(file, believed=believed, gain=gain, lead=lead)
+        notices = axis_notices(read_machine_document(file, believed), axis)
+        made_from = sources([file, *(Path(one.partition("=")[2]) for one in believed)])
+    made = compensation_of(subject, axis, wanted) if part == "compensation" else machine_of(subject, axis)
+    files = chosen.files(made, **({"single": True} if single else {}))
+    against = reasons_against(subject, axis, wanted, notices) if part == "compensation" else []
+    arcs: list[Arc] = []
+    if trial is not None:
+        if target != "linuxcnc":
+            raise FricError(f"a trial is for the target linuxcnc, and this is {target}")
+        advance(0, total=len(trial_schemes(wanted)))
+        Path(trial).mkdir(parents=True, exist_ok=True)
+        arcs = try_in_linuxcnc(subject, wanted, Path(trial), advance=advance)
+    return ExportResult(chosen, made, files, notices, against, made_from, arcs)
+
+
+def one_target(name: str, part: str, *, single: bool) -> Target:
+    """Return a target that exports such a part, with such options.
+
+    Raises
+    ------
+    FricError
+        When there is none.
+    """
+    known = targets()
+    if name not in known:
+        raise FricError(f"there is no target '{name}'", mend=near(name, known) or f"There are {', '.join(known)}.")
+    target = known[name]
+    if part not in target.parts:
+        able = [one.name for one in known.values() if part in one.parts]
+        raise FricError(
+            f"the target {name} has no part '{part}'",
+            mend=f"It exports {' and '.join(target.parts)}" + (f"; {', '.join(able)} export that." if able else "."),
+        )
+    if single and "single" not in target.options:
+        raise FricError(f"the target {name} has no single precision", mend="Leave --float out, or export to c.")
+    return target
+
+
+def _row(arc: Arc) -> list[str]:
+    turns = "counter-clockwise" if arc.direction > 0 else "clockwise"
+    microns = [f"{1e6 * one:.2f}" for one in (arc.measured.glitch, arc.simulated.glitch, arc.difference)]
+    return [arc.scheme.title, readable(arc.feed, "m/s"), turns, *microns]

@@ -1,0 +1,122 @@
+"""`fric export` as a user runs it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+import fric
+from fric.errors import FricError
+from fric.export import targets
+from fric.export.twincat import POINTS, list_of
+from fric.friction.gms import GMS
+from tests.export.parts import MACHINE, part, scheme_part
+
+SPOILING = """fric: friction/1
+axis: x
+motion: linear
+static:
+  F_c: {value: 500, unit: N}
+  F_s: {value: 900, unit: N}
+  v_s: {value: 1, unit: mm/s}
+"""
+DOUBTED = """fric: friction/1
+axis: x
+motion: linear
+static:
+  F_c: {value: 80, unit: N}
+  F_s: {value: 120, unit: N}
+  v_s: {value: 1, unit: mm/s}
+warnings: [the logged force lags]
+warnings_coded: [{code: force-lags, severity: wrong, text: the logged force lags}]
+"""
+
+
+@pytest.mark.parametrize("target", sorted(targets()))
+def test_every_target_writes_its_files_and_a_manifest_that_holds_their_digests(target: str, tmp_path: Path) -> None:
+    found = fric.export_axis(target, MACHINE, axis="x", scheme="c")
+    found.save(tmp_path / "out")
+    manifest = json.loads((tmp_path / "out/manifest.json").read_text())
+    written = {file.name: file for file in (tmp_path / "out").iterdir() if file.name != "manifest.json"}
+    assert manifest["files"] == {name: sha256(file.read_bytes()).hexdigest() for name, file in written.items()}
+    assert manifest["sources"] == [{"file": str(MACHINE), "sha256": sha256(MACHINE.read_bytes()).hexdigest()}]
+    assert manifest["friction"]["static"]["F_s"] == {"value": 165.0, "unit": "N"}
+    again = fric.export_axis(target, MACHINE, axis="x", scheme="c")
+    assert again.files == found.files
+
+
+def test_a_friction_that_makes_the_circle_worse_is_not_exported_unless_forced(tmp_path: Path) -> None:
+    (tmp_path / "f.yaml").write_text(SPOILING)
+    found = fric.export_axis("c", MACHINE, axis="x", scheme="b", believed=[f"x={tmp_path / 'f.yaml'}"])
+    with pytest.raises(FricError, match=r"not to be trusted: at 100 mm/s scheme b leaves"):
+        found.save(tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    found.save(tmp_path / "out", force=True)
+    assert "scheme-spoils" in (tmp_path / "out/manifest.json").read_text()
+
+
+def test_what_a_file_says_of_itself_stands_against_its_export(tmp_path: Path) -> None:
+    (tmp_path / "f.yaml").write_text(DOUBTED)
+    found = fric.export_axis("c", MACHINE, axis="x", scheme="b", believed=[f"x={tmp_path / 'f.yaml'}"])
+    assert [one.code for one in found.against] == ["force-lags"]
+    assert "the logged force lags" in repr(found)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (("cc", {}), "there is no target 'cc'"),
+        (("st", {"part": "machine"}), "has no part 'machine'"),
+        (("st", {"single": True}), "has no single precision"),
+        (("c", {"scheme": "a"}), "feeds no friction forward"),
+        (("c", {"axis": "w"}), "no axis 'w'"),
+        (("csv", {"trial": "somewhere"}), "a trial is for the target linuxcnc"),
+    ],
+)
+def test_what_cannot_be_is_told_in_a_sentence(given: tuple[str, dict[str, object]], told: str, tmp_path: Path) -> None:
+    target, options = given
+    with pytest.raises(FricError, match=told):
+        fric.export_axis(target, MACHINE, **({"axis": "x"} | options))  # type: ignore[arg-type]
+
+
+def test_a_file_that_exists_is_kept_and_nothing_is_half_written(tmp_path: Path) -> None:
+    (tmp_path / "fric_x.c").write_text("mine")
+    with pytest.raises(FricError, match="exists"):
+        fric.export_axis("c", MACHINE, axis="x").save(tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["fric_x.c"]
+    assert (tmp_path / "fric_x.c").read_text() == "mine"
+
+
+def test_tables_hold_the_parameters_and_the_steady_friction(tmp_path: Path) -> None:
+    for target in ("csv", "mat", "xlsx"):
+        fric.export_axis(target, MACHINE, axis="x", scheme="c").save(tmp_path, force=True)
+    with (tmp_path / "fric_x-parameters.csv").open() as file:
+        rows = {(row["section"], row["parameter"]): (float(row["value"]), row["unit"]) for row in csv.DictReader(file)}
+    assert rows["static", "F_s"] == (165.0, "N")
+    assert rows["gms", "k_1"] == (99.94e6, "N/m")
+    found = loadmat(tmp_path / "fric_x.mat", simplify_cells=True)["fric"]
+    assert found["gms"]["k"].tolist() == [99.94e6, 1.364e6, 1.081e6, 0.119e6]
+    table = np.loadtxt(tmp_path / "fric_x-steady.csv", delimiter=",", skiprows=1)
+    np.testing.assert_array_equal(table, found["steady"])
+    np.testing.assert_allclose(table[:, 1], -table[::-1, 1])  # odd
+    openpyxl = pytest.importorskip("openpyxl")
+    sheet = openpyxl.load_workbook(tmp_path / "fric_x.xlsx")["parameters"]
+    assert ("static", "F_s", 165, "N") in list(sheet.iter_rows(values_only=True))
+
+
+def test_twenty_points_leave_of_the_stribeck_curve_what_is_said() -> None:
+    one = scheme_part("b")
+    velocity, volts, error = list_of(one)
+    assert len(velocity) <= POINTS
+    v = np.geomspace(1e-7, 0.5, 20001)
+    off = np.interp(v, velocity, volts * one.K_f / one.gain) - np.asarray(one.model.steady_state(v))
+    assert np.abs(off).max() <= 1.01 * error + 1e-9
+    assert error < 0.01 * 165.0
+    wide = part(GMS.typical())
+    assert list_of(wide)[2] < 0.01 * 150.0
