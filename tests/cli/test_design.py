@@ -70,7 +70,7 @@ def test_the_controller_file_is_the_json_and_can_be_read(plant: str, tmp_path: P
     cascade = document.cascade("linear")
     assert cascade.K_p == pytest.approx(tree["K_p"]["value"], rel=1e-5)
     assert cascade.limit == 10.0
-    assert document.margins["velocity"]["gain_margin"]["value"] == pytest.approx(13.8, abs=1e-3)
+    assert document.margins["velocity"].gain_margin.value == pytest.approx(13.8, abs=1e-3)
     assert "exists" in str(refused(["design", "controller", plant, "-o", str(path)]))
     assert RUN.invoke(app, ["design", "controller", plant, "-o", str(path), "--force"]).exit_code == 0
 

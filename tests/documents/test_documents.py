@@ -11,6 +11,7 @@ import fric
 from fric.documents import document_types
 from fric.documents.base import CodedWarning
 from fric.documents.friction import FrictionDocument, given_static, gms_tree, replay_tree, static_tree
+from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.documents.yaml import plain, read_document, read_tree, write_document
 from fric.errors import FricError
@@ -21,6 +22,8 @@ from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.strokes.static import identify_static
 from fric.io.hdf5 import read_logs, read_records
 from fric.notice import Notice
+from fric.report.collect import collect
+from fric.report.page import render_report
 
 BEFORE = Path(__file__).parent / "before"
 LOGS = Path(__file__).parents[2] / "data"
@@ -140,3 +143,30 @@ def test_every_type_has_a_schema_in_which_warnings_are_records() -> None:
     assert set(friction["properties"]["lugre"]["properties"]) == {"sigma_0", "sigma_1"}
     assert not friction["additionalProperties"]
     assert friction["properties"]["gms_fit"]["$ref"] == "#/$defs/Fit"
+
+
+def test_doubts_of_a_file_are_told_again_by_what_builds_upon_it(tmp_path: Path) -> None:
+    """A plant with a misfit: the design, the circle and its report all say so; a note stays where it is."""
+    told = [
+        Notice("eq. (1) leaves 40 % that noise does not explain", "response-misfit", "wrong"),
+        Notice("A holds the guideway's viscous friction", "damping-joint", "note"),
+    ]
+    plant = tmp_path / "plant.yaml"
+    content = {"axis": "x", "A": "17 1/s", "B": "2.4 m/(s^2*V)", "T_d": "0.6 ms", "K_f": "548 N/V"}
+    write_document(plant, PlantDocument.made(content, notices=told).tree())
+    retold = "plant of axis x: eq. (1) leaves 40 % that noise does not explain"
+    observer = fric.design_observer(plant)
+    assert retold in observer.document["warnings"]
+    coded = {one["text"]: one for one in observer.document["warnings_coded"]}
+    assert (coded[retold]["code"], coded[retold]["severity"]) == ("response-misfit", "wrong")
+    assert not any("guideway" in text for text in observer.document["warnings"])
+    assert retold in fric.design_controller(plant).document["warnings"]
+    observer.save(tmp_path / "observer.yaml")
+    machine = read_machine(Path("configs/xy-table.yaml"), believed=[f"x={plant}", f"x={tmp_path / 'observer.yaml'}"])
+    assert [str(one) for one in machine.warnings].count(retold) == 1  # told twice over, and said once
+    found = fric.circle(machine, "a", radius=0.005)
+    assert retold in found.document["warnings"]
+    assert set(document_types()["circle-result"].model_validate(found.document).model_fields_set) >= {"schemes"}
+    found.save(tmp_path / "run.h5")
+    page = render_report(collect([tmp_path / "run.h5", plant]))
+    assert page.count("eq. (1) leaves 40 % that noise does not explain") >= 2

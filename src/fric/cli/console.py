@@ -15,6 +15,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from fric.errors import printable
 from fric.output import refuse_existing
 
 if TYPE_CHECKING:
@@ -71,6 +72,9 @@ def _spelled(error: UnicodeError) -> tuple[str, int]:
     return told.encode(error.encoding, "replace").decode(error.encoding), error.end
 
 
+MOST = 1000
+"""Characters of a warning at most."""
+
 OUT, ERR = Stream(stderr=False), Stream(stderr=True)
 
 
@@ -120,10 +124,12 @@ def finish(
             result.save(place, force=force)
     written += [into] if into is not None else []
     if json:
-        print_json(result.document)
+        from fric.documents.base import warned
+
+        print_json(warned(result.warnings) | result.document)
     else:
         for piece in result.report():
-            OUT.print(piece, markup=False)
+            OUT.print(printable(piece, 10 * MOST) if isinstance(piece, str) else piece, markup=False)
         if written:
             OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
     print_warnings(result.warnings)
@@ -139,7 +145,7 @@ def print_warnings(warnings: Iterable[str]) -> None:
     """Print each warning on standard error."""
     for warning in warnings:
         ERR.print("[bold yellow]warning:[/]", end=" ")
-        ERR.print(warning, markup=False)
+        ERR.print(printable(warning, MOST), markup=False)
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from math import inf
@@ -148,6 +149,10 @@ HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provena
 """Keys that stand above, and below, all content."""
 
 
+_RETOLD = re.compile(r"[a-z-]+ of axis \S+: ")
+"""Begins a warning that was told by one document of another."""
+
+
 class Document(Part):
     """A document: its first key ``fric`` says type and version."""
 
@@ -200,6 +205,12 @@ class Document(Part):
         """Return the warnings as data; one that an older file tells without a code is a doubt."""
         coded = {one.text: Notice(one.text, one.code, one.severity) for one in self.warnings_coded}
         return tuple((coded | {text: coded.get(text, Notice(text)) for text in self.warnings}).values())
+
+    def retold(self) -> tuple[Notice, ...]:
+        """Return the doubts of this document for what builds upon it, each with where it is from; notes stay here."""
+        told = [one for one in self.notices() if one.severity != "note"]
+        of = f"{self.type} of axis {axis}" if (axis := getattr(self, "axis", "")) else self.type
+        return tuple(one if _RETOLD.match(one) else Notice(f"{of}: {one}", one.code, one.severity) for one in told)
 
     def tree(self) -> dict[str, Any]:
         """Return what was given, as plain values in the order of a file, ready to be written or printed."""

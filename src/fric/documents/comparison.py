@@ -1,17 +1,60 @@
-"""A comparison of friction models as a document."""
+"""A comparison of friction models, as `--json` prints it: ``fric: comparison/1``."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
-from fric.documents.provenance import provenance
+from fric.documents.base import Document, Part, Quantity
 from fric.estimate import Estimate
 from fric.units import si_unit
 
 if TYPE_CHECKING:
     from fric.identify.replay.compare import Comparison
+
+
+class ScoredRecord(Part):
+    """Residuals of one record, over the samples that were scored."""
+
+    rms: float
+    rms_near_reversals: float | None
+    samples: int
+
+
+class Score(Part):
+    """How one model predicts samples that it was not fitted to."""
+
+    rms: float
+    rms_near_reversals: float | None
+    rms_fitted: float
+    parameters: int
+    bits: float = Field(description="description length that the model saves")
+    bits_per_parameter: float
+    ns_per_step: float
+    records: dict[str, ScoredRecord]
+    estimates: dict[str, dict[str, Quantity]] = Field(description="by section and name, of the first fit")
+
+
+class Lead(Part):
+    """By how much the best model leads another; no error where it cannot be told."""
+
+    lead: float
+    error: float | None
+
+
+class ComparisonDocument(Document):
+    """Friction models on samples that none of them was fitted to, as `--json` prints them."""
+
+    type: ClassVar[str] = "comparison"
+
+    axis: str
+    unit: str = Field(description="of every rms")
+    winner: str | None
+    models: dict[str, Score]
+    leads: dict[str, Lead]
+    presliding: dict[str, Quantity] = Field(description="displacement over which friction builds up, by record")
 
 
 def comparison_tree(comparison: Comparison) -> dict[str, Any]:
@@ -38,28 +81,24 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
             "bits_per_parameter": score.bits_per_parameter,
             "ns_per_step": score.nanoseconds,
             "records": by_record,
-            "estimates": {
-                section: {name: estimate.as_dict() for name, estimate in estimates.items()}
-                for section, estimates in score.fits[0].estimates.items()
-            },
+            "estimates": score.fits[0].estimates,
         }
     leads = {
         name: {"lead": lead, "error": None if np.isinf(error) else error}
         for name, (lead, error) in comparison.leads.items()
     }
-    return {
+    logs = [record.log for record in comparison.records]
+    content = {
+        "axis": logs[0].axis,
         "unit": force,
-        "axis": comparison.records[0].log.axis,
         "winner": comparison.winner,
         "models": models,
         "leads": leads,
         "presliding": {
-            record.log.name: Estimate(value, length).as_dict()
-            for record, value in zip(comparison.records, comparison.presliding, strict=True)
+            log.name: Estimate(value, length) for log, value in zip(logs, comparison.presliding, strict=True)
         },
-        "warnings": list(comparison.warnings),
-        "provenance": provenance([record.log for record in comparison.records]),
     }
+    return ComparisonDocument.made(content, notices=comparison.warnings, logs=logs).tree()
 
 
 def _rms(values: np.ndarray[Any, np.dtype[np.float64]]) -> float | None:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
 from fric.control.cascade import Cascade
-from fric.documents.base import AxisDocument, Physical, Quantity
-from fric.documents.provenance import provenance
+from fric.documents.base import AxisDocument, Part, Physical, Quantity
+from fric.estimate import Estimate
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -40,29 +41,37 @@ class ControllerPart(Physical):
         return Cascade(**self.values(motion))
 
 
+class MarginsPart(Part):
+    """Margins of one loop; what is infinite is left out."""
+
+    phase_margin: Quantity | None = None
+    gain_margin: Quantity | None = None
+    gain_reduction: Quantity | None = Field(None, description="by how much the gain may fall")
+    peak_sensitivity: Quantity | None = None
+    crossover: Quantity | None = None
+    phase_crossover: Quantity | None = None
+    peak_frequency: Quantity | None = Field(None, description="where the sensitivity peaks")
+    bandwidth: Quantity | None = None
+
+
 class ControllerDocument(AxisDocument, ControllerPart):
     """A controller file: the cascade of one axis, and the margins it was designed for."""
 
     type: ClassVar[str] = "controller"
 
-    margins: dict[str, Any] = Field(
+    margins: dict[str, MarginsPart] = Field(
         default_factory=dict, description="margins of velocity loop, position loop, plant input"
     )
 
 
-def controller_tree(design: CascadeDesign, axis: str, motion: Motion) -> dict[str, Any]:
+def controller_tree(design: CascadeDesign, axis: str, motion: Motion, notices: Iterable[str] = ()) -> dict[str, Any]:
     """Return a cascade with its margins as a controller document."""
     values = {name: getattr(design.cascade, name) for name in ControllerPart.dimensions}
-    return {
-        "fric": ControllerDocument.type_name(),
-        "axis": axis,
-        "motion": motion,
-        **{
-            name: {"value": value, "unit": si_unit(ControllerPart.dimensions[name], motion)}
-            for name, value in values.items()
-            if isfinite(value)
-        },
-        "margins": {name: loop.margins.as_dict() for name, loop in design.loops().items()},
-        "warnings": [],
-        "provenance": provenance(),
+    content: dict[str, Any] = {"axis": axis, "motion": motion}
+    content |= {
+        name: Estimate(value, si_unit(ControllerPart.dimensions[name], motion))
+        for name, value in values.items()
+        if isfinite(value)
     }
+    content["margins"] = {name: loop.margins.as_dict() for name, loop in design.loops().items()}
+    return ControllerDocument.made(content, notices=notices).tree()

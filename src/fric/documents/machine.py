@@ -18,6 +18,7 @@ from fric.documents.yaml import read_document
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.friction import FrictionModel
+from fric.notice import Notice
 from fric.simulate.machine import Axis, Believed, Machine, Published
 from fric.simulate.reality.flaws import NONE
 from fric.units import Motion
@@ -196,7 +197,19 @@ class MachineDocument(Document):
             When a value is missing or not physical: with the axis it is of.
         """
         axes = {name: _axis(name, part) for name, part in self.axes.items()}
-        return Machine(self.name, axes, tuple(part.published() for part in self.published))
+        published = tuple(part.published() for part in self.published)
+        return Machine(self.name, axes, published, warnings=self.retold())
+
+    def retold(self) -> tuple[Notice, ...]:
+        """Return the doubts of the files that the axes are made of, each once."""
+        parts = (
+            part
+            for axis in self.axes.values()
+            for part in (axis.plant, axis.nominal, axis.controller, axis.observer, axis.friction,
+                         axis.feedforward.friction)
+        )  # fmt: skip
+        told = [one for part in parts if isinstance(part, Document) for one in part.retold()]
+        return tuple(dict.fromkeys([*super().retold(), *told]))
 
 
 def _axis(name: str, part: AxisPart) -> Axis:

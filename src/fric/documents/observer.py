@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import log10
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
-from fric.documents.base import AxisDocument, Physical, Quantity
-from fric.documents.provenance import provenance
+from fric.documents.base import AxisDocument, Part, Physical, Quantity
+from fric.documents.controller import MarginsPart
+from fric.estimate import Estimate
 from fric.log import FrequencyResponse, Log
 from fric.units import Motion, si_unit
 
@@ -42,6 +43,16 @@ class ObserverPart(Physical):
         return DisturbanceObserver(q, **{"A": A, "B": B, **values})
 
 
+class LimitPart(Part):
+    """How far Q may reach by one rule; without a cutoff where that rule allows no Q at all."""
+
+    cutoff: Quantity | None = None
+    bandwidth: Quantity | None = None
+    frequency: Quantity | None = Field(None, description="where the rule binds")
+    Delta: Quantity | None = Field(None, description="size of the perturbation there")
+    peak_sensitivity: Quantity | None = None
+
+
 class ObserverDocument(AxisDocument, ObserverPart):
     """An observer file: the filter Q of one axis, and the limit and margins it was designed for."""
 
@@ -49,43 +60,43 @@ class ObserverDocument(AxisDocument, ObserverPart):
 
     bandwidth: Quantity | None = Field(None, description="where |Q| has fallen by 3 dB [Hz]; follows from the cutoff")
     reason: str = Field("", description="why the cutoff is as it is")
-    limits: dict[str, Any] = Field(default_factory=dict, description="limits of Q by eq. (8) and by peak sensitivity")
-    margins: dict[str, Any] = Field(default_factory=dict, description="margins of the whole loop, at the plant's input")
+    limits: dict[Literal["robust", "sensitive"], LimitPart] = Field(
+        default_factory=dict, description="limits of Q by eq. (8) and by peak sensitivity"
+    )
+    margins: dict[str, MarginsPart] = Field(
+        default_factory=dict, description="margins of the whole loop, at the plant's input"
+    )
 
 
 def observer_tree(
-    design: ObserverDesign, axis: str, motion: Motion, logs: Sequence[Log | FrequencyResponse] = ()
+    design: ObserverDesign,
+    axis: str,
+    motion: Motion,
+    logs: Sequence[Log | FrequencyResponse] = (),
+    notices: Iterable[str] = (),
 ) -> dict[str, Any]:
     """Return an observer with its limits and margins as an observer document."""
-    observer = design.observer
+    observer, robust = design.observer, design.robust
     limits: dict[str, Any] = {"robust": {}, "sensitive": {"peak_sensitivity": _decibel(design.peak_sensitivity)}}
-    for name, q in (("robust", design.robust.q), ("sensitive", design.sensitive)):
+    for name, q in (("robust", robust.q), ("sensitive", design.sensitive)):
         if q is not None:
-            limits[name] |= {"cutoff": _hertz(q.cutoff), "bandwidth": _hertz(q.bandwidth)}
-    if design.robust.q is not None:
-        limits["robust"] |= {
-            "frequency": _hertz(design.robust.frequency), "Delta": {"value": design.robust.size, "unit": "1"}
-        }  # fmt: skip
-    return {
-        "fric": ObserverDocument.type_name(),
+            limits[name] |= {"cutoff": Estimate(q.cutoff, "Hz"), "bandwidth": Estimate(q.bandwidth, "Hz")}
+    if robust.q is not None:
+        limits["robust"] |= {"frequency": Estimate(robust.frequency, "Hz"), "Delta": Estimate(robust.size, "1")}
+    content = {
         "axis": axis,
         "motion": motion,
         "filter": observer.q.name,
-        "cutoff": _hertz(observer.q.cutoff),
-        "bandwidth": _hertz(observer.q.bandwidth),
-        "A": {"value": observer.A, "unit": si_unit("rate", motion)},
-        "B": {"value": observer.B, "unit": si_unit("acceleration per input", motion)},
+        "cutoff": Estimate(observer.q.cutoff, "Hz"),
+        "bandwidth": Estimate(observer.q.bandwidth, "Hz"),
+        "A": Estimate(observer.A, si_unit("rate", motion)),
+        "B": Estimate(observer.B, si_unit("acceleration per input", motion)),
         "reason": design.reason,
         "limits": limits,
         "margins": {name: loop.margins.as_dict() for name, loop in design.loops().items()},
-        "warnings": list(design.warnings),
-        "provenance": provenance(logs),
     }
+    return ObserverDocument.made(content, notices=[*notices, *design.warnings], logs=logs).tree()
 
 
-def _hertz(value: float) -> dict[str, Any]:
-    return {"value": value, "unit": "Hz"}
-
-
-def _decibel(ratio: float) -> dict[str, Any]:
-    return {"value": 20 * log10(ratio), "unit": "dB"}
+def _decibel(ratio: float) -> Estimate:
+    return Estimate(20 * log10(ratio), "dB")

@@ -1,16 +1,45 @@
-"""What a validation reads and tells: the friction of a plant or friction file, and the scores as a document."""
+"""What a validation tells, as `--json` prints it: ``fric: validation/1``."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from fric.documents.provenance import provenance
+from pydantic import Field
+
+from fric.documents.base import Document, Part, Quantity
 from fric.log import Log
 from fric.units import si_unit
 
 if TYPE_CHECKING:
     from fric.simulate.validation import Validation
+
+
+class SignalPart(Part):
+    """How far a signal of the replay is from the recorded one."""
+
+    relative: float = Field(description="norm of the difference over that of the recorded signal")
+    rms: float
+    unit: str
+
+
+class ValidatedRecord(Part):
+    """One record, replayed in one loop."""
+
+    record: str
+    loop: str
+    friction: str
+    signals: dict[str, SignalPart]
+    filter: Quantity
+    worst_second: list[float] = Field(description="begin and end of the second with the largest error [s]")
+
+
+class ValidationDocument(Document):
+    """Recorded motions replayed by the identified axis, as `--json` prints them."""
+
+    type: ClassVar[str] = "validation"
+
+    validations: list[ValidatedRecord]
 
 
 def validation_tree(validations: Sequence[Validation], logs: Sequence[Log]) -> dict[str, Any]:
@@ -37,4 +66,4 @@ def validation_tree(validations: Sequence[Validation], logs: Sequence[Log]) -> d
                 "worst_second": [float(log.time[first]), float(log.time[stop - 1])],
             }
         )
-    return {"validations": records, "provenance": provenance(logs)}
+    return ValidationDocument.made({"validations": records}, logs=logs).tree()

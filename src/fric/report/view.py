@@ -144,7 +144,8 @@ def _warnings(material: Material) -> list[tuple[str, list[str]]]:
         (f"{item.kind} of axis {item.axis}", item.warnings) for item in material.items
     ]
     for test in material.tests:
-        texts = [f"scheme ({one.scheme.name}): {text}" for one in test.contours for text in one.warnings]
+        texts = [str(one["text"]) for one in test.provenance.get("warnings_coded", ())]
+        texts += [f"scheme ({one.scheme.name}): {text}" for one in test.contours for text in one.warnings]
         found.append((f"run {test.source}", texts))
     return [(source, list(dict.fromkeys(texts))) for source, texts in found if texts]
 

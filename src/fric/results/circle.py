@@ -9,18 +9,20 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.documents.contours import circle_tree
 from fric.documents.identified import Identified
 from fric.documents.provenance import provenance
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
+from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
-from fric.simulate.circle import Circle, CircleRun, circle_document, reduction, run_circle
+from fric.simulate.circle import Circle, CircleRun, reduction, run_circle
 from fric.simulate.cluster import cluster_outcomes
 from fric.simulate.machine import Machine
-from fric.simulate.monte_carlo import MonteCarlo, Study, monte_carlo_document
+from fric.simulate.monte_carlo import MonteCarlo, Study
 from fric.simulate.processes import outcomes
 from fric.units import readable
 
@@ -65,13 +67,12 @@ class CircleResult(Result):
         """What the user should know of machine, runs and distributions."""
         told = [f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings]
         before = self.identified.warnings if self.identified else ()
-        return unique([*before, *told, *(self.many.warnings() if self.many else ())])
+        return unique([*self.machine.warnings, *before, *told, *(self.many.warnings() if self.many else ())])
 
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch and radial error by scheme [m]."""
-        told = circle_document(self.runs)
-        return told | ({"monte_carlo": monte_carlo_document(self.many)} if self.many else {})
+        return circle_tree(self.runs, self.many, self.warnings)
 
     @cached_property
     def published(self) -> Mapping[str, float]:
@@ -131,9 +132,10 @@ class CircleResult(Result):
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write traces and metrics to a run file."""
-        made = json.dumps(provenance() | {"machine": self.machine.name})
         from fric.io.run import write_runs  # with HDF5, which a table needs not
 
+        told = [Notice.of(one).as_dict() for one in self.machine.warnings]
+        made = json.dumps(provenance() | {"machine": self.machine.name, "warnings_coded": told})
         write_runs(Path(path), self.runs, made, many=self.many, force=force)
 
     def to_frame(self) -> pd.DataFrame:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -33,12 +34,15 @@ class ControllerResult(Design):
         Name and motion of the axis.
     view
         What the figure shows: ``bode``, ``nyquist`` or ``nichols``.
+    told
+        What the plant's file warns of.
     """
 
     design: CascadeDesign
     of: str
     motion: Motion
     view: str = "bode"
+    told: Sequence[str] = ()
 
     @property
     def belief(self) -> Cascade:
@@ -48,7 +52,7 @@ class ControllerResult(Design):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The controller file."""
-        return controller_tree(self.design, self.of, self.motion)
+        return controller_tree(self.design, self.of, self.motion, self.told)
 
     def report(self) -> list[Piece]:
         """Return gains and margins."""
@@ -126,4 +130,4 @@ def design_controller(
             separation=separation,
             crossover=quantity(crossover, "frequency"),
         )
-    return ControllerResult(design, document.axis, motion, view)
+    return ControllerResult(design, document.axis, motion, view, document.retold())

@@ -68,8 +68,7 @@ class ObserverResult(Design):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The observer file."""
-        tree = observer_tree(self.design, self.of, self.motion, self.logs)
-        return tree | {"warnings": [*self.told, *tree["warnings"]]}
+        return observer_tree(self.design, self.of, self.motion, self.logs, self.told)
 
     def report(self) -> list[Piece]:
         """Return Q, its limits, and the margins."""
@@ -146,7 +145,7 @@ def design_observer(
     """
     document = document_of("design_observer", PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
-    told: list[str] = []
+    told: list[str] = [*document.retold()]
     cascade = cascade_of("design_observer", controller, axis, motion, "plant")
     if cascade is None:
         cascade = design_cascade(linear).cascade

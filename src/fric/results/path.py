@@ -9,15 +9,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.documents.contours import path_tree
 from fric.documents.provenance import provenance
 from fric.io.path import read_path
+from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, path_of, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
 from fric.simulate.circle import reduction
 from fric.simulate.machine import Machine
-from fric.simulate.path import PathRun, PointPath, path_document, run_path
+from fric.simulate.path import PathRun, PointPath, run_path
 from fric.units import readable
 
 if TYPE_CHECKING:
@@ -46,12 +48,13 @@ class PathResult(Result):
     @property
     def warnings(self) -> Sequence[str]:
         """What the user should know."""
-        return unique(f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings)
+        told = [f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings]
+        return unique([*self.machine.warnings, *told])
 
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch and contour error by scheme [m]."""
-        return path_document(self.runs)
+        return path_tree(self.runs, self.warnings)
 
     def report(self) -> list[Piece]:
         """Return what each scheme leaves, and the glitch at each reversal."""
@@ -84,7 +87,9 @@ class PathResult(Result):
         """Write traces and metrics to a run file."""
         from fric.io.run import write_runs  # with HDF5, which a table needs not
 
-        write_runs(Path(path), self.runs, json.dumps(provenance() | {"machine": self.machine.name}), force=force)
+        told = [Notice.of(one).as_dict() for one in self.machine.warnings]
+        made = json.dumps(provenance() | {"machine": self.machine.name, "warnings_coded": told})
+        write_runs(Path(path), self.runs, made, force=force)
 
     def to_frame(self) -> pd.DataFrame:
         """Return glitch and contour error by scheme [m]."""

@@ -8,6 +8,7 @@ from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
+from fric.errors import printable
 from fric.estimate import estimate_rows
 
 if TYPE_CHECKING:
@@ -42,11 +43,15 @@ class Table:
         from rich.table import Table as RichTable
         from rich.text import Text
 
-        made = RichTable(title=self.title or None, title_justify="left", box=None, pad_edge=False, header_style="bold")
+        def shown(text: str) -> Text:
+            return Text(printable(text))
+
+        title = shown(self.title) if self.title else None
+        made = RichTable(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
         for n, column in enumerate(self.columns):
-            made.add_column(column, justify="left" if n == 0 else "right")
+            made.add_column(shown(column), justify="left" if n == 0 else "right")
         for row in self.rows:
-            made.add_row(*map(Text, row))
+            made.add_row(*map(shown, row))
         return made
 
     def html(self) -> str:

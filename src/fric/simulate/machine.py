@@ -17,6 +17,7 @@ from fric.friction import FrictionModel
 from fric.simulate.reality.flaws import NONE, Reality, SecondMass
 
 if TYPE_CHECKING:
+    from fric.notice import Notice
     from fric.units import Motion
 
 
@@ -145,11 +146,14 @@ class Machine:
         Its axes.
     published
         What is known of its circles.
+    warnings
+        What the files that it was read from warn of.
     """
 
     name: str
     axes: Mapping[str, Axis]
     published: tuple[Published, ...] = ()
+    warnings: tuple[Notice, ...] = ()
 
     def axis(self, name: str) -> Axis:
         """Return an axis by its name; raise a `FricError` that names those there are."""

@@ -1,0 +1,109 @@
+"""What schemes leave of a contour, as `--json` prints it: ``fric: circle-result/1`` and ``fric: path-result/1``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from fric.documents.base import Document, Part
+from fric.simulate.circle import CircleRun, circle_document
+from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
+from fric.simulate.path import PathRun, path_document
+from fric.simulate.spread import Distribution
+
+
+class CircleScheme(Part):
+    """What one scheme leaves of a circle."""
+
+    title: str
+    glitch: float = Field(description="largest of the quadrants, without its sign [m]")
+    quadrants: list[float] = Field(description="at +x, +y, -x, -y, outwards positive [m]")
+    radial_rms: float = Field(description="[m]")
+    radial_range: float = Field(description="largest less smallest radial error [m]")
+    warnings: list[str] = Field(default_factory=list)
+
+
+class SchemeSpread(Part):
+    """How the glitch of one scheme is distributed over machines; null where it ran on none."""
+
+    median: float | None = Field(description="[m]")
+    p05: float | None
+    p95: float | None
+    ci95: list[float | None]
+    best: float = Field(description="share of the machines on which no other scheme leaves less")
+    failed: int = Field(description="machines on which it could not run")
+    saturated: int
+
+
+class SpreadFactor(Part):
+    """What was spread, and how widely."""
+
+    distribution: Distribution
+    factor: list[float]
+
+
+class MonteCarloPart(Part):
+    """The test on many machines."""
+
+    machines: int
+    asked: int
+    seed: int
+    accuracy: float = Field(description="by how much the integration may move a glitch [m]")
+    from_intervals: dict[str, list[str]] = Field(description="by axis, what was drawn from what was identified")
+    spreads: dict[str, SpreadFactor]
+    schemes: dict[str, SchemeSpread]
+    warnings: list[str]
+
+
+class CircleResultDocument(Document):
+    """What schemes leave of a circle."""
+
+    type: ClassVar[str] = "circle-result"
+
+    velocity: float = Field(description="feed [m/s]")
+    radius: float = Field(description="[m]")
+    direction: Literal[1, -1] = Field(description="1 counter-clockwise")
+    schemes: dict[str, CircleScheme]
+    monte_carlo: MonteCarloPart | None = None
+
+
+class PathReversal(Part):
+    """The glitch at one reversal of an axis."""
+
+    axis: str
+    x: float
+    y: float
+    glitch: float = Field(description="[m]")
+
+
+class PathScheme(Part):
+    """What one scheme leaves of a path."""
+
+    title: str
+    glitch: float = Field(description="largest at a reversal, without its sign [m]")
+    reversals: list[PathReversal]
+    contour_rms: float
+    contour_range: float
+    warnings: list[str] = Field(default_factory=list)
+
+
+class PathResultDocument(Document):
+    """What schemes leave of a path."""
+
+    type: ClassVar[str] = "path-result"
+
+    velocity: float = Field(description="feed [m/s]")
+    schemes: dict[str, PathScheme]
+
+
+def circle_tree(runs: Sequence[CircleRun], many: MonteCarlo | None, notices: Iterable[str]) -> dict[str, Any]:
+    """Return what schemes leave of one circle, and on many machines, ready to be printed."""
+    content = circle_document(runs) | ({"monte_carlo": monte_carlo_document(many)} if many else {})
+    return CircleResultDocument.made(content, notices=notices).tree()
+
+
+def path_tree(runs: Sequence[PathRun], notices: Iterable[str]) -> dict[str, Any]:
+    """Return what schemes leave of one path, ready to be printed."""
+    return PathResultDocument.made(path_document(runs), notices=notices).tree()
