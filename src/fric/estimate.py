@@ -97,12 +97,14 @@ def _open_ended(limits: Any) -> Any:
 def estimate_rows(section: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str, str, str]]:
     """Return the parameters of a document's section as rows for people: name, value, interval, unit.
 
-    Value and interval stand in the same unit, with the prefix that suits the value, and with as many digits as the
-    interval can tell; a vector is one row an element.
+    Value and interval stand in the same unit, with the prefix that suits the larger of them, and with as many digits
+    as the interval can tell; a vector is one row an element, all in one unit.
     """
-    rows = []
+    rows, sizes = [], dict[int, float]()
+    for _, value, interval, entry in elements(section):
+        sizes[id(entry)] = max(_size(value, interval), sizes.get(id(entry), 0.0))
     for name, value, interval, entry in elements(section):
-        scale, unit = prefixed(value, str(entry["unit"]))
+        scale, unit = prefixed(sizes[id(entry)], str(entry["unit"]))
         shown, told = in_digits(value, interval, scale)
         rows.append((name, shown, told or note_of(entry), unit))
     return rows
@@ -124,6 +126,13 @@ def elements(
 def note_of(entry: Mapping[str, Any]) -> str:
     """Return whether an entry of a document was fixed or assumed, in words."""
     return ", ".join(flag for flag in ("fixed", "assumed") if entry.get(flag))
+
+
+def _size(value: float, interval: Any) -> float:
+    """Return what a value and its interval are read in: the value, or a tenth of a limit far beyond it."""
+    limits = [abs(limit) for limit in interval or () if limit is not None and not isinf(limit)]
+    far = max(limits, default=0.0)
+    return abs(value) if far < 1e4 * abs(value) else 0.1 * far
 
 
 def in_digits(value: float, interval: Any, scale: float = 1.0) -> tuple[str, str]:

@@ -32,6 +32,7 @@ class FitRecord(Part):
     record: str
     kind: str | None = None
     rmse: Quantity | None = Field(None, description="measured less replayed force")
+    energy: Quantity | None = Field(None, description="energy lost per cycle")
     rmse_held_out: Quantity | None = Field(None, description="the same over the cycles that the fit did not see")
     inertia_share: float | None = Field(None, description="size of the inertia relative to the logged force")
     damping_share: float | None = Field(None, description="size of the drive's damping relative to the logged force")

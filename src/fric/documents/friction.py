@@ -249,6 +249,7 @@ def gms_tree(fit: GMSFit, logs: Sequence[Log], given: GivenStatic | None = None)
             record=record.name,
             kind=record.kind,
             rmse=Estimate(record.rmse, force),
+            energy=record.energy,
             rmse_held_out=None if record.rmse_held_out is None else Estimate(record.rmse_held_out, force),
             prepared=record.record.done.as_dict(fit.motion),
         )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fric.documents.friction import GivenStatic, given_static, gms_tree
 from fric.errors import FricError
+from fric.estimate import estimate_rows
 from fric.identify.gms.fit import GMSFit
 from fric.identify.gms.identify import identify_gms as fit_gms
 from fric.log import Log
@@ -67,6 +68,9 @@ def _replayed(record: Mapping[str, Any]) -> str:
     told = f"{record['record']}: rms of measured less replayed force {readable(**record['rmse'])}"
     if "rmse_held_out" in record:
         told += f", {readable(**record['rmse_held_out'])} over the cycles held out"
+    if "energy" in record:
+        ((_, value, interval, unit),) = estimate_rows({"": record["energy"]})
+        told += f"; energy lost per cycle {value} ({interval}) {unit}"
     if "inertia_share" in (done := record["prepared"]):
         told += f"; inertia {done['inertia_share']:.1%}, damping {done['damping_share']:.1%} of the force"
     return told

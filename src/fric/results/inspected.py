@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fric.estimate import estimate_rows
 from fric.identify.records.inspection import Channel, Inspection, ResponseInspection
 from fric.results.text import Piece, Table
 from fric.units import readable
@@ -50,6 +51,9 @@ def _log_rows(found: Inspection) -> list[tuple[str, str]]:
     if sine := found.sine:
         told = f"{_value(sine.amplitude, length)}, {sine.frequency:.4g} Hz, {sine.cycles:.3g} cycles"
         rows.append(("sine", told + (f", at {_value(sine.mean_velocity, speed)}" if sine.mean_velocity else "")))
+    if found.energy is not None and found.kind in {"presliding-sine", "motion"}:
+        ((_, value, interval, unit),) = estimate_rows({"": found.energy.as_dict()})
+        rows.append(("lost per cycle", f"{value} ({interval}) {unit}"))
     if found.rise is not None and found.turns:
         rows.append(("force rises in", f"{100 * found.rise:.3g} % of a stroke"))
     return rows

@@ -246,4 +246,6 @@ def _replayed(record: Prepared, model: FrictionModel, cycles: tuple[int, int] | 
     held_out = np.zeros(len(record.force), dtype=bool)
     if cycles is not None and not record.slides:
         held_out[np.flatnonzero(record.used)[-1] + 1 :] = True
-    return Replay(record, record.fitted(model), held_out)
+    replayed = record.replay(model)
+    own = record.own_part(record.force - replayed)
+    return Replay(record, replayed + record.own @ own, held_out, own)

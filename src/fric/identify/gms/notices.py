@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.identify.gms.changes import changes
+from fric.notice import Notice
 from fric.units import readable, si_unit
 
 if TYPE_CHECKING:
@@ -28,7 +30,7 @@ LEVEL = 0.03
 """Deviation of Σ alpha from 1 that is told."""
 
 
-def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[str]:
+def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[Notice]:
     """Yield the warnings of a fit.
 
     Parameters
@@ -43,35 +45,42 @@ def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[st
     axis = fit.motion
     length, newton = si_unit("position", axis), si_unit("force", axis)
     if not fit.static_given:
-        yield (
+        yield Notice(
             f"no static map is given: F_c = F_s = {readable(fit.static.F_s, newton)} from the plateau; "
-            "give --static for the Stribeck effect"
-        )
+            "give --static for the Stribeck effect",
+            "no-static-map", "doubt",
+        )  # fmt: skip
     yield from _saturation(fit, length, newton)
     if fit.asked not in {None, len(fit.blocks)}:
-        yield fit.reason
+        yield Notice(
+            fit.reason,
+            "fewer-blocks", "note",
+        )  # fmt: skip
     step = max(one.motion.step for one in fit.loops)
     first = float(fit.model.slip_displacements[0])
     if first < RESOLVED * step:
-        yield (
+        yield Notice(
             f"the first block slips at {readable(first, length)}, under four steps of the encoder "
-            f"({readable(step, length)}): k_1 is uncertain beyond its interval"
-        )
+            f"({readable(step, length)}): k_1 is uncertain beyond its interval",
+            "first-block-unresolved", "doubt",
+        )  # fmt: skip
     displacement = fit.model.slip_displacements
     for n, gap in enumerate(pair_gaps(fit.blocks)):
         if gap < INSEPARABLE * fit.static.F_s and len(displacement) == len(fit.blocks):
-            yield (
+            yield Notice(
                 f"blocks {n + 1} and {n + 2} slip at {readable(float(displacement[n]), length)} and "
                 f"{readable(float(displacement[n + 1]), length)}: one block in their place changes the virgin curve "
-                f"by {readable(float(gap), newton, 2)} at most, so the data cannot separate them"
-            )
+                f"by {readable(float(gap), newton, 2)} at most, so the data cannot separate them",
+                "blocks-inseparable", "note",
+            )  # fmt: skip
     for one in fit.loops:
         share = one.record.done.inertia_share or 0.0
         if share > INERTIA:
-            yield (
+            yield Notice(
                 f"inertia is {share:.0%} of the force in record '{one.name}': the sine is too fast; "
-                f"log it at a frequency lower by {np.sqrt(share / INERTIA):.2g} or more"
-            )
+                f"log it at a frequency lower by {np.sqrt(share / INERTIA):.2g} or more",
+                "sine-too-fast", "doubt",
+            )  # fmt: skip
     if fit.C.assumed:
         why = (
             "no static map is given"
@@ -83,27 +92,37 @@ def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[st
             else "pre-sliding records do not tell it"
         )
         mend = "" if sliding_logged else "; log a sine in sliding (fric simulate experiment --kind sliding-sine)"
-        yield f"C is assumed to be {readable(float(fit.C), si_unit('force rate', axis))}: {why}{mend}"
+        yield Notice(
+            f"C is assumed to be {readable(float(fit.C), si_unit('force rate', axis))}: {why}{mend}",
+            "C-assumed", "doubt",
+        )  # fmt: skip
     elif not plant_given:
-        yield (
+        yield Notice(
             "C is identified without a plant: the inertia was fitted beside the frictional lag, and the drive's delay "
-            "is not known, which widens its interval; give --plant"
-        )
+            "is not known, which widens its interval; give --plant",
+            "C-without-plant", "doubt",
+        )  # fmt: skip
     if fit.curve.saturates and abs(float(fit.alpha_sum) - 1.0) > LEVEL:
-        yield (
+        yield Notice(
             f"the friction level of the pre-sliding records is {float(fit.alpha_sum):.3f} of the static map's F_s; "
-            "alpha is normalised to sum to 1"
-        )
+            "alpha is normalised to sum to 1",
+            "level-differs", "doubt",
+        )  # fmt: skip
     if fit.curve.mismatch > max(LEVEL * fit.static.F_s, 0.0):
-        yield (
+        yield Notice(
             f"the records differ by {readable(fit.curve.mismatch, newton, 2)} where one continues the other: friction "
-            "changed between them"
-        )
+            "changed between them",
+            "friction-differs", "doubt",
+        )  # fmt: skip
     if len(fit.curve.cycles) < 2:
-        yield "there is one whole cycle: no intervals; log five cycles or more"
+        yield Notice(
+            "there is one whole cycle: no intervals; log five cycles or more",
+            "one-cycle", "doubt",
+        )  # fmt: skip
+    yield from changes(fit)
 
 
-def _saturation(fit: GMSFit, length: str, newton: str) -> Iterator[str]:
+def _saturation(fit: GMSFit, length: str, newton: str) -> Iterator[Notice]:
     if fit.curve.saturates:
         return
     reach = float(fit.curve.displacement[-1])
@@ -111,17 +130,19 @@ def _saturation(fit: GMSFit, length: str, newton: str) -> Iterator[str]:
     if fit.static_given:
         missing = max(fit.static.F_s - end, 0.0)
         amplitude = max(1.5 * float(fit.model.slip_displacements[-1]), 2.0 * reach)
-        yield (
+        yield Notice(
             f"the loops never saturate: at {readable(reach, length)} the virgin curve is at {readable(end, newton)}, "
             f"and {readable(missing, newton)} of F_s is missing, which the last block is given; add a record of "
-            f"{readable(amplitude, length, 2)} amplitude or more"
-        )
+            f"{readable(amplitude, length, 2)} amplitude or more",
+            "never-slides", "doubt",
+        )  # fmt: skip
     else:
-        yield (
+        yield Notice(
             f"the loops never saturate and no static map tells F_s: {readable(end, newton)} at "
             f"{readable(reach, length)} is a lower bound of it; add a record of {readable(3.0 * reach, length, 2)} "
-            "amplitude or more, or --static"
-        )
+            "amplitude or more, or --static",
+            "never-slides", "wrong",
+        )  # fmt: skip
 
 
 def pair_gaps(blocks: Blocks) -> NDArray[np.float64]:

@@ -23,6 +23,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fric.identify.gms.cycles import Loops
+from fric.identify.records.judgement import SATURATED, least_slope
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,9 +35,6 @@ CLOSING = 0.03
 
 SAME_AMPLITUDE = 1.15
 """Records whose amplitudes are within this ratio are averaged; beyond it the larger continues the smaller."""
-
-SATURATED = 0.05
-"""Least slope of a curve, relative to its mean slope, under which it has reached its plateau."""
 
 
 @dataclass(frozen=True)
@@ -168,23 +166,9 @@ def _spliced(parts: list[tuple[str, NDArray[np.float64], NDArray[np.float64], fl
     force = np.nanmean(table, axis=0)
     scatter = np.sqrt(np.nansum((table - force) ** 2, axis=0) / np.maximum(count - 1, 1))
     band = np.where(count > 1, stdtrit(np.maximum(count - 1, 1), 0.975) * scatter / np.sqrt(count), np.nan)
-    relative = _least_slope(displacement, force) * displacement[-1] / force[-1]
+    relative = least_slope(displacement, force)
     ends = tuple((name, float(place[-1])) for name, place, _, _ in parts if len(place))
-    return VirginCurve(displacement, force, band, table, ends, parts[-1][3], mismatch, float(relative))
-
-
-def _least_slope(displacement: NDArray[np.float64], force: NDArray[np.float64]) -> float:
-    """Return the least slope of any fifth of the curve's outer half [N/m].
-
-    A concave curve is flattest at its end. Where the Stribeck effect is not divided out, the force rises again as the
-    loop slows down: that is no stiffness.
-    """
-    slopes = []
-    for start in np.linspace(0.5, 0.8, 7):
-        part = (displacement >= start * displacement[-1]) & (displacement <= (start + 0.2) * displacement[-1])
-        if part.sum() > 2:
-            slopes.append(float(np.polyfit(displacement[part] - displacement[-1], force[part], 1)[0]))
-    return min(slopes, default=np.inf)
+    return VirginCurve(displacement, force, band, table, ends, parts[-1][3], mismatch, relative)
 
 
 def _branches(loops: Loops, maps: tuple[StaticMap | None, StaticMap | None], amplitude: float) -> _Branches:

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fric.estimate import Estimate
 from fric.identify.records.clipping import STUCK, clipped_samples, counts
+from fric.identify.records.energy import cycle_energies, energy_per_cycle
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
+from fric.identify.records.judgement import branch_slope, excites
 from fric.identify.records.recognition import Sine, fitted_sine, force_rise, recognised_kind
-from fric.identify.records.resolution import lattice_step
+from fric.identify.records.resolution import encoder_step
 from fric.identify.records.segments import Stretch, stretches_and_rests
 from fric.identify.records.turns import reversals
 from fric.identify.records.uses import Use, judged_uses
@@ -88,6 +91,12 @@ class Inspection:
         Samples at which the motion turns round.
     rise
         Share of the stroke that the force takes to come up after a reversal, see `force_rise`.
+    excites
+        Whether the motion tells mass, viscous and Coulomb friction apart.
+    slope
+        Least slope of the branches between reversals relative to their mean, see `branch_slope`; None without force.
+    energy
+        Energy lost per cycle [J] with its 95 % interval, of the logged force; None without cycles.
     uses
         What the record is good for and what not.
     warnings
@@ -111,6 +120,9 @@ class Inspection:
     sine: Sine | None = None
     turns: tuple[int, ...] = ()
     rise: float | None = None
+    excites: bool = False
+    slope: float | None = None
+    energy: Estimate | None = None
     uses: tuple[Use, ...] = ()
     dropped: int = 0
     warnings: tuple[Notice, ...] = ()
@@ -131,6 +143,7 @@ class Inspection:
         fields |= {"warnings": list(map(str, self.warnings))}
         fields |= {"warnings_coded": [warning.as_dict() for warning in self.warnings]}
         fields["reversals"] = list(fields.pop("turns"))
+        fields["energy"] = None if self.energy is None else self.energy.as_dict()
         return fields | {"stretches": stretches, "encoder_step": self.encoder_step}
 
 
@@ -210,6 +223,11 @@ def inspect(record: Log | FrequencyResponse) -> Inspection | ResponseInspection:
     stretches = [
         replace(s, start=int(at[s.start]), stop=int(at[s.stop - 1]) + 1, onset=int(at[s.onset])) for s in stretches
     ]
+    if log.position is not None:
+        found = replace(found, excites=excites(log.time, log.position))
+    if log.position is not None and log.force is not None and len(turns) > 1:
+        lost = energy_per_cycle(cycle_energies(log.position, log.force, turns))
+        found = replace(found, slope=branch_slope(log.position, log.force, turns), energy=lost)
     found = replace(
         found, kind=kind, stretches=tuple(stretches), speeds=distinct_speeds(stretches), sine=sine,
         turns=tuple(int(k) for k in at[turns]), rise=rise, warnings=tuple(warnings),
@@ -248,7 +266,13 @@ def _channel(log: Log, name: str, values: NDArray[np.float64]) -> Channel:
     numbers = values[np.isfinite(values)]
     if not len(numbers):
         return Channel(log.unit(name), None, None, not_a_number=len(values))
-    step = lattice_step(numbers) if name == "position" else None if name in {"time", "reference"} else counts(numbers)
+    step = (
+        encoder_step(numbers) or None
+        if name == "position"
+        else None
+        if name in {"time", "reference"}
+        else counts(numbers)
+    )
     clipped = clipped_samples(numbers) if name in {"force", "input"} else 0
     low, high = float(numbers.min()), float(numbers.max())
     return Channel(log.unit(name), low, high, step, len(values) - len(numbers), clipped)

@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline
 from scipy.linalg import solveh_banded
 
 from fric.errors import FricError
-from fric.identify.records.resolution import lattice_step, noise_level
+from fric.identify.records.resolution import encoder_step, noise_level
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -72,7 +72,7 @@ def smooth_motion(time: NDArray[np.float64], position: NDArray[np.float64]) -> M
     """
     t, z = np.asarray(time, float), np.asarray(position, float)
     dt = float(np.median(np.diff(t)))
-    step = lattice_step(z) or _few_levels(z)
+    step = encoder_step(z)
     moved = np.abs(np.diff(z))
     if not moved.any():
         raise FricError("the position does not move", mend="Log a motion of many encoder steps.")
@@ -128,12 +128,6 @@ def slope(t: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]
         found += np.prod(others, axis=1) / apart * (z[around[:, j]] - z)
     found[1:-1][(z[1:-1] == z[:-2]) & (z[1:-1] == z[2:])] = 0.0
     return found
-
-
-def _few_levels(z: NDArray[np.float64]) -> float:
-    """Return the step of a lattice of few levels, too few to prove it regular; 0 where values do not repeat."""
-    levels = np.unique(z)
-    return float(np.median(np.diff(levels))) if 1 < len(levels) < 0.05 * len(z) else 0.0
 
 
 def _flickers(counts: NDArray[np.float64]) -> NDArray[np.bool_]:

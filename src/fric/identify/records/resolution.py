@@ -51,6 +51,14 @@ def lattice_step(values: NDArray[np.float64]) -> float | None:
     return None if step is None or step < FINEST * usual else step
 
 
+def encoder_step(position: NDArray[np.float64]) -> float:
+    """Return the step of a position's lattice, also of one of too few levels to prove it regular; 0 for none."""
+    if (step := lattice_step(position)) is not None:
+        return step
+    levels = np.unique(position)
+    return float(np.median(np.diff(levels))) if 1 < len(levels) < 0.05 * len(position) else 0.0
+
+
 def _common_divisor(gaps: NDArray[np.float64], error: float) -> float | None:
     """Return the greatest common divisor of gaps that are off by no more than an error, by Euclid's algorithm."""
     divisor = float(gaps[0])

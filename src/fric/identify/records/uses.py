@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fric.identify.records.judgement import RISES, STEPS
 from fric.identify.records.recognition import RISING_SHARE
 
 if TYPE_CHECKING:
     from fric.identify.records.inspection import Inspection
 
-STEPS = 3.0
-"""Steps of the encoder that an amplitude has at least."""
 BRANCH = 20
 """Samples that a branch between reversals has at least."""
 
@@ -68,17 +67,24 @@ def _gms_use(found: Inspection) -> Use:
     if found.kind != "presliding-sine" and (found.rise is None or found.rise <= RISING_SHARE):
         return Use(purpose, False, f"pre-sliding is over in {100 * (found.rise or 0.0):.1f} % of a stroke")
     told = f"{len(found.turns) - 1} branches" + (f" of {2 * amplitude / step:.0f} steps of the encoder" if step else "")
+    if found.slope is not None and found.slope > RISES:
+        told += "; none of them slides: F_s takes --static, or a larger amplitude"
     return Use(purpose, True, told)
 
 
 def _plant_use(found: Inspection) -> Use:
     purpose = "plant"
-    if "input" not in found.channels:
-        return Use(purpose, False, "no input was logged")
     if "position" not in found.channels:
         return Use(purpose, False, "no position was logged")
+    by_motion = found.kind == "motion" and found.excites and not found.gaps  # a motion is filtered: evenly sampled
+    if "input" not in found.channels:
+        if by_motion and "force" in found.channels:
+            return Use(purpose, True, "a motion in both directions; B and K_f take an input too")
+        return Use(purpose, False, "no input was logged")
     if found.channels["input"].clipped:
         return Use(purpose, False, f"the input is clipped in {found.channels['input'].clipped} samples")
     if found.kind == "frequency-response":
         return Use(purpose, True, "the excitation is broad-band")
+    if by_motion:
+        return Use(purpose, True, "a motion in both directions, with changing speed and acceleration")
     return Use(purpose, False, "the excitation is not broad-band")

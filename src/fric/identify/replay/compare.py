@@ -15,6 +15,7 @@ from fric.identify.records.prepared import Prepared
 from fric.identify.replay.near_reversals import near_reversals, presliding_length
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.identify.replay.splits import Masks, Split
+from fric.notice import Notice
 from fric.threads import one_blas_thread
 
 if TYPE_CHECKING:
@@ -149,7 +150,12 @@ def compare_models(
     scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.rms)
     leads = {other.name: _lead(records, scores[0], other) for other in scores[1:]}
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
-    warnings = [f"{score.name}: {text}" for score in scores for text in score.fits[0].warnings]
+    warnings = [
+        Notice(f"{score.name}: {text}", one.code, one.severity)
+        for score in scores
+        for text in score.fits[0].warnings
+        for one in (Notice.of(text),)
+    ]
     return Comparison(tuple(scores), tuple(records), near, lengths, winner, leads, tuple(warnings))
 
 

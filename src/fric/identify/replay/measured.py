@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.estimate import Estimate
+from fric.identify.records.energy import cycle_energies, energy_per_cycle
 from fric.identify.records.prepared import Prepared
 
 if TYPE_CHECKING:
@@ -25,11 +27,14 @@ class Replay:
         The model's force along the motion, with what the record adds of its own [N], shape (n,).
     held_out
         Samples after the chosen cycles, which the fit did not see, shape (n,).
+    own
+        What the record adds of its own, in the order of its `Preparation.own`, shape (m,).
     """
 
     record: Prepared
     replayed: NDArray[np.float64]
     held_out: NDArray[np.bool_]
+    own: NDArray[np.float64]
 
     @property
     def name(self) -> str:
@@ -60,6 +65,14 @@ class Replay:
     def used(self) -> NDArray[np.bool_]:
         """Samples that the fit used, shape (n,)."""
         return self.record.used
+
+    @property
+    def energy(self) -> Estimate | None:
+        """Energy lost per cycle [J], of all whole cycles from the first that the fit used; None in sliding."""
+        if self.record.slides:
+            return None
+        turns = self.record.turns[self.record.turns >= int(np.argmax(self.used))]
+        return energy_per_cycle(cycle_energies(self.position, self.measured, turns))
 
     @property
     def rmse(self) -> float:

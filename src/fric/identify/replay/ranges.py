@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fric.errors import FricError
+from fric.identify.records.judgement import told_by
 from fric.identify.records.prepared import Prepared
 from fric.identify.records.resolution import noise_level
 from fric.identify.replay.coordinates import Ranges
@@ -15,8 +16,9 @@ from fric.identify.replay.coordinates import Ranges
 def search_ranges(records: Sequence[Prepared]) -> Ranges:
     """Return, by dimension, between which values the records could show a parameter at all.
 
-    Forces up to twice that logged, velocities up to three times the fastest, lengths from the encoder's step or
-    noise (but at least 1e-4 of the stroke) to the stroke, and what is made of these.
+    Forces up to twice that logged (where no branch slides, from the largest that was seen to twenty times that),
+    velocities up to three times the fastest, lengths from the encoder's step or noise (but at least 1e-4 of the stroke)
+    to the stroke, and what is made of these.
     """
     force = max(float(np.quantile(np.abs(r.force[r.used] - np.median(r.force[r.used])), 0.99)) for r in records)
     speeds = np.concatenate([np.abs(r.motion.velocity[r.used]) for r in records])
@@ -26,13 +28,14 @@ def search_ranges(records: Sequence[Prepared]) -> Ranges:
     grain = [
         max(r.motion.step, 4.0 * noise_level(r.log.position)) if r.log.position is not None else 0.0 for r in records
     ]
+    told = told_by(records)
     finest = min(max(g, 1e-4 * s) for g, s in zip(grain, strokes, strict=True))
     duration = max(float(r.motion.time[-1] - r.motion.time[0]) for r in records)
     dt = min(float(np.median(np.diff(r.motion.time))) for r in records)
     if not (force > 0 and fastest > 0):
         raise FricError("the records hold no force or no motion", where=records[0].log.where)
     return {
-        "force": (0.01 * force, 2.0 * force),
+        "force": (0.01 * force, 2.0 * force) if told.slides else (told.peak, 20.0 * force),
         "velocity": (1e-4 * fastest, 3.0 * fastest),
         "viscous": (0.0, 100.0 * force / fastest),
         "position": (finest, stroke),

@@ -18,6 +18,7 @@ from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.ranges import search_ranges
 from fric.identify.replay.replay_intervals import correlated, edges, joint, limits, order, replay_covariance
 from fric.identify.replay.replay_search import Point, Search
+from fric.identify.replay.untold import opened
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
@@ -243,7 +244,8 @@ def _told(
         covariance[np.ix_(seen, seen)] = replay_covariance(slopes, best.residual, records, reach) + _of_timing(
             search, x, slopes
         )
-    values, within = coordinates.values(x), limits(coordinates, x, covariance, seen, reach)
+    values = coordinates.values(x)
+    within, untold_of = opened(coordinates, values, limits(coordinates, x, covariance, seen, reach), records)
     blocks = order(coordinates, values)
     estimates: dict[str, dict[str, Estimate]] = {}
     scaled: dict[str, dict[str, Estimate]] = {}
@@ -265,6 +267,7 @@ def _told(
     level = Estimate(1.0, "1")
     if (of_level := ("static", LEVEL.name)) in within:
         level = Estimate(values["static"][LEVEL.name], "1", within[of_level][0])
+    warnings += untold_of
     warnings += edges(coordinates, x, seen, covariance) + correlated(coordinates, covariance)
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])

@@ -1,0 +1,111 @@
+"""What changed while the records were logged: friction and offset, over a record and between records, and misfit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.identify.records.energy import cycle_energies, drift
+from fric.notice import Notice
+from fric.units import readable, si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.identify.gms.fit import GMSFit
+    from fric.identify.replay.measured import Replay
+
+CHANGES = 0.03
+"""Share of F_s by which friction or offset must change to be told."""
+
+PIECES = 30
+"""Pieces of a record in which its misfit is looked at."""
+
+STANDS_OFF = 3.0
+"""Times the usual misfit from which on that of a piece stands off."""
+
+
+def changes(fit: GMSFit) -> Iterator[Notice]:
+    """Yield what changed while the records of a fit were logged."""
+    newton, F_s = si_unit("force", fit.motion), fit.static.F_s
+    presliding = [one for one in fit.records if one.kind == "presliding"]
+    offsets, levels = [], []
+    for one in presliding:
+        offset, level = _over_cycles(one)
+        if not len(level):
+            continue
+        offsets.append(float(offset.mean()))
+        levels.append(float(level.mean()))
+        if (told := _drifts(level, CHANGES)) is not None:
+            yield Notice(
+                f"friction changes by {told:+.1%} over record '{one.name}': warm the axis up, and log again",
+                "friction-drifts", "doubt",
+            )  # fmt: skip
+        if (told := _drifts(offset, CHANGES * F_s)) is not None:
+            yield Notice(
+                f"the offset changes by {readable(told, newton, 2)} over record '{one.name}'", "offset-drifts", "doubt"
+            )
+        if (stretch := misfit_in_one_stretch(one)) is not None:
+            begin, end, there, elsewhere = stretch
+            yield Notice(
+                f"the misfit of record '{one.name}' sits from {begin:.4g} to {end:.4g} s: {readable(there, newton, 2)} "
+                f"rms there, {readable(elsewhere, newton, 2)} elsewhere; look what happened to the contact",
+                "misfit-in-one-stretch", "doubt",
+            )  # fmt: skip
+    if len(offsets) > 1 and np.ptp(offsets) > CHANGES * F_s:
+        yield _between(presliding, offsets, f"the offset differs by {readable(float(np.ptp(offsets)), newton, 2)}",
+                       "offset-differs", lambda value: readable(value, newton, 3))  # fmt: skip
+    if len(levels) > 1 and np.ptp(levels) > CHANGES:
+        yield _between(presliding, levels, f"friction differs by {np.ptp(levels):.1%}", "level-between-records",
+                       lambda value: f"{value:.3f} of the model")  # fmt: skip
+
+
+def _between(records: Sequence[Replay], values: Sequence[float], what: str, code: str, shown: object) -> Notice:
+    least, most = int(np.argmin(values)), int(np.argmax(values))
+    assert callable(shown)
+    return Notice(
+        f"{what} between records: {shown(values[least])} in '{records[least].name}', {shown(values[most])} in "
+        f"'{records[most].name}'", code, "doubt",
+    )  # fmt: skip
+
+
+def _over_cycles(one: Replay) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the offset [N] and the friction relative to the model's, of each whole cycle."""
+    turns, seen = one.record.turns, one.used | one.held_out
+    turns = turns[seen[np.minimum(turns, len(seen) - 1)]]
+    ends = turns[::2]
+    measured, modelled = (cycle_energies(one.position, force, turns) for force in (one.measured, one.replayed))
+    rest = one.measured - one.replayed + one.own[0]
+    offset = [float(np.mean(rest[a:b])) for a, b in pairwise(ends)]
+    return np.array(offset), np.asarray(measured / modelled)
+
+
+def _drifts(values: NDArray[np.float64], least: float) -> float | None:
+    """Return by how much values go from the first cycle to the last, where that is sure and more than the least."""
+    if len(values) < 4:
+        return None
+    change, half = drift(values)
+    return change if abs(change) > max(half, least) else None
+
+
+def misfit_in_one_stretch(one: Replay) -> tuple[float, float, float, float] | None:
+    """Return begin and end [s] of the stretch that a replay's misfit sits in, its rms there and elsewhere [N].
+
+    None where the misfit is spread over the record. Pieces stand off the lower quartile of all.
+    """
+    seen = np.flatnonzero(one.used | one.held_out)
+    if len(seen) < 10 * PIECES:
+        return None
+    pieces = np.array_split(seen, PIECES)
+    rest = one.measured - one.replayed
+    rms = np.sqrt([float(np.mean(rest[piece] ** 2)) for piece in pieces])
+    off = np.flatnonzero(rms > STANDS_OFF * float(np.quantile(rms, 0.25)))
+    if not len(off) or len(off) < 0.7 * (off[-1] - off[0] + 1) or len(off) == PIECES:
+        return None
+    inside = np.zeros(PIECES, bool)
+    inside[off[0] : off[-1] + 1] = True
+    there, elsewhere = (float(np.sqrt(np.mean(rms[part] ** 2))) for part in (inside, ~inside))
+    return float(one.time[pieces[off[0]][0]]), float(one.time[pieces[off[-1]][-1]]), there, elsewhere

@@ -1,0 +1,55 @@
+"""What friction costs over a cycle, and how that changes over a record."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import stdtrit
+
+from fric.estimate import Estimate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def cycle_energies(
+    position: NDArray[np.float64], force: NDArray[np.float64], turns: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Return the energy lost in each whole cycle, ``∮F·dz`` from one reversal to the next but one [J], shape (cycles,).
+
+    Parameters
+    ----------
+    position, force
+        The motion [m] and the force along it [N], each of shape (n,).
+    turns
+        Samples at which the motion turns.
+    """
+    work = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(position)))
+    ends = turns[::2]
+    return np.asarray(np.diff(work[ends])) if len(ends) > 1 else np.zeros(0)
+
+
+def energy_per_cycle(energies: NDArray[np.float64]) -> Estimate | None:
+    """Return the mean energy of cycles with its 95 % interval by Student's t; None of fewer than two cycles."""
+    if len(energies) < 2:
+        return None
+    mean, n = float(energies.mean()), len(energies)
+    half = float(stdtrit(n - 1, 0.975) * energies.std(ddof=1) / np.sqrt(n))
+    return Estimate(mean, "J", (mean - half, mean + half))
+
+
+def drift(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Return by how much values change from the first to the last by their line, and half its 95 % interval.
+
+    Parameters
+    ----------
+    values
+        One value a cycle, shape (cycles,), three or more.
+    """
+    n = len(values)
+    at = (np.arange(n) - 0.5 * (n - 1)) / max(n - 1, 1)
+    slope = float(at @ values / (at @ at))
+    rest = values - values.mean() - slope * at
+    error = float(np.sqrt(rest @ rest / (n - 2) / (at @ at)))
+    return slope, float(stdtrit(n - 2, 0.975)) * error

@@ -1,0 +1,125 @@
+"""What a record can tell of friction: one judgement, for `inspect`, every `identify` and `compare`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fric.identify.records.prepared import Prepared
+
+STEPS = 3.0
+"""Steps of the encoder that an amplitude has at least, to show pre-sliding."""
+
+SAMPLES = 3
+"""Samples after a reversal that a stiffness is seen in at least."""
+
+SATURATED = 0.05
+"""Least slope of a branch, relative to its mean slope, under which it has reached its plateau."""
+
+RISES = 0.2
+"""The same of the branches as they were logged, from which on they surely have none: the viscous part is in them."""
+
+CONDITION = 1e3
+"""Condition number up to which a motion tells mass, viscous and Coulomb friction apart."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What records can tell of friction, all taken together.
+
+    Parameters
+    ----------
+    slides
+        False where the force rises up to every reversal, so that no branch ever slides.
+    slope
+        Least slope of the branches that come nearest to a plateau, relative to their mean slope.
+    peak
+        Largest friction force: half of what it swings between reversals [N].
+    resolved
+        The shortest way after a reversal that is seen [m]: a step of the encoder, and `SAMPLES` samples.
+    """
+
+    slides: bool
+    slope: float
+    peak: float
+    resolved: float
+
+
+def told_by(records: Sequence[Prepared]) -> Told:
+    """Return what prepared records can tell of friction."""
+    slopes, peaks, resolved = [], [], []
+    for record in records:
+        turns = record.turns[record.turns < len(record.force)]
+        if record.slides or len(turns) < 2:
+            slopes.append(0.0)
+            continue
+        z, force = record.motion.position, record.force
+        slopes.append(branch_slope(z, force, turns))
+        peaks.append(0.5 * float(np.median([np.ptp(force[a : b + 1]) for a, b in pairwise(turns)])))
+        resolved.append(max(record.motion.step, resolved_way(z, turns)))
+    slope = min(slopes, default=0.0)
+    return Told(slope < RISES, slope, max(peaks, default=0.0), min(resolved, default=0.0))
+
+
+def branch_slope(position: NDArray[np.float64], force: NDArray[np.float64], turns: NDArray[np.intp]) -> float:
+    """Return the least slope of the branches between reversals, relative to their mean slope; see `least_slope`.
+
+    The branches are averaged over the share of their way, in fiftieths. A branch starts with the force that the one
+    before it ends with: its own first samples may have risen already.
+    """
+    grid = (np.arange(50) + 0.5) / 50
+    branches, before = [], None
+    for a, b in pairwise(turns):
+        z, F = position[a : b + 1], force[a : b + 1]
+        way = np.maximum.accumulate(np.abs(z - z[0]))
+        end = float(np.mean(F[-max(len(F) // 20, 1) :]))
+        if before is not None and end != before and len(z) >= 8 and way[-1] > 0:
+            branches.append(np.interp(grid, way / way[-1], (F - before) / (end - before)))
+        before = end
+    return least_slope(grid, np.mean(branches, axis=0)) if branches else 0.0
+
+
+def least_slope(displacement: NDArray[np.float64], force: NDArray[np.float64]) -> float:
+    """Return the least slope of any fifth of a curve's outer half, relative to its mean slope [1].
+
+    A concave curve is flattest at its end. Where the Stribeck effect is not divided out, the force rises again as the
+    motion slows down: that is no stiffness.
+    """
+    slopes = []
+    for start in np.linspace(0.5, 0.8, 7):
+        part = (displacement >= start * displacement[-1]) & (displacement <= (start + 0.2) * displacement[-1])
+        if part.sum() > 2:
+            slopes.append(float(np.polyfit(displacement[part] - displacement[-1], force[part], 1)[0]))
+    return float(min(slopes, default=np.inf) * displacement[-1] / force[-1])
+
+
+def resolved_way(position: NDArray[np.float64], turns: NDArray[np.intp]) -> float:
+    """Return the way that the axis goes in `SAMPLES` samples after a reversal, the median of all [m]."""
+    after = np.minimum(turns + SAMPLES, len(position) - 1)
+    return float(np.median(np.abs(position[after] - position[turns])))
+
+
+def excites(time: NDArray[np.float64], position: NDArray[np.float64]) -> bool:
+    """Say whether a motion tells mass, viscous and Coulomb friction and an offset apart.
+
+    Position is averaged over pieces of 10 ms or five samples, so that the encoder's steps make no acceleration.
+    """
+    dt = float(np.median(np.diff(time)))
+    width = max(round(0.01 / dt), 5)
+    count = len(position) // width
+    if count < 32:
+        return False
+    z = position[: count * width].reshape(count, width).mean(axis=1)
+    v = np.gradient(z, width * dt)
+    columns = np.column_stack([np.gradient(v, width * dt), v, np.sign(v), np.ones_like(v)])
+    size = np.linalg.norm(columns, axis=0)
+    both = (v > 0.1 * np.abs(v).max()).any() and (v < -0.1 * np.abs(v).max()).any()
+    return bool(both and (size > 0).all() and np.linalg.cond(columns / size) < CONDITION)

@@ -1,0 +1,92 @@
+"""What a fit by replay must not claim, since its records do not tell it: of break-away, and of stiffness."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.identify.records.judgement import SAMPLES, told_by
+from fric.notice import Notice
+from fric.units import readable, si_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from fric.identify.records.prepared import Prepared
+    from fric.identify.replay.coordinates import Coordinates
+
+Limits = dict[tuple[str, str], tuple[tuple[float, float], ...]]
+
+
+def opened(
+    coordinates: Coordinates,
+    values: Mapping[str, Mapping[str, float | tuple[float, ...]]],
+    within: Limits,
+    records: Sequence[Prepared],
+) -> tuple[Limits, list[Notice]]:
+    """Return intervals that are open where the records tell no upper limit, and what to say of them.
+
+    Where no branch slides, the largest force seen is no more than a lower bound of F_c and F_s. And a stiffness whose
+    spring gives way before the motion is seen again after a reversal is no less than what was found.
+
+    Parameters
+    ----------
+    coordinates
+        What was searched.
+    values, within
+        Values and intervals by section and name.
+    records
+        The records.
+    """
+    told, motion, notices, found = told_by(records), records[0].log.motion, [], dict(within)
+    declared = {(s, p.name): p for s, parameters in coordinates.model.declared().items() for p in parameters}
+    forces = [key for key in within if key in declared and declared[key].dimension == "force"]
+    if not told.slides and forces:
+        for key in forces:
+            found[key] = tuple(
+                (max(low, told.peak) if len(within[key]) == 1 else low, np.inf) for low, _ in within[key]
+            )
+        names = " and ".join(name for _, name in forces)
+        notices.append(
+            Notice(
+                f"the records never slide: the force still rises at the reversals, with {told.slope:.0%} of its mean "
+                f"slope, so {readable(told.peak, si_unit('force', motion))} is no more than a lower bound of {names}; "
+                "log a larger amplitude",
+                "never-slides", "wrong",
+            )
+        )  # fmt: skip
+    level, length = _level(values), si_unit("position", motion)
+    for key, limits in within.items():
+        if key not in declared or declared[key].dimension != "stiffness" or level is None:
+            continue
+        k = np.atleast_1d(np.asarray(values[key[0]][key[1]], float))
+        ways = np.broadcast_to(level, k.shape) / k
+        if (ways < told.resolved).any():
+            found[key] = tuple(
+                (low, np.inf if way < told.resolved else high) for (low, high), way in zip(limits, ways, strict=True)
+            )
+            notices.append(
+                Notice(
+                    f"{key[1]} is a lower bound: its spring gives way within {readable(float(ways.min()), length)}, "
+                    f"and after a reversal the motion is seen again {readable(told.resolved, length)} later (the "
+                    f"encoder's step, and {SAMPLES} samples); log slower, or with a finer encoder",
+                    "stiffness-unresolved", "wrong",
+                )
+            )  # fmt: skip
+    return found, notices
+
+
+def _m(motion: str) -> str:
+    return "rad" if motion == "rotary" else "m"
+
+
+def _level(
+    values: Mapping[str, Mapping[str, float | tuple[float, ...]]],
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None:
+    """Return the force at which the springs of a model give way [N]: of each block, or of the one there is."""
+    every = {name: np.asarray(value, float) for section in values.values() for name, value in section.items()}
+    if "W" in every:
+        return every["W"]
+    level = every.get("F_s", every.get("F_c"))
+    return None if level is None else np.asarray(every["alpha"] * level) if "alpha" in every else level
