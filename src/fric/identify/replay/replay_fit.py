@@ -19,6 +19,7 @@ from fric.identify.replay.ranges import search_ranges
 from fric.identify.replay.replay_intervals import correlated, edges, joint, limits, order, replay_covariance
 from fric.identify.replay.replay_search import Point, Search
 from fric.identify.replay.untold import opened
+from fric.notice import Notice
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
@@ -166,7 +167,8 @@ def identify_by_replay(
         search = replace(search, coordinates=search.coordinates.without(n, value))
         best = search.at(search.fine(np.delete(best.x, n)))
         assumed.add((c.section, p.name))
-        warnings.append(f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}")
+        text = f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}"
+        warnings.append(Notice(text, "parameter-untold"))
     return _told(search, best, warnings, assumed, static)
 
 
@@ -274,7 +276,8 @@ def _told(
     rmse = float(np.sqrt(np.mean(residual**2)))
     r2 = 1.0 - rmse**2 / float(np.var(force))
     if r2 < 0.5:
-        warnings.append(f"{coordinates.model.name} explains {max(r2, 0):.0%} of the variance of the force")
+        text = f"{coordinates.model.name} explains {max(r2, 0):.0%} of the variance of the force"
+        warnings.append(Notice(text, "explains-little"))
     squares = max(float(residual @ residual), 1e-300)
     rho = min(max(float(residual[1:] @ residual[:-1]) / squares, 0.0), 0.999)
     independent = len(residual) * (1 - rho) / (1 + rho)

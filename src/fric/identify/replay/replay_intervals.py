@@ -13,6 +13,7 @@ from fric.friction import Parameter
 from fric.identify.dynamics.covariance import hac_covariance
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.replay_search import STEP
+from fric.notice import Notice
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -255,24 +256,27 @@ def order(coordinates: Coordinates, values: Mapping[str, Mapping[str, float | tu
 
 def edges(
     coordinates: Coordinates, x: NDArray[np.float64], seen: NDArray[np.bool_], covariance: NDArray[np.float64]
-) -> list[str]:
+) -> list[Notice]:
     """Say which parameters sit at the edge of what was searched, and which blocks are not seen."""
     told = []
     for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
         if not is_seen:
-            told.append(f"the gradient over {c.label} is flat: these records do not tell it")
+            told.append(
+                Notice(f"the gradient over {c.label} is flat: these records do not tell it", "parameter-untold")
+            )
         elif at - c.lower < min(near, 0.02) and c.scale == "ratio":
-            told.append(f"{c.label} is as low as {c.parameter.at_least}: these records show no difference")
+            text = f"{c.label} is as low as {c.parameter.at_least}: these records show no difference"
+            told.append(Notice(text, "parameter-at-bound", "note"))
         elif at - c.lower < near and c.scale == "linear" and c.lower == c.parameter.lower:
-            told.append(f"{c.label} is at its lower bound, {c.lower:g}")
+            told.append(Notice(f"{c.label} is at its lower bound, {c.lower:g}", "parameter-at-bound", "note"))
         elif c.scale == "share":
             continue
         elif min(at - c.lower, c.upper - at) < near:
-            told.append(f"{c.label} sits at the edge of what these records could show")
+            told.append(Notice(f"{c.label} sits at the edge of what these records could show", "parameter-at-edge"))
     return told
 
 
-def correlated(coordinates: Coordinates, covariance: NDArray[np.float64]) -> list[str]:
+def correlated(coordinates: Coordinates, covariance: NDArray[np.float64]) -> list[Notice]:
     """Say which two parameters the records hardly tell apart; those of one block among the others are not named."""
     error = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -281,8 +285,9 @@ def correlated(coordinates: Coordinates, covariance: NDArray[np.float64]) -> lis
     for i, first in enumerate(coordinates.free):
         for j, second in enumerate(coordinates.free[:i]):
             if abs(correlation[i, j]) > 0.95 and first.block is None and second.block is None:
-                told.append(
+                text = (
                     f"{second.label} and {first.label} are correlated by {correlation[i, j]:.3f}: these records hardly "
                     "tell them apart"
                 )
+                told.append(Notice(text, "parameters-correlated", "note"))
     return told
