@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import re
 from pathlib import Path
 
@@ -22,15 +24,24 @@ TABLE_2 = {"a": 22, "b": 7, "c": 6, "d": 8, "e": 5, "f": 3}  # µm
 pytestmark = pytest.mark.long
 
 
+def _reproduced(factory: pytest.TempPathFactory, name: str, machine: str) -> tuple[Reproduction, Path]:
+    """Return a reproduction and its folder, which test workers share: what one of them made, no other makes again."""
+    own = factory.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / f"reproduced-{name}"
+    folder.mkdir(exist_ok=True)
+    with open(folder.with_suffix(".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return reproduce_paper(folder, machine), folder
+
+
 @pytest.fixture(scope="module")
 def paper(tmp_path_factory) -> tuple[Reproduction, Path]:
-    folder = tmp_path_factory.mktemp("paper")
-    return reproduce_paper(folder), folder
+    return _reproduced(tmp_path_factory, "paper", "xy-table")
 
 
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory) -> Reproduction:
-    return reproduce_paper(tmp_path_factory.mktemp("rig"), ROOT / "configs/virtual-rig.yaml")
+    return _reproduced(tmp_path_factory, "rig", "virtual-rig")[0]
 
 
 def _glitches(done: Reproduction, feed: float) -> dict[str, float]:
@@ -89,7 +100,8 @@ def test_the_rig_is_compensated_by_what_was_identified_from_its_own_logs(rig):
 
 def test_a_second_run_makes_nothing_and_the_page_is_whole(paper):
     done, folder = paper
-    assert done.made == done.steps == steps()
+    assert done.steps == steps()
+    assert done.made in {0, done.steps}  # here, or all of them by another worker
     assert reproduce_paper(folder).made == 0
     page = done.page.read_text()
     assert not re.search(r"""(?:src|href)=["']https?:""", page)
