@@ -73,7 +73,8 @@ def circularity(x: NDArray[np.float64], y: NDArray[np.float64], radius: float) -
     FricError
         When the motion is no whole revolution.
     """
-    angle = np.unwrap(np.arctan2(y, x))
+    angle = np.arctan2(y, x)
+    angle[1:] -= 2 * pi * np.cumsum(np.round(np.diff(angle) / (2 * pi)))  # unwrapped
     # The first sample of the last revolution: the latest from which the motion turns by 2π up to its end. A
     # revolution that ends on the very sample it began on may miss 2π by the tracking error.
     turned = np.abs(angle[-1] - angle)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -34,4 +35,12 @@ def friction_feedforward(
     gain
         Share of the believed friction that is fed forward.
     """
-    return gain / K_f * model.replay(reference.time, reference.position, reference.velocity)
+    return gain / K_f * _along(model, reference)
+
+
+@lru_cache(maxsize=8)
+def _along(model: FrictionModel, reference: Reference) -> NDArray[np.float64]:
+    """Return the friction force along a reference [N], (n,): the same for all machines of one controller."""
+    force = model.replay(reference.time, reference.position, reference.velocity)
+    force.flags.writeable = False
+    return force

@@ -17,6 +17,7 @@ what the drive was given and not what was asked of it, so it does not wind up.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -164,24 +165,29 @@ class DisturbanceObserver(ControlBlock):
             When the cutoff of Q is not below half the sampling rate, or so far below it that the coefficients do not
             hold the poles any more.
         """
-        if not self.q.cutoff < sampling / 2:
-            raise FricError(
-                f"a cutoff of {self.q.cutoff:g} Hz does not fit a sampling rate of {sampling:g} Hz",
-                mend="Choose a cutoff below half the sampling rate.",
-            )
-        poles, zeros = self.q.poles, self.q.zeros
-        # n equal poles are found from rounded coefficients to the n-th root of the rounding
-        lowest = 10 * np.finfo(float).eps ** (1 / poles.size) * sampling / (2 * np.pi)
-        if self.q.cutoff < lowest:
-            raise FricError(
-                f"a cutoff of {self.q.cutoff:g} Hz is too low for {self.q.name} at a sampling rate of {sampling:g} Hz",
-                mend=f"Choose a cutoff above {lowest:.2g} Hz.",
-            )
-        unit_gain = float(np.real(np.prod(-poles) / np.prod(-zeros)))
-        return DiscreteObserver(
-            inverse=_tustin([*zeros, 0.0, -self.A], poles, unit_gain / self.B, sampling),
-            low_pass=_held(zeros, poles, unit_gain, sampling),
+        return _discrete(self.q, self.A, self.B, sampling)
+
+
+@lru_cache(maxsize=64)
+def _discrete(q: QFilter, A: float, B: float, sampling: float) -> DiscreteObserver:
+    if not q.cutoff < sampling / 2:
+        raise FricError(
+            f"a cutoff of {q.cutoff:g} Hz does not fit a sampling rate of {sampling:g} Hz",
+            mend="Choose a cutoff below half the sampling rate.",
         )
+    poles, zeros = q.poles, q.zeros
+    # n equal poles are found from rounded coefficients to the n-th root of the rounding
+    lowest = 10 * np.finfo(float).eps ** (1 / poles.size) * sampling / (2 * np.pi)
+    if q.cutoff < lowest:
+        raise FricError(
+            f"a cutoff of {q.cutoff:g} Hz is too low for {q.name} at a sampling rate of {sampling:g} Hz",
+            mend=f"Choose a cutoff above {lowest:.2g} Hz.",
+        )
+    unit_gain = float(np.real(np.prod(-poles) / np.prod(-zeros)))
+    return DiscreteObserver(
+        inverse=_tustin([*zeros, 0.0, -A], poles, unit_gain / B, sampling),
+        low_pass=_held(zeros, poles, unit_gain, sampling),
+    )
 
 
 def _tustin(
