@@ -74,6 +74,9 @@ def test_header_only_after_the_mark_of_a_mapping(tmp_path):
 
 def test_missing_column(tmp_path):
     told = refused(tmp_path, (HEADER + rows(GOOD)).replace("position", "place"))
+    assert "no column is named position, and 'place" in told
+    assert "--propose" in told
+    told = refused(tmp_path, (HEADER + rows(GOOD)).replace("position [um]", "place"))
     assert "no column is position or velocity" in told
     assert "'time', 'place', 'force'" in told
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 import fric
-from fric.cli.console import finish
+from fric.cli.console import OUT, finish, print_json
 from fric.cli.options import Force, Json
 from fric.log import CIRCLE, KINDS
 
@@ -37,7 +37,9 @@ def ingest(
         list[Path],
         typer.Argument(metavar="FILE…", help="Logs: text (also .gz), MATLAB .mat, Parquet, fric's own .h5."),
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="LOG.h5", help="The log file to write.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="LOG.h5", help="The log file to write.")
+    ] = None,
     mapping: Annotated[
         Path | None,
         typer.Option("--map", metavar="MAP.yaml", help="What the columns mean, where the header does not say it."),
@@ -49,6 +51,14 @@ def ingest(
     bad_cells: Annotated[
         _BadCells, typer.Option(help="What a cell that is no number is: an error, or a sample to drop.")
     ] = _BadCells.error,
+    begin: Annotated[str | None, typer.Option("--from", metavar="TIME", help="First time to read, as 8.5 s.")] = None,
+    end: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Last time to read.")] = None,
+    propose: Annotated[
+        Path | None,
+        typer.Option(
+            "--propose", metavar="MAP.yaml", help="Write the mapping that would be guessed; read nothing in."
+        ),
+    ] = None,
     radius: Annotated[str | None, typer.Option(help="Circle: its nominal radius; else found.")] = None,
     feed: Annotated[str | None, typer.Option(help="Circle: its feed; else found.")] = None,
     sampling: Annotated[str | None, typer.Option(help="Circle: rate of a trace without time, as 4 kHz.")] = None,
@@ -66,6 +76,18 @@ def ingest(
     """
     from fric.io.memory import keep_freed_memory
 
+    if propose is not None:
+        from fric.io.propose import propose as propose_mapping
+
+        text = propose_mapping(files, propose, force=force)
+        if as_json:
+            print_json({"output": str(propose), "mapping": text})
+        else:
+            OUT.print(text, markup=False)
+            OUT.print(f"wrote {propose}: look at it, edit it, and give it with --map", markup=False)
+        return
+    if output is None:
+        raise typer.BadParameter("say which log file to write: -o LOG.h5")
     keep_freed_memory()
     given: dict[str, Any] = {"output": output, "mapping": mapping, "append": append, "bad_cells": bad_cells.value}
     circle = {"radius": radius, "feed": feed, "sampling": sampling, "clockwise": clockwise}
@@ -77,5 +99,6 @@ def ingest(
         raise typer.BadParameter("--radius, --feed, --sampling, --instrument and the direction go with --kind circle")
     else:
         given |= {"kind": kind.value if kind else None, "axis": axis, "motion": motion.value if motion else None}
+        given |= {"begin": begin, "end": end}
         make = fric.ingest
     finish(lambda advance: make(*files, force=force, advance=advance, **given), json=as_json, doing="ingesting")

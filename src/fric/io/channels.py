@@ -12,6 +12,7 @@ import numpy as np
 
 from fric.documents.mapping import Channel, MappingDocument, filled
 from fric.errors import FricError
+from fric.io.likely import refuse_left_out
 from fric.io.readers.base import Table, plain_name
 from fric.log import CHANNELS, RESPONSE_DIMENSIONS, Kind, channel_dimension
 from fric.units import Motion, factor, parse, si_unit
@@ -117,6 +118,8 @@ def plan(
     else:
         raise max(refusals, key=lambda refusal: refusal[0])[1]  # of the motion that more of the columns fit
     response = "magnitude" in origins
+    if mapping is None and not response and "time" in origins:
+        refuse_left_out(table, origins, tuple(o.column for o in origins.values() if o.column is not None))
     needed = ("frequency", "magnitude", "phase") if response else ("time",)
     for name in needed:
         if name not in origins:

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import chain
+from math import inf
 from pathlib import Path
-from typing import Literal, cast
+from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
 from fric.documents.mapping import MappingDocument, filled
 from fric.errors import FricError
@@ -22,10 +23,15 @@ from fric.log import KINDS, Kind
 from fric.output import refuse_existing
 from fric.units import Motion
 
+if TYPE_CHECKING:
+    from fric.io.channels import Values
+
 FOREIGN = frozenset({".csv", ".tsv", ".txt", ".dat", ".log", ".gz", ".mat", ".parquet"})
 """Endings of what is read; a log file of fric's own does not end so."""
 
 BadCells = Literal["error", "drop"]
+EVERYTHING = (-inf, inf)
+"""A window that leaves nothing out [s]."""
 Progress = Callable[[int], None]
 
 
@@ -93,6 +99,7 @@ def ingest(
     bad_cells: BadCells = "error",
     force: bool = False,
     progress: Progress | None = None,
+    window: tuple[float, float] = EVERYTHING,
 ) -> Ingested:
     """Read foreign logs of one axis into a log file, one record a file; memory does not grow with the files.
 
@@ -114,11 +121,14 @@ def ingest(
         Replace an output that exists.
     progress
         Called with the number of bytes that were read since the last call.
+    window
+        First and last time that is read, as the files count it [s].
 
     Raises
     ------
     FricError
-        When a file, its mapping or its data do not allow it: with file, line and column, and nothing is written.
+        When a file, its mapping or its data do not allow it: with file, line and column, and nothing is written. Of
+        several such files each is named.
     """
     sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
     output = Path(output)
@@ -130,20 +140,56 @@ def ingest(
         raise FricError(f"'{kind}' is not a kind of record", mend=f"Kinds are {', '.join(KINDS)}.")
     held = header_of(output) if append and output.exists() else None
     with ThreadPoolExecutor(1) as beside:  # digests are taken while the file is read
-        session = _Session(mapping, kind, axis, motion, bad_cells, progress or (lambda _: None), beside)
-        rest = iter(_tables(sources[0], mapping))
-        first = next(rest)
-        chosen_axis, chosen_motion = session.of_axis(first, held)
+        session = _Session(mapping, kind, axis, motion, bad_cells, progress or (lambda _: None), beside, window)
+        opened, refused = _first_readable(sources, mapping, session, held)
+        chosen_axis, chosen_motion = opened.axis
         with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
             session.known = writer.digests()
-            session.read(sources[0], chain([first], rest), writer, chosen_axis, chosen_motion)
-            for source in sources[1:]:
-                session.read(source, _tables(source, mapping), writer, chosen_axis, chosen_motion)
+            for n, source in enumerate(sources[opened.number :], opened.number):
+                found = opened.tables if n == opened.number else _tables(source, mapping)
+                try:
+                    session.read(source, found, writer, chosen_axis, chosen_motion)
+                except FricError as error:
+                    refused.append(error)
+            if refused:
+                raise _together(refused, len(sources))
             session.check_signs()
     return Ingested(
         str(output), chosen_axis, chosen_motion, tuple(session.records), tuple(session.skipped),
         tuple(session.warnings),
     )  # fmt: skip
+
+
+class _Opened(NamedTuple):
+    """The first file that could be opened: its number, its tables, the axis that it is of."""
+
+    number: int
+    tables: Iterable[Table]
+    axis: tuple[str, Motion]
+
+
+def _first_readable(
+    sources: Sequence[Path], mapping: MappingDocument | None, session: _Session, held: tuple[str, Motion] | None
+) -> tuple[_Opened, list[FricError]]:
+    """Open the first file that can be, and return it with what is wrong with those before it."""
+    refused: list[FricError] = []
+    for n, source in enumerate(sources):
+        try:
+            rest = iter(_tables(source, mapping))
+            first = next(rest)
+            return _Opened(n, chain([first], rest), session.of_axis(first, held)), refused
+        except FricError as error:
+            refused.append(error)
+    raise _together(refused, len(sources))
+
+
+def _together(refused: Sequence[FricError], files: int) -> FricError:
+    """Return what is wrong with files as one error: that of the one, or a line for each."""
+    if len(refused) == 1:
+        return refused[0]
+    lines = [f"{error.where}: {error.what}" if error.where else error.what for error in refused]
+    mends = list(dict.fromkeys(error.mend for error in refused if error.mend))
+    return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), mend=" ".join(mends[:2]))
 
 
 def refuse_foreign_name(output: Path) -> None:
@@ -171,10 +217,11 @@ class _Session:
         bad_cells: BadCells,
         progress: Progress,
         beside: ThreadPoolExecutor,
+        window: tuple[float, float],
     ) -> None:
         self._mapping, self._kind, self._axis, self._motion = mapping, kind, axis, motion
         self._drop, self._progress = bad_cells == "drop", progress
-        self._signs, self._beside = Signs(), beside
+        self._signs, self._beside, self._window = Signs(), beside, window
         self._stated: set[str] = set()
         self.known: dict[str, str] = {}
         self.records: list[IngestedRecord] = []
@@ -249,12 +296,17 @@ class _Session:
             channels = chosen.convert(good, rows)
             if not chosen.response:
                 clock.tick(channels["time"], rows)
+                channels = self._inside(channels)
                 self._signs.add(channels)
-            samples, dropped = samples + len(rows), dropped + len(block.columns[0]) - len(rows)
+            elif self._window != EVERYTHING:
+                raise FricError("a frequency response has no time to take a window of", where=str(table.path))
+            samples += len(next(iter(channels.values())))
+            dropped += len(block.columns[0]) - len(rows)
             record.extend(channels)
             self._progress(block.size)
         if samples < 2:
-            raise FricError(f"has {samples} samples", where=str(table.path), mend="A log needs two at least.")
+            inside = "" if self._window == EVERYTHING else " between --from and --to"
+            raise FricError(f"has {samples} samples{inside}", where=str(table.path), mend="A log needs two at least.")
         if told := clock.stop():
             self.warnings.append(told)
         self._stated |= chosen.stated
@@ -265,6 +317,13 @@ class _Session:
             self.warnings.append(f"{table.path}: {dropped} of {samples + dropped} samples dropped: a cell is no number")
         left_out = tuple(column.name for n, column in enumerate(table.columns) if n not in chosen.wanted)
         return IngestedRecord(record.name, source, sha256, kind, samples, total, chosen.told(), left_out)
+
+    def _inside(self, channels: dict[str, Values]) -> dict[str, Values]:
+        """Return the samples whose time is inside the window."""
+        if self._window == EVERYTHING:
+            return channels
+        kept = (channels["time"] >= self._window[0]) & (channels["time"] <= self._window[1])
+        return {name: values[kept] for name, values in channels.items()}
 
 
 def _digest(table: Table, file: FileDigest) -> str:

@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
+from fric.errors import FricError
 from fric.io.ingest import BadCells, Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import IngestedCircles, StatedCircle
 from fric.io.ingest_circle import ingest_circles as read_circles
 from fric.log import CIRCLE, Kind
 from fric.results.base import Result
-from fric.results.given import Advance, path_of, quantity, silent
+from fric.results.given import Advance, in_si, path_of, quantity, silent
 from fric.results.records import inspect, read
 from fric.results.text import Piece
 from fric.units import Motion, readable
@@ -81,6 +83,8 @@ def ingest(
     motion: Motion | None = None,
     append: bool = False,
     bad_cells: BadCells = "error",
+    begin: float | str | None = None,
+    end: float | str | None = None,
     force: bool = False,
     advance: Advance = silent,
 ) -> IngestResult:
@@ -100,6 +104,8 @@ def ingest(
         Add to the log file. A file that it holds already (by its sha256) is skipped.
     bad_cells
         ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted.
+    begin, end
+        First and last time that is read [s], or as ``"8.5 s"``; all where not given.
     force
         Replace an output that exists.
     advance
@@ -123,8 +129,17 @@ def ingest(
         bad_cells=bad_cells,
         force=force,
         progress=advance,
+        window=_window(begin, end),
     )
     return IngestResult(done, mapping is not None)
+
+
+def _window(begin: float | str | None, end: float | str | None) -> tuple[float, float]:
+    low = -inf if begin is None else in_si(begin, "time")
+    high = inf if end is None else in_si(end, "time")
+    if not low < high:
+        raise FricError(f"a window from {low:g} to {high:g} s holds nothing", mend="Give --from before --to.")
+    return low, high
 
 
 def _mapping(given: MappingDocument | Path | str | None) -> MappingDocument | None:

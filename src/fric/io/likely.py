@@ -1,0 +1,102 @@
+"""Which column of a foreign log looks like which channel: by its name, and by what its unit measures."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from fric.errors import FricError
+from fric.io.readers.base import Column, plain_name
+from fric.log import channel_dimension
+from fric.units import Motion, factor, is_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from fric.io.readers.base import Table
+
+WORDS = {
+    "time": ("time", "zeit", "timestamp", "clock"),
+    "reference": ("reference", "setpoint", "set point", "target", "soll", "demand", "desired", "commanded"),
+    "position": ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder"),
+    "velocity": ("velocity", "speed", "vel", "geschwindigkeit", "drehzahl"),
+    "force": ("force", "torque", "friction", "kraft", "moment", "drehmoment", "reibung"),
+    "input": ("input", "voltage", "spannung", "control signal"),
+}
+"""Words of a name that tell a channel, in the order in which they are asked: a reference position is a reference."""
+ALONE = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
+"""Names of one letter."""
+ASKED = ("force", "position", "velocity")
+"""Channels that are asked about, where a column that looks like one would be left out."""
+MOTIONS: tuple[Motion, ...] = ("linear", "rotary")
+
+
+def named_as(column: Column) -> str | None:
+    """Return the channel that the name of a column tells; None where it tells none."""
+    name = re.sub(r"[_\W]+", " ", plain_name(column.name)).strip()
+    for channel, words in WORDS.items():
+        if any(re.search(rf"\b{word}\b", name) for word in words):
+            return channel
+    return ALONE.get(name)
+
+
+def measures(column: Column, channel: str) -> bool:
+    """Say whether the unit of a column is one of a channel."""
+    unit = (column.unit or "").strip()
+    if unit in {"", "1", "%", "-"} or not is_unit(unit):
+        return False
+    for motion in MOTIONS:
+        try:
+            factor(unit, channel_dimension(channel), motion)
+        except FricError:
+            continue
+        return True
+    return False
+
+
+def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int]:
+    """Return the columns that look like a channel, those whose name tells it first; ``taken`` are none.
+
+    A column whose name tells another channel is none, whatever its unit; time is told by its name or its unit.
+    """
+    by_name, by_unit = [], []
+    for n, column in enumerate(table.columns):
+        if n in taken:
+            continue
+        told = named_as(column)
+        if told == channel:
+            by_name.append(n)
+        elif told is None and measures(column, channel):
+            by_unit.append(n)
+    return by_name + by_unit
+
+
+def refuse_left_out(table: Table, origins: Collection[str], taken: Collection[int]) -> None:
+    """Refuse a table of which a column that looks like force, position or velocity would be left out.
+
+    Parameters
+    ----------
+    table
+        The table, read by its header alone.
+    origins
+        Channels that were found.
+    taken
+        Columns that they were found in.
+
+    Raises
+    ------
+    FricError
+        With the columns in question, and how to say what they are.
+    """
+    for channel in ASKED:
+        if channel in origins or (channel == "velocity" and "position" in origins):
+            continue
+        found = [table.columns[n] for n in looking_like(table, channel, taken)]
+        if not found:
+            continue
+        listed = " and ".join(f"'{one.name} [{one.unit}]'" if one.unit else f"'{one.name}'" for one in found)
+        raise FricError(
+            f"no column is named {channel}, and {listed} {'looks' if len(found) == 1 else 'look'} like it",
+            where=str(table.path),
+            mend="Say in a mapping (--map) which is what and which is left out; --propose MAP.yaml writes one to edit.",
+        )

@@ -1,0 +1,125 @@
+"""What is asked about, proposed, cut and told together, from files as drives and tribometers write them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fric.cli.main import app
+from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_document
+from fric.errors import FricError
+from fric.io.hdf5 import read_logs
+from fric.io.ingest import ingest
+from fric.io.propose import proposal, propose
+
+RUN = CliRunner()
+TRIBOMETER = "Time [s]\tNormal [uN]\tPosition [mm]\tFriction [uN]\n" + "".join(
+    f"{0.01 * n:.2f}\t{500 + n % 7}\t{0.1 * np.sin(0.1 * n):.4f}\t{200 * np.sign(np.cos(0.1 * n)) + n % 5}\n"
+    for n in range(200)
+)
+PLAIN = "time [s], position [um], force [N]\n" + "".join(f"{0.01 * n:.2f}, {n}, {5 + n % 3}\n" for n in range(1, 200))
+
+
+def written(folder: Path, **files: str) -> list[Path]:
+    for name, text in files.items():
+        (folder / f"{name}.csv").write_text(text)
+    return [folder / f"{name}.csv" for name in files]
+
+
+def fric(*words):
+    done = RUN.invoke(app, list(map(str, words)))
+    if done.exception is not None:
+        raise done.exception
+    return done
+
+
+def test_a_force_of_unknown_name_is_asked_about_and_not_left_out(tmp_path: Path) -> None:
+    (file,) = written(tmp_path, tribometer=TRIBOMETER)
+    with pytest.raises(FricError) as error:
+        ingest(file, tmp_path / "log.h5")
+    assert "'Friction [uN]' and 'Normal [uN]' look like it" in error.value.what
+    assert "--propose" in error.value.mend
+    assert not (tmp_path / "log.h5").exists()
+
+
+@pytest.mark.parametrize(
+    ("header", "asked"),
+    [
+        ("time [s], position [um], Kraft [N]", "force"),
+        ("time [s], position [um], torque sensor", "force"),
+        ("time [s], force [N], Weg [mm]", "position"),
+        ("time [s], force [N], Drehzahl [rpm]", "position"),
+        ("time [s], velocity [mm/s], load cell [mN]", "force"),
+    ],
+)
+def test_what_looks_like_a_channel_is_told_by_name_or_unit(tmp_path: Path, header: str, asked: str) -> None:
+    (file,) = written(tmp_path, log=header + "\n" + "".join(f"{n}, {n}, {n % 3}\n" for n in range(50)))
+    with pytest.raises(FricError) as error:
+        ingest(file, tmp_path / "log.h5")
+    assert "look" in error.value.what or "no column is position or velocity" in error.value.what
+
+
+@pytest.mark.parametrize("more", ["temperature [degC]", "following error [um]", "status", "reference velocity [um/s]"])
+def test_what_is_no_channel_is_left_out_as_before(tmp_path: Path, more: str) -> None:
+    text = PLAIN.replace("force [N]\n", f"force [N], {more}\n").replace("\n", ", 1\n").replace(f"{more}, 1", more)
+    (file,) = written(tmp_path, log=text)
+    done = ingest(file, tmp_path / "log.h5")
+    assert done.records[0].channels.keys() == {"time", "position", "force"}
+
+
+def test_a_proposal_reads_and_ingests_once_it_is_looked_at(tmp_path: Path) -> None:
+    (file,) = written(tmp_path, tribometer=TRIBOMETER)
+    text = propose([file], tmp_path / "map.yaml")
+    assert "or 'Normal'" in text
+    assert "# not read: Normal" in text
+    mapping = read_document(tmp_path / "map.yaml", MappingDocument)
+    done = ingest(file, tmp_path / "log.h5", mapping=mapping)
+    assert done.records[0].channels == {"time": "Time", "position": "Position", "force": "Friction"}
+    with pytest.raises(FricError, match="exists"):
+        propose([file], tmp_path / "map.yaml")
+
+
+def test_a_proposal_says_what_it_does_not_know(tmp_path: Path) -> None:
+    rows = "".join(f"{n * 0.5}; {n}; {n % 4}\n" for n in range(50))
+    (file,) = written(tmp_path, drive="t; Speed [rpm]; Torque [%]\n" + rows)
+    text = proposal([file])
+    assert "motion: rotary" in text
+    assert 'scale: "? N*m"' in text
+    assert 'unit: "?"' in text
+    other, *_ = written(tmp_path, other="a; b\n1; 2\n2; 3\n3; 4\n")
+    with pytest.raises(FricError, match="has the columns"):
+        proposal([file, other])
+
+
+def test_a_window_takes_the_samples_between_two_times(tmp_path: Path) -> None:
+    (file,) = written(tmp_path, log=PLAIN)
+    ingest(file, tmp_path / "log.h5", window=(0.5, 1.0))
+    (log,) = read_logs(tmp_path / "log.h5")
+    np.testing.assert_allclose([log.time[0], log.time[-1]], [0.5, 1.0])
+    assert len(log) == 51
+    with pytest.raises(FricError, match="has 0 samples between --from and --to"):
+        ingest(file, tmp_path / "none.h5", window=(50.0, 60.0))
+
+
+def test_all_files_that_cannot_be_read_are_told_at_once(tmp_path: Path) -> None:
+    bad = PLAIN.replace("0.50, 50, 7", "0.50, oops, 7")
+    first, fine, second, third = written(tmp_path, first="nothing\n", fine=PLAIN, second=bad, third=TRIBOMETER)
+    with pytest.raises(FricError) as error:
+        ingest([first, fine, second, third], tmp_path / "log.h5")
+    lines = error.value.what.splitlines()
+    assert lines[0] == "3 of 4 files cannot be read:"
+    assert [name in line for name, line in zip(("first", "second", "third"), lines[1:], strict=True)] == [True] * 3
+    assert not (tmp_path / "log.h5").exists()
+
+
+def test_the_command_proposes_and_cuts(tmp_path: Path) -> None:
+    (file,) = written(tmp_path, tribometer=TRIBOMETER)
+    fric("ingest", file, "--propose", tmp_path / "map.yaml")
+    log = tmp_path / "log.h5"
+    told = fric(
+        "ingest", file, "--map", tmp_path / "map.yaml", "--from", "500 ms", "--to", "1.5 s", "-o", log, "--json"
+    )
+    assert json.loads(told.stdout)["samples"] == 101
