@@ -118,7 +118,8 @@ def _try(step: Step, action: Callable[[], None]) -> None:
 
 def _enter(step: Step, tree: Mapping[str, Any], section: Mapping[str, Any], truth: Mapping[str, float]) -> None:
     """Enter the numbers of a document's section that have a truth, and its warnings."""
-    step.notices = [Notice.of(text) for text in tree["warnings"]]
+    coded = tree.get("warnings_coded") or [Notice.of(text).as_dict() for text in tree["warnings"]]
+    step.notices = [Notice(one["text"], one["code"], one["severity"]) for one in coded]
     for name, expected in truth.items():
         given = section.get(name)
         if not isinstance(given, dict):

@@ -76,7 +76,7 @@ def test_missing_column(tmp_path):
     told = refused(tmp_path, (HEADER + rows(GOOD)).replace("position", "place"))
     assert "no column is named position, and 'place" in told
     assert "--propose" in told
-    told = refused(tmp_path, (HEADER + rows(GOOD)).replace("position [um]", "place"))
+    told = refused(tmp_path, (HEADER + rows(GOOD)).replace("position [mm]", "place"))
     assert "no column is position or velocity" in told
     assert "'time', 'place', 'force'" in told
 

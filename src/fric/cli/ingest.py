@@ -55,9 +55,7 @@ def ingest(
     end: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Last time to read.")] = None,
     propose: Annotated[
         Path | None,
-        typer.Option(
-            "--propose", metavar="MAP.yaml", help="Write the mapping that would be guessed; read nothing in."
-        ),
+        typer.Option("--propose", metavar="MAP.yaml", help="Write the mapping that would be guessed; read nothing in."),
     ] = None,
     radius: Annotated[str | None, typer.Option(help="Circle: its nominal radius; else found.")] = None,
     feed: Annotated[str | None, typer.Option(help="Circle: its feed; else found.")] = None,

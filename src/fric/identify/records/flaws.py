@@ -25,8 +25,8 @@ Strokes = Sequence[tuple["Log", "Stretch"]]
 
 SMALL = 0.01
 """Share of the friction up to which what varies over place or time is no more than good to know."""
-HALF_WIDTHS = 2.0
-"""Half-widths of the interval of F_c from which on an estimate is wrong by what varies."""
+HALF_WIDTHS = 1.0
+"""Half-widths of the tightest interval of a level from which on an estimate is wrong by what varies."""
 
 
 def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
@@ -68,7 +68,8 @@ def stroke_flaws(strokes: Strokes, *, force: float = inf, half_width: float = 0.
     strokes
         Stretches at constant velocity, each with its record.
     force, half_width
-        Coulomb friction that was identified from them, and half of its interval [N]; these say how much is too much.
+        Friction that was identified from them, and half of the tighter of the intervals of Coulomb friction and offset
+        [N]; these say how much is too much.
     """
     if not strokes:
         return []

@@ -211,7 +211,8 @@ def _with_shared(fit: MapFit, offset: Estimate) -> MapFit:
 
 def _flaws(logs: Sequence[Log], points: Sequence[SpeedPoint], fit: MapFit) -> list[Notice]:
     """Return what is amiss with the strokes, held against the map that was fitted to them."""
-    low, high = fit.estimates["F_c"].ci95 or (0.0, 0.0)
+    limits = [fit.estimates[name].ci95 or (0.0, 0.0) for name in ("F_c", "offset") if name in fit.estimates]
+    half = min(0.5 * (high - low) for low, high in limits)  # type: ignore[operator]
     level = float(np.median(np.abs(fit.problem.F)))
     named = {log.name: log for log in logs}
     strokes = [
@@ -221,7 +222,7 @@ def _flaws(logs: Sequence[Log], points: Sequence[SpeedPoint], fit: MapFit) -> li
         for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop])]
     ]
     clock = clock_flaws([named[name] for name in dict.fromkeys(point.record for point in points)], "static")
-    return clock + stroke_flaws(strokes, force=level, half_width=0.5 * (high - low))  # type: ignore[operator]
+    return clock + stroke_flaws(strokes, force=level, half_width=half)
 
 
 def _cut_off(logs: Sequence[Log]) -> list[str]:
