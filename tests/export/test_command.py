@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from hashlib import sha256
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from scipy.io import loadmat
 import fric
 from fric.errors import FricError
 from fric.export import targets
+from fric.export.sinumerik import through_controller
 from fric.export.twincat import POINTS, list_of
 from fric.friction.gms import GMS
 from tests.export.parts import MACHINE, part, scheme_part
@@ -120,3 +122,22 @@ def test_twenty_points_leave_of_the_stribeck_curve_what_is_said() -> None:
     assert error < 0.01 * 165.0
     wide = part(GMS.typical())
     assert list_of(wide)[2] < 0.01 * 150.0
+
+
+def test_the_pulse_of_a_sinumerik_takes_a_glitch_off_and_less_than_the_model(tmp_path: Path) -> None:
+    found = fric.export_axis("sinumerik", MACHINE, axis="x", scheme="c", gain=1.0, lead="auto")
+    lines = dict(re.findall(r"^\$MA_FRICT_COMP_(\w+)(?:\[0\])?=(\S+)", str(found.files["fric_x.mpf"]), re.M))
+    assert {"MODE", "ENABLE", "CONST_MAX", "CONST_MIN", "TIME", "ACCEL1", "ACCEL2", "ACCEL3"} <= set(lines)
+    assert 0 < float(lines["CONST_MIN"]) <= float(lines["CONST_MAX"])
+    assert float(lines["ACCEL1"]) <= float(lines["ACCEL2"]) < float(lines["ACCEL3"])
+    rows = re.findall(r"\| (\d+) mm/s \| ([\d.]+) µm \| ([\d.]+) µm \| ([\d.]+) µm \|", str(found.files["README.md"]))
+    table = {int(feed): tuple(map(float, row)) for feed, *row in rows}
+    bare, pulsed, model = table[100]
+    assert bare == pytest.approx(21.4, abs=1.0)  # the other axis follows exactly
+    assert model < pulsed < 0.4 * bare
+
+
+def test_a_pulse_that_decays_with_the_integral_time_is_a_step_of_voltage() -> None:
+    one = scheme_part("c")
+    volts = through_controller(one, one.K_p / one.K_i, np.linspace(0, 0.2, 100))
+    np.testing.assert_allclose(volts, one.K_p, rtol=1e-12)

@@ -62,6 +62,8 @@ class Part:
         Constant force against positive motion [N].
     velocity_filter
         Corner of the low-pass behind the first difference of the encoder [Hz].
+    K_p, K_i
+        Gains of the speed controller [V·s/m], [V/m].
     blocks
         The scheme's control blocks besides the controller.
     """
@@ -83,6 +85,8 @@ class Part:
     delay: float = 0.0
     load: float = 0.0
     velocity_filter: float = 500.0
+    K_p: float = float("nan")
+    K_i: float = float("nan")
     blocks: tuple[BlockPart, ...] = ()
 
     @property

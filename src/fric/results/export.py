@@ -157,7 +157,9 @@ def export_axis(
         notices = axis_notices(read_machine_document(file, believed), axis)
         made_from = sources([file, *(Path(one.partition("=")[2]) for one in believed)])
     made = compensation_of(subject, axis, wanted) if part == "compensation" else machine_of(subject, axis)
-    files = chosen.files(made, **({"single": True} if single else {}))
+    options: dict[str, Any] = {"single": True} if single else {}
+    options |= {"machine": subject} if "machine" in chosen.options else {}
+    files = chosen.files(made, **options)
     against = reasons_against(subject, axis, wanted, notices) if part == "compensation" else []
     arcs: list[Arc] = []
     if trial is not None:

@@ -1,0 +1,178 @@
+"""The target ``sinumerik``: machine data of the friction compensation at reversals, fitted to the GMS reversal.
+
+At a reversal the compensation adds a pulse to the velocity that the speed controller is asked for (Siemens, SINUMERIK
+840D sl, Function Manual Basic Functions, K3, friction compensation with a constant or adaptive value):
+
+``dn(t) = dn(a)·exp(-(t - t_0)/T)``, and behind a controller K_p, K_i ``u(t) = K_p·dn·e + K_i·dn·T·(1 - e)``
+
+with ``e = exp(-(t - t_0)/T)``: a decay of K_p/K_i makes a step of voltage of it. The amplitude follows the acceleration
+at the reversal: it rises to its maximum at ACCEL1, stays until ACCEL2, falls to its minimum at ACCEL3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fric.contour import circularity
+from fric.control.scheme import NONE, PAPER_SCHEMES
+from fric.errors import FricError
+from fric.export.base import Files, Part, Target
+from fric.export.c import name_of
+from fric.reference import Reference, circle
+from fric.simulate.axis import run_axis
+
+if TYPE_CHECKING:
+    from fric.simulate.machine import Axis, Machine
+
+ACCELERATIONS = np.geomspace(0.002, 0.67, 8)
+"""Accelerations at a reversal to which the amplitude is fitted [m/s²]: circles of 30 mm at 8 to 140 mm/s."""
+WINDOW = 0.05
+"""Time behind a reversal over which the pulse is fitted [s]."""
+DECAYS = np.geomspace(0.004, 0.2, 12)
+"""Decays that are tried [s]."""
+ACCURACY = 5e-9
+"""Accuracy of the simulated circles [m]."""
+FEEDS = (0.1, 0.03, 0.01)
+"""Feeds of the circles that are simulated [m/s], of 30 mm."""
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """The adaptive characteristic: amplitudes [m/s] and decay [s].
+
+    Parameters
+    ----------
+    largest, smallest
+        Amplitude between the first two accelerations, and beyond the third [m/s].
+    decay
+        Time in which the pulse falls to 1/e [s].
+    a_1, a_2, a_3
+        Where the amplitude has risen, begins to fall, and has fallen [m/s²].
+    """
+
+    largest: float
+    smallest: float
+    decay: float
+    a_1: float
+    a_2: float
+    a_3: float
+
+    def amplitude(self, a: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return the amplitude [m/s] at accelerations a [m/s²], of the same shape."""
+        at, values = [0.0, self.a_1, self.a_2, self.a_3], [0.0, self.largest, self.largest, self.smallest]
+        return np.asarray(np.interp(a, at, values))
+
+
+def reversals(part: Part, feed: float) -> tuple[Reference, NDArray[np.intp]]:
+    """Return a circle of 30 mm at a feed [m/s], and the samples at which its axis turns at full feed."""
+    motion = circle(0.03, feed, 2, part.sampling)[0]
+    turns = np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0) + 1
+    return motion, turns[np.abs(motion.acceleration[turns]) > 0.99 * feed**2 / 0.03]
+
+
+def through_controller(part: Part, decay: float, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what a velocity pulse of 1 m/s becomes behind the speed controller [V], at times t behind the reversal."""
+    left = np.exp(-t / decay)
+    return part.K_p * left + part.K_i * decay * (1 - left)
+
+
+def rises_of(part: Part) -> list[NDArray[np.float64]]:
+    """Return how friction rises behind a reversal, as a voltage, for each of `ACCELERATIONS`, each of shape (n,)."""
+    found = []
+    for a in ACCELERATIONS:
+        motion, turns = reversals(part, float(np.sqrt(0.03 * a)))
+        F, n = part.model.replay(motion.time, motion.position, motion.velocity), int(turns[-1])
+        heading = float(np.sign(motion.velocity[n + 1]))
+        found.append(part.gain / part.K_f * heading * (F[n : n + int(WINDOW * part.sampling)] - F[n]))
+    return found
+
+
+def characteristic(part: Part, rises: Sequence[NDArray[np.float64]], decay: float) -> Pulse:
+    """Return the characteristic of a decay [s]: amplitudes by linear least squares from the rises of friction."""
+    pulse = through_controller(part, decay, np.arange(len(rises[0])) / part.sampling)
+    found = np.array([max(float(pulse @ rise / (pulse @ pulse)), 0.0) for rise in rises])
+    high = np.flatnonzero(found >= 0.9 * found.max())
+    a_1, a_2 = float(ACCELERATIONS[high[0]]), float(ACCELERATIONS[high[-1]])
+    a_3 = float(ACCELERATIONS[-1]) if high[-1] < len(ACCELERATIONS) - 1 else 2.0 * a_2
+    return Pulse(float(found.max()), float(found[-1]), decay, a_1, a_2, a_3)
+
+
+def fitted(axis: Axis, part: Part) -> Pulse:
+    """Return the characteristic that leaves least of the glitch on the circles of `FEEDS`, by simulation.
+
+    For each decay the amplitudes follow from what the friction model does behind reversals.
+    """
+    rises = rises_of(part)
+    able = [characteristic(part, rises, decay) for decay in DECAYS]
+    return min(able, key=lambda one: sum(left_over(axis, part, one, feed)[1] for feed in FEEDS))
+
+
+def left_over(axis: Axis, part: Part, pulse: Pulse, feed: float) -> tuple[float, float, float]:
+    """Return the glitch [m] of a circle of 30 mm: controller alone, with the pulse, with the model fed forward."""
+    motion, turns = reversals(part, feed)
+    other = circle(0.03, feed, 2, part.sampling)[1].position
+    volts, t = np.zeros(len(motion)), motion.time
+    for n in turns:
+        size = float(pulse.amplitude(abs(float(motion.acceleration[n]))))
+        heading = float(np.sign(motion.velocity[min(n + 1, len(motion) - 1)]))
+        volts[n:] += heading * size * through_controller(part, pulse.decay, t[n:] - t[n])
+    model = PAPER_SCHEMES["c" if part.model.name == "gms" else "b"]
+    wanted = ((NONE, None), (NONE, volts), (model, None))
+    found = []
+    for scheme, added in wanted:
+        run = run_axis(axis, motion, scheme, excitation=added, accuracy=ACCURACY)
+        quadrants = circularity(run.position, other, 0.03).quadrants
+        found.append(max(abs(quadrants[0]), abs(quadrants[2])))
+    return found[0], found[1], found[2]
+
+
+def sinumerik_files(part: Part, *, machine: Machine) -> Files:
+    """Return the machine data as assignments, and a page with the glitch that they leave by simulation.
+
+    Raises
+    ------
+    FricError
+        When the axis is not linear: the circle that is simulated is of two linear axes.
+    """
+    if part.motion != "linear":
+        raise FricError("the target sinumerik is for linear axes", mend="Export to c or st.")
+    axis = machine.axis(part.axis)
+    pulse = fitted(axis, part)
+    per_minute = 6e4  # mm/min in m/s
+    data: list[tuple[str, Any, str]] = [
+        ("MA_FRICT_COMP_MODE", 1, "32490: friction compensation with a constant or adaptive value"),
+        ("MA_FRICT_COMP_ENABLE", 1, "32500: on"),
+        ("MA_FRICT_COMP_ADAPT_ENABLE", 1, "32510: amplitude over acceleration"),
+        ("MA_FRICT_COMP_CONST_MAX[0]", round(per_minute * pulse.largest, 4), "32520: largest amplitude [mm/min]"),
+        ("MA_FRICT_COMP_CONST_MIN[0]", round(per_minute * pulse.smallest, 4), "32530: smallest amplitude [mm/min]"),
+        ("MA_FRICT_COMP_TIME[0]", round(pulse.decay, 6), "32540: decay [s]"),
+        ("MA_FRICT_COMP_ACCEL1[0]", round(pulse.a_1, 6), "32550: the amplitude has risen [m/s^2]"),
+        ("MA_FRICT_COMP_ACCEL2[0]", round(pulse.a_2, 6), "32560: it begins to fall [m/s^2]"),
+        ("MA_FRICT_COMP_ACCEL3[0]", round(pulse.a_3, 6), "32570: it has fallen [m/s^2]"),
+        ("MA_FRICT_COMP_INC_FACTOR[0]", 0, "32580: weighting in short traversing blocks [%]"),
+    ]
+    lines = [f"; friction compensation of axis {part.axis}, fitted by fric to {part.model.name}"]
+    lines += [f"CHANDATA({1})", *(f"${name}={value} ; {doc}" for name, value, doc in data), "M17", ""]
+    rows = [(feed, left_over(axis, part, pulse, feed)) for feed in FEEDS]
+    table = [f"| {1e3 * feed:g} mm/s | {' | '.join(f'{1e6 * one:.1f} µm' for one in found)} |" for feed, found in rows]
+    page = (
+        f"# Friction compensation of axis {part.axis} for SINUMERIK\n\n"
+        f"`{name_of(part)}.mpf` holds machine data 32490 to 32580. The pulse goes into the velocity that the speed "
+        f"controller is asked for; it was fitted for K_p = {part.K_p:g} V·s/m and K_i = {part.K_i:g} V/m, and holds "
+        "for no others.\n\nGlitch of axis "
+        f"{part.axis} on circles of 30 mm, by simulation of this machine:\n\n"
+        f"| feed | controller alone | this pulse | {part.model.name} feedforward |\n|---|---|---|---|\n"
+        + "\n".join(table)
+        + "\n\nThe assignments were written from the published names and units; no control was at hand to read them.\n"
+    )
+    return {f"{name_of(part)}.mpf": "\n".join(lines), "README.md": page}
+
+
+TARGET = Target(
+    "sinumerik", "machine data of friction compensation at reversals", sinumerik_files, options=frozenset({"machine"})
+)
