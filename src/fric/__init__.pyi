@@ -49,6 +49,9 @@ from .results.ingest import IngestResult as IngestResult
 from .results.ingest import holds_circles as holds_circles
 from .results.ingest import ingest as ingest
 from .results.ingest import ingest_circles as ingest_circles
+from .results.learn import LearnedTable as LearnedTable
+from .results.learn import LearnResult as LearnResult
+from .results.learn import learn as learn
 from .results.model import ModelResult as ModelResult
 from .results.model import identify_model as identify_model
 from .results.observer import ObserverResult as ObserverResult

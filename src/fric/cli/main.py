@@ -17,6 +17,7 @@ from fric.cli import (
     identify,
     ingest,
     inspect,
+    learn,
     report,
     reproduce,
     schema,
@@ -55,6 +56,7 @@ app.add_typer(identify.app)
 app.command()(compare.compare)
 app.command()(diagnose.diagnose)
 app.command()(tune.tune)
+app.command()(learn.learn)
 app.command()(validate.validate)
 app.add_typer(simulate.app)
 app.command()(export.export)

@@ -82,6 +82,7 @@ def run_axis(
     scheme: Scheme = NONE,
     *,
     excitation: NDArray[np.float64] | None = None,
+    against: NDArray[np.float64] | None = None,
     halvings: int = 0,
     accuracy: float = 0.0,
     began: float = 0.0,
@@ -98,6 +99,8 @@ def run_axis(
         The scheme.
     excitation
         Voltage added to the control voltage [V], shape (n,).
+    against
+        Voltage fed forward against friction in place of what the scheme's model gives [V], shape (n,).
     halvings
         How often every step of the plant is halved, to see that this changes nothing.
     accuracy
@@ -111,6 +114,9 @@ def run_axis(
         When the scheme asks for a model or a block that the axis does not have, or the loop is not stable.
     """
     arguments = _loop_arguments(axis, reference, scheme, excitation, accuracy, began)
+    if against is not None:
+        commands = arguments[-1]._replace(friction=np.ascontiguousarray(against, float))
+        arguments = (*arguments[:-1], commands)
     traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))
     return Trace(
         time=reference.time,

@@ -1,0 +1,59 @@
+"""`fric learn`: a repeated circle learned by the measured inverse."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import fric
+from fric.cli.console import finish
+from fric.cli.options import Force, Json, Plot
+
+
+def learn(
+    given: Annotated[Path, typer.Argument(metavar="MACHINE.yaml|CIRCLE.h5", help="A machine; or a recorded circle.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="OUT.h5", help="Run file of the rounds; or feedforward of the next."),
+    ] = None,
+    rounds: Annotated[int | None, typer.Option("--rounds", help="In simulation: circles to learn from.")] = None,
+    velocity: Annotated[str, typer.Option("--velocity", help="In simulation: feed along the circle.")] = "100 mm/s",
+    radius: Annotated[str, typer.Option("--radius", help="In simulation: radius of the circle.")] = "30 mm",
+    clockwise: Annotated[bool, typer.Option("--clockwise", help="In simulation: turn clockwise.")] = False,
+    observer: Annotated[
+        bool, typer.Option("--observer/--no-observer", help="In simulation: the disturbance observer is on.")
+    ] = True,
+    machine: Annotated[
+        Path | None, typer.Option("--machine", metavar="MACHINE.yaml", help="Of a circle: the machine it was run on.")
+    ] = None,
+    before: Annotated[
+        Path | None, typer.Option("--before", metavar="TABLE.h5", help="Of a circle: the feedforward it was run with.")
+    ] = None,
+    scheme: Annotated[str | None, typer.Option("--scheme", help="Of a run file, the scheme that is taken.")] = None,
+    share: Annotated[
+        float | None, typer.Option("--share", help="Share of a round that is taken over; else by the feed.")
+    ] = None,
+    bandwidth: Annotated[
+        str | None, typer.Option("--bandwidth", help="Up to what frequency is learned; else by the feed.")
+    ] = None,
+    plot: Plot = None,
+    force: Force = False,
+    json: Json = False,
+) -> None:
+    """Learn a repeated circle: the voltage against friction that the next round feeds forward, without a model of it.
+
+    With --rounds all rounds are simulated on a machine, and what was learned is tried on another feed and radius: it
+    does not carry over. From a recorded circle with --machine comes the feedforward of the next one.
+    """
+    if (rounds is None) == (machine is None):
+        raise typer.BadParameter("give a machine with --rounds, or a circle with --machine")
+
+    def run(advance: Any) -> Any:
+        return fric.learn(
+            given, rounds=rounds, machine=machine, before=before, scheme=scheme, velocity=velocity, radius=radius,
+            clockwise=clockwise, share=share, bandwidth=bandwidth, observer=observer, advance=advance,
+        )  # fmt: skip
+
+    finish(run, output, plot, json=json, force=force, doing="circles")

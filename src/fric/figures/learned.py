@@ -1,0 +1,49 @@
+"""A contour that is learned: its glitch over the rounds, and the radial error of the first and the last."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.figures.style import BLUE, GREY, VERMILION, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fric.identify.circle.learn import Learned
+
+
+def draw_learned(found: Learned) -> Figure:
+    """Return the glitch over the rounds, and the radial error over the angle before and after.
+
+    Parameters
+    ----------
+    found
+        What was learned.
+    """
+    first, last = found.rounds[0].run, found.rounds[-1].run
+    with new_figure(7.6, 3.2) as figure:
+        left, right = figure.subplots(1, 2, width_ratios=(1, 1.6))
+        rounds = np.arange(len(found.rounds))
+        left.plot(rounds, np.array(found.glitches) * 1e6, "o-", color=BLUE)
+        left.set_yscale("log")
+        left.set_xticks(rounds[:: max(len(rounds) // 8, 1)])
+        left.set_xlabel("circles learned from [1]")
+        left.set_ylabel("glitch [µm]")
+        for run, colour, label in ((first, VERMILION, "before"), (last, BLUE, f"after {len(rounds) - 1}")):
+            order = np.argsort(run.circularity.angle % (2 * np.pi))
+            angle = np.degrees(run.circularity.angle % (2 * np.pi))[order]
+            right.plot(angle, run.circularity.error[order] * 1e6, color=colour, label=label, linewidth=0.9)
+        right.axhline(0.0, color=GREY, linewidth=0.6)
+        right.set_xticks([0, 90, 180, 270, 360])
+        right.set_xlabel("angle [°]")
+        right.set_ylabel("radial error [µm]")
+        right.legend()
+        test = first.circle
+        figure.suptitle(
+            f"Circle of {test.radius * 1e3:g} mm at {test.feed * 1e3:g} mm/s, learned with γ = {found.how.share:g} "
+            f"up to {found.how.bandwidth:g} Hz",
+            fontsize=9,
+        )
+    return figure

@@ -1,0 +1,385 @@
+"""A repeated contour learned by the measured inverse: what the next round feeds forward."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from fric.contour import circularity
+from fric.control.feedforward import inverse_model
+from fric.control.scheme import OBSERVER, Scheme
+from fric.errors import FricError
+from fric.identify.circle.measured import MeasuredCircle
+from fric.notice import Notice
+from fric.reference import Reference
+from fric.reference import circle as circle_reference
+from fric.simulate.axis import Trace, run_axis
+from fric.simulate.circle import Circle, CircleRun, pair, require_voltage
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.drive.plant import LinearPlant
+    from fric.simulate.machine import Axis, Machine
+
+FAST = 0.05
+"""Feed from which a round is learned whole, over 200 Hz; below it half of it, over 100 Hz [m/s]."""
+ACCURACY = 1e-9
+"""To what the simulated plant is integrated [m]."""
+OTHERS = ((1.0, 0.5), (2 / 3, 1.0))
+"""Circles to which what was learned is carried over, where it does not serve: shares of radius and feed."""
+
+
+@dataclass(frozen=True)
+class Learning:
+    """How a round is learned.
+
+    Parameters
+    ----------
+    share
+        Share of what a round tells that is taken over, γ [1].
+    bandwidth
+        Corner of the low-pass, which leaves out what does not repeat [Hz].
+    """
+
+    share: float
+    bandwidth: float
+
+    @classmethod
+    def at(cls, feed: float, share: float | None = None, bandwidth: float | None = None) -> Learning:
+        """Return how a circle at a feed [m/s] is learned, where it is not given.
+
+        Raises
+        ------
+        FricError
+            When the share is not between 0 and 1, or the bandwidth not positive.
+        """
+        fast = feed >= FAST
+        made = cls(share or (1.0 if fast else 0.5), bandwidth or (200.0 if fast else 100.0))
+        if not (0 < made.share <= 1 and made.bandwidth > 0):
+            raise FricError(
+                f"a share of {made.share:g} at {made.bandwidth:g} Hz is nothing to learn with",
+                mend="The share lies above 0 and up to 1, the bandwidth above 0.",
+            )
+        return made
+
+
+def next_feedforward(
+    t: NDArray[np.float64],
+    error: NDArray[np.float64],
+    voltage: NDArray[np.float64],
+    model: NDArray[np.float64],
+    before: NDArray[np.float64],
+    plant: LinearPlant,
+    how: Learning,
+) -> NDArray[np.float64]:
+    """Return the voltage that the next round should feed forward against friction [V], shape (n,).
+
+    ``w ← (1 - γ)·w + γ·(LP[u](t) + LP[(ë + A·ė)/B](t + T_d) - u_model(t))`` with e the tracking error: the voltage of
+    this round, and what was missing of it. No model of friction is needed, and none of the controller.
+
+    Parameters
+    ----------
+    t
+        Even sample instants [s].
+    error, voltage
+        Reference less position as measured [m], and control voltage [V], of this round, each of shape (n,).
+    model
+        Voltage of the inverse model that the controller feeds forward [V], shape (n,).
+    before
+        Voltage that this round fed forward against friction [V], shape (n,).
+    plant
+        The plant that is believed.
+    how
+        How it is learned.
+    """
+    dt = float(t[1] - t[0])
+    low_pass = butter(2, min(how.bandwidth * 2 * dt, 0.95), output="sos")
+    slow = sosfiltfilt(low_pass, error)
+    rate = np.gradient(slow, t)
+    missing = (np.gradient(rate, t) + plant.A * rate) / plant.B
+    needed = sosfiltfilt(low_pass, voltage) + np.interp(t + plant.T_d, t, missing)
+    return np.asarray((1 - how.share) * before + how.share * (needed - model))
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round: what was fed forward, and what it left.
+
+    Parameters
+    ----------
+    run
+        The circle.
+    feedforward
+        Voltage against friction by axis [V], shape (n,).
+    """
+
+    run: CircleRun
+    feedforward: Mapping[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A contour that was learned in simulation.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    how
+        How it was learned.
+    rounds
+        The rounds, the first of which feeds nothing forward.
+    carried
+        What the last feedforward leaves of other circles, by angle: radius, feed [m], [m/s], and glitch [m].
+    warnings
+        What the user should know.
+    """
+
+    machine: Machine
+    how: Learning
+    rounds: tuple[Round, ...]
+    carried: tuple[tuple[float, float, float], ...]
+    warnings: tuple[Notice, ...]
+
+    @property
+    def glitches(self) -> list[float]:
+        """Glitch of each round [m]."""
+        return [one.run.circularity.glitch for one in self.rounds]
+
+
+def learn(
+    machine: Machine,
+    test: Circle,
+    rounds: int,
+    how: Learning | None = None,
+    *,
+    observer: bool = True,
+    done: Callable[[], object] = lambda: None,
+) -> Learned:
+    """Learn a circle in simulation, from nothing.
+
+    Parameters
+    ----------
+    machine
+        The machine; its plants as believed are what is learned with.
+    test
+        The circle.
+    rounds
+        How often the circle is learned from.
+    how
+        How; by the feed where not given.
+    observer
+        Whether the disturbance observer is on, where all axes have one.
+    done
+        Called after each circle; there are `circles_to_learn`.
+
+    Raises
+    ------
+    FricError
+        When there are no rounds, or the machine cannot run the circle.
+    """
+    if rounds < 1:
+        raise FricError(f"{rounds} rounds are none to learn from", mend="Give 1 or more.")
+    how = how or Learning.at(test.feed)
+    names = pair(machine)
+    axes = {name: machine.axes[name] for name in names}
+    watched = observer and all(axis.observer is not None for axis in axes.values())
+    scheme = Scheme("learned", "learned", blocks=(OBSERVER,) if watched else ())
+    references = _references(test, axes)
+    for name, axis in axes.items():
+        require_voltage(axis, references[name])
+    feedforward = {name: np.zeros(len(reference)) for name, reference in references.items()}
+    found: list[Round] = []
+    for n in range(rounds + 1):
+        title = "before" if n == 0 else f"learned from {n} circle{'s' * (n > 1)}"
+        named = replace(scheme, name=f"round-{n:02d}", title=title)
+        run = _run(axes, references, named, test, feedforward)
+        found.append(Round(run, dict(feedforward)))
+        done()
+        if n < rounds:
+            feedforward = _all_learned(axes, references, run, feedforward, how)
+    carried = []
+    for of_radius, of_feed in OTHERS:
+        other = replace(test, radius=test.radius * of_radius, feed=test.feed * of_feed)
+        carried.append((other.radius, other.feed, _carried(axes, found[-1], references, other, scheme)))
+        done()
+    best, worst = found[-1].run.circularity.glitch, max(glitch for *_, glitch in carried)
+    warnings = [_for_one_circle(best, carried)]
+    if worst <= 1.2 * best:
+        warnings = []
+    glitches = [one.run.circularity.glitch for one in found]
+    if glitches[-1] > 1.5 * min(glitches):
+        text = (
+            f"the glitch has risen again, from {min(glitches) * 1e6:.2f} to {glitches[-1] * 1e6:.2f} µm: what does not "
+            "repeat is learned too. Stop earlier, or lower the share or the bandwidth"
+        )
+        warnings.append(Notice(text, "learning-diverges", "doubt"))
+    return Learned(machine, how, tuple(found), tuple(carried), tuple(warnings))
+
+
+def circles_to_learn(rounds: int) -> int:
+    """Return how many circles `learn` runs; for a progress bar."""
+    return rounds + 1 + len(OTHERS)
+
+
+def _for_one_circle(best: float, carried: list[tuple[float, float, float]]) -> Notice:
+    others = ", ".join(
+        f"{glitch * 1e6:.2f} µm at {feed * 1e3:g} mm/s on {radius * 1e3:g} mm" for radius, feed, glitch in carried
+    )
+    return Notice(
+        f"what was learned is for this circle alone: it leaves {best * 1e6:.2f} µm there, and carried over {others}",
+        "learned-for-one-circle",
+        "note",
+    )
+
+
+def _references(test: Circle, axes: Mapping[str, Axis]) -> dict[str, Reference]:
+    sampling = next(iter(axes.values())).cascade.sampling
+    both = circle_reference(test.radius, test.feed, test.revolutions, sampling, direction=test.direction)
+    return dict(zip(axes, both, strict=True))
+
+
+def _run(
+    axes: Mapping[str, Axis],
+    references: Mapping[str, Reference],
+    scheme: Scheme,
+    test: Circle,
+    feedforward: Mapping[str, NDArray[np.float64]],
+) -> CircleRun:
+    traces = {
+        name: run_axis(axis, references[name], scheme, against=feedforward[name], accuracy=ACCURACY)
+        for name, axis in axes.items()
+    }
+    x, y = (trace.position for trace in traces.values())
+    return CircleRun(scheme, test, traces, circularity(x, y, test.radius))
+
+
+def _all_learned(
+    axes: Mapping[str, Axis],
+    references: Mapping[str, Reference],
+    run: CircleRun,
+    before: Mapping[str, NDArray[np.float64]],
+    how: Learning,
+) -> dict[str, NDArray[np.float64]]:
+    return {name: _learned(axis, references[name], run.traces[name], before[name], how) for name, axis in axes.items()}
+
+
+def _learned(
+    axis: Axis, reference: Reference, trace: Trace, before: NDArray[np.float64], how: Learning
+) -> NDArray[np.float64]:
+    plant = axis.nominal or axis.plant
+    lead = plant.T_d if axis.believed.lead == "auto" else axis.believed.lead
+    model = inverse_model(plant, reference.ahead(lead))
+    error = trace.reference - trace.measured
+    return next_feedforward(trace.time, error, trace.input, model, before, plant, how)
+
+
+def _carried(
+    axes: Mapping[str, Axis], last: Round, references: Mapping[str, Reference], other: Circle, scheme: Scheme
+) -> float:
+    """Return the glitch of another circle with what was learned, taken over by the angle [m]."""
+    new = _references(other, axes)
+    old_angle, new_angle = (_angle(*of.values()) for of in (references, new))
+    turn = np.abs(old_angle[-1] - old_angle) <= 2 * pi
+    carried = {}
+    for name, voltage in last.feedforward.items():
+        order = np.argsort(old_angle[turn] % (2 * pi))
+        known, values = (old_angle[turn] % (2 * pi))[order], voltage[turn][order]
+        carried[name] = np.interp(new_angle % (2 * pi), known, values, period=2 * pi)
+    try:
+        return _run(axes, new, scheme, other, carried).circularity.glitch
+    except FricError:
+        return float("nan")
+
+
+def _angle(x: Reference, y: Reference) -> NDArray[np.float64]:
+    return np.asarray(np.unwrap(np.arctan2(y.position, x.position)))
+
+
+@dataclass(frozen=True)
+class Table:
+    """The feedforward of the next round of a measured circle.
+
+    Parameters
+    ----------
+    test
+        The circle that it is for.
+    how
+        How it was learned.
+    time, reference, voltage
+        By axis: instants [s], reference [m] and voltage against friction [V], each of shape (n,).
+    warnings
+        What the user should know.
+    """
+
+    test: MeasuredCircle
+    how: Learning
+    time: Mapping[str, NDArray[np.float64]]
+    reference: Mapping[str, NDArray[np.float64]]
+    voltage: Mapping[str, NDArray[np.float64]]
+    warnings: tuple[Notice, ...]
+
+
+def learn_from(
+    test: MeasuredCircle,
+    machine: Machine,
+    how: Learning | None = None,
+    before: Mapping[str, NDArray[np.float64]] | None = None,
+) -> Table:
+    """Return the feedforward of the next round from a measured circle.
+
+    Parameters
+    ----------
+    test
+        The circle test, with reference, position and voltage.
+    machine
+        The machine, whose plants as believed are taken.
+    how
+        How; by the feed where not given.
+    before
+        By axis, what this round fed forward against friction [V], shape (n,); nothing where not given.
+
+    Raises
+    ------
+    FricError
+        When a channel is missing, or what was fed forward before is of another length.
+    """
+    how = how or Learning.at(test.feed)
+    time, wanted, voltage = {}, {}, {}
+    for name in test.names:
+        trace, axis = test.axis(name), machine.axis(name)
+        if trace.reference is None or trace.input is None:
+            raise FricError(
+                f"axis {name} lacks reference or voltage", where=test.where, mend="Record both beside the position."
+            )
+        plant = axis.nominal or axis.plant
+        t, r = trace.time, trace.reference
+        last = np.zeros(len(t)) if before is None else before.get(name, np.zeros(0))
+        if len(last) != len(t):
+            raise FricError(
+                f"what axis {name} fed forward has {len(last)} samples, and the circle {len(t)}", where=test.where,
+                mend="Give the file that this very circle was run with.",
+            )  # fmt: skip
+        lead = plant.T_d if axis.believed.lead == "auto" else axis.believed.lead
+        ahead = np.interp(t + lead, t, r)
+        model = (np.gradient(np.gradient(ahead, t), t) + plant.A * np.gradient(ahead, t)) / plant.B
+        time[name], wanted[name] = t, r
+        voltage[name] = next_feedforward(t, r - trace.position, trace.input, model, last, plant, how)
+    told = (
+        "what is learned from a circle is for its radius, feed and direction alone: on another it leaves more than a "
+        "model that was tuned. `fric learn MACHINE.yaml --rounds N` shows by how much"
+    )
+    warnings = [Notice(told, "learned-for-one-circle", "note")]
+    if how.share < 1 and before is None:
+        text = (
+            f"a share of {how.share:g} is learned, and nothing is taken for what this round fed forward against "
+            "friction: give the file that it was run with (--before), from the second round on"
+        )
+        warnings.append(Notice(text, "nothing-fed-before", "note"))
+    return Table(test, how, time, wanted, voltage, tuple(warnings))

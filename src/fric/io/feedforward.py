@@ -1,0 +1,51 @@
+"""Feedforward files: HDF5 with ``fric = "feedforward/1"``, voltage against friction, as it was learned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.io.safe_hdf5 import column, open_file
+from fric.io.staged_hdf5 import staged_hdf5
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.identify.circle.learn import Table
+
+FORMAT = "feedforward/1"
+UNITS = {"time": "s", "reference": "m", "voltage": "V"}
+
+
+def write_feedforward(path: Path, table: Table, provenance: str = "", *, force: bool = False) -> None:
+    """Write the feedforward of the next round: attributes of its circle, and a group per axis; whole or not at all."""
+    test = table.test
+    with staged_hdf5(path, force=force) as (file, check):
+        file.attrs.update({"fric": FORMAT, "provenance": provenance})
+        file.attrs.update({"radius": test.radius, "feed": test.feed, "direction": test.direction})
+        file.attrs.update({"share": table.how.share, "bandwidth": table.how.bandwidth})
+        for name in table.voltage:
+            group = file.create_group(name)
+            for key, unit in UNITS.items():
+                values = np.asarray(getattr(table, key)[name], float)
+                column = group.create_dataset(key, data=values, compression="gzip", compression_opts=1, shuffle=True)
+                column.attrs["unit"] = unit
+            check()
+
+
+def read_feedforward(path: Path) -> dict[str, NDArray[np.float64]]:
+    """Read the voltage that each axis fed forward against friction [V], by its name.
+
+    Raises
+    ------
+    FricError
+        When it is no feedforward file, or cut short.
+    """
+    with open_file(path) as file:
+        found = str(file.attrs.get("fric", "nothing of fric's"))
+        if found != FORMAT:
+            raise FricError(f"holds {found}, not {FORMAT}", where=str(path), mend="Give a file of `fric learn -o`.")
+        return {name: column(group, "voltage") for name, group in file.items()}

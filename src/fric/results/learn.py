@@ -1,0 +1,194 @@
+"""A repeated circle that is learned: in simulation round after round, or from a measured circle to the next."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.machine_files import read_machine
+from fric.documents.provenance import provenance
+from fric.identify.circle.learn import Learned, Learning, Table, circles_to_learn, learn_from
+from fric.identify.circle.learn import learn as learn_rounds
+from fric.identify.circle.measured import MeasuredCircle
+from fric.io.circle import choose_circles
+from fric.io.feedforward import read_feedforward, write_feedforward
+from fric.io.run import write_runs
+from fric.results.base import Result
+from fric.results.given import Advance, path_of, quantity, silent
+from fric.results.text import Piece
+from fric.results.text import Table as TextTable
+from fric.simulate.circle import Circle
+from fric.units import readable
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LearnResult(Result):
+    """A circle that was learned in simulation.
+
+    Parameters
+    ----------
+    found
+        Its rounds.
+    """
+
+    found: Learned
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """That it is for one circle, and whether it grows again."""
+        return self.found.warnings
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """Glitch by round, and what is left of other circles [m]."""
+        test, how = self.found.rounds[0].run.circle, self.found.how
+        rounds = [
+            {"glitch": one.run.circularity.glitch, "quadrants": list(one.run.circularity.quadrants)}
+            for one in self.found.rounds
+        ]
+        return {
+            "radius": test.radius, "feed": test.feed, "direction": test.direction, "share": how.share,
+            "bandwidth": how.bandwidth, "rounds": rounds,
+            "carried_over": [{"radius": a, "feed": b, "glitch": glitch} for a, b, glitch in self.found.carried],
+            "warnings": list(self.warnings), "warnings_coded": [one.as_dict() for one in self.found.warnings],
+        }  # fmt: skip
+
+    def report(self) -> list[Piece]:
+        """Return the glitch of each round, and of other circles."""
+        found, test = self.found, self.found.rounds[0].run.circle
+        rows = [
+            [one.run.scheme.title, *(f"{q * 1e6:.2f}" for q in (*one.run.circularity.quadrants, glitch))]
+            for one, glitch in zip(found.rounds, found.glitches, strict=True)
+        ]
+        title = f"{found.machine.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
+        pieces: list[Piece] = [TextTable(["round", "+x", "+y", "-x", "-y", "glitch"], rows, title)]
+        carried = [
+            [f"{readable(radius, 'm')} at {readable(feed, 'm/s')}", f"{glitch * 1e6:.2f}"]
+            for radius, feed, glitch in found.carried
+        ]
+        return [*pieces, "", TextTable(["carried over to", "glitch µm"], carried)]
+
+    def figure(self) -> Figure:
+        """Return the glitch over the rounds."""
+        from fric.figures.learned import draw_learned
+
+        return draw_learned(self.found)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the glitch [m] by round."""
+        import pandas as pd
+
+        return pd.DataFrame({"glitch": self.found.glitches}).rename_axis("round")
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write a run file with a run a round; what was fed forward is in its traces."""
+        made = json.dumps(provenance() | {"machine": self.found.machine.name})
+        write_runs(Path(path), [one.run for one in self.found.rounds], made, force=force)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LearnedTable(Result):
+    """The feedforward of the next round, from a measured circle.
+
+    Parameters
+    ----------
+    table
+        What is fed forward.
+    """
+
+    table: Table
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """That it is for one circle."""
+        return self.table.warnings
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The circle, and the largest voltage by axis [V]."""
+        test, how = self.table.test, self.table.how
+        axes = {name: {"largest": float(abs(w).max()), "samples": len(w)} for name, w in self.table.voltage.items()}
+        return {
+            "radius": test.radius, "feed": test.feed, "direction": test.direction, "share": how.share,
+            "bandwidth": how.bandwidth, "axes": axes, "warnings": list(self.warnings),
+            "warnings_coded": [one.as_dict() for one in self.table.warnings],
+        }  # fmt: skip
+
+    def report(self) -> list[Piece]:
+        """Return what is fed forward, by axis."""
+        test = self.table.test
+        rows = [[name, f"{one['largest']:.3f}", str(one["samples"])] for name, one in self.document["axes"].items()]
+        title = f"feedforward for {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
+        return [TextTable(["axis", "largest V", "samples"], rows, title)]
+
+    def save(self, path: Path | str, *, force: bool = False) -> None:
+        """Write the feedforward file."""
+        write_feedforward(Path(path), self.table, json.dumps(provenance()), force=force)
+
+
+def learn(
+    given: Any,
+    *,
+    rounds: int | None = None,
+    machine: Any = None,
+    before: Any = None,
+    scheme: str | None = None,
+    velocity: float | str = "100 mm/s",
+    radius: float | str = "30 mm",
+    clockwise: bool = False,
+    share: float | None = None,
+    bandwidth: float | str | None = None,
+    observer: bool = True,
+    advance: Advance = silent,
+) -> LearnResult | LearnedTable:
+    """Learn a repeated circle: of a machine in simulation, or from a measured circle the feedforward of the next.
+
+    Parameters
+    ----------
+    given
+        Machine file, with ``rounds``; or a circle test, or its file, with ``machine``.
+    rounds
+        Circles that are learned from, in simulation.
+    machine
+        Machine file whose believed plants a measured circle is learned with.
+    before
+        File of what a measured circle was run with.
+    scheme
+        Of a run file with several, the scheme that is taken.
+    velocity, radius, clockwise
+        The circle that is simulated.
+    share, bandwidth
+        Share of a round that is taken over [1], and up to what frequency [Hz]; by the feed where not given.
+    observer
+        Whether the disturbance observer is on in simulation.
+    advance
+        Is told of each circle.
+
+    Raises
+    ------
+    FricError
+        When a channel or the machine is missing, or there is nothing to learn from.
+    """
+    corner = quantity(bandwidth, "frequency")
+    if rounds is not None:
+        subject = read_machine(path_of("learn", "a machine file", given))
+        feed = quantity(velocity, "velocity") or 0.0
+        test = Circle(quantity(radius, "position") or 0.0, feed, direction=-1 if clockwise else 1)
+        how = Learning.at(feed, share, corner)
+        advance(0, total=circles_to_learn(rounds))
+        return LearnResult(learn_rounds(subject, test, rounds, how, observer=observer, done=advance))
+    subject = read_machine(path_of("learn", "a machine file (machine=…)", machine))
+    circle = (
+        given if isinstance(given, MeasuredCircle) else choose_circles([path_of("learn", "a circle", given)], scheme)[0]
+    )
+    how = Learning.at(circle.feed, share, corner)
+    last = None if before is None else read_feedforward(path_of("learn", "a feedforward file", before))
+    return LearnedTable(learn_from(circle, subject, how, last))

@@ -1,0 +1,99 @@
+"""Learning a repeated circle: each round leaves less, nothing grows again, and it does not carry over."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lsim
+
+import fric
+from fric.control.scheme import PAPER_SCHEMES
+from fric.drive.plant import LinearPlant
+from fric.errors import FricError
+from fric.identify.circle.learn import Learning, learn, learn_from, next_feedforward
+from fric.identify.circle.measured import measured_from_run
+from fric.io.circle import read_circles
+from fric.io.feedforward import read_feedforward
+from fric.simulate.circle import Circle, run_circle
+from fric.simulate.spread import draw_machine
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def table():
+    return fric.read_machine(ROOT / "configs/xy-table.yaml")
+
+
+def test_two_circles_are_enough_at_100_mm_s(table):
+    for n in (0, 3):
+        found = learn(draw_machine(table, n)[0], Circle(), 3)
+        before, _, second, third = found.glitches
+        assert before > 5e-6
+        assert second < 0.9e-6
+        assert third < 0.6e-6
+        # it is for this circle alone, and that is told with figures
+        assert max(glitch for *_, glitch in found.carried) > 2 * third
+        assert "learned-for-one-circle" in {warning.code for warning in found.warnings}
+
+
+def test_slow_circles_are_learned_by_halves(table):
+    found = learn(table, Circle(feed=0.01), 5)
+    assert found.how == Learning(0.5, 100.0)
+    assert found.glitches[-1] < found.glitches[0]
+    assert found.glitches[-1] < 2e-6
+
+
+def test_it_does_not_grow_again(table):
+    found = learn(table, Circle(radius=0.01, revolutions=1), 12)
+    assert max(found.glitches[4:]) < 2 * min(found.glitches)
+
+
+def test_a_disturbance_is_learned_in_one_round_where_the_plant_is_linear():
+    # u drives B/(s(s+A)) a delay late, a disturbance d of volts acts too: what is learned is -d, advanced by the delay
+    plant = LinearPlant(A=20.0, B=5.0, T_d=1e-3)
+    t = np.arange(0, 2, 2.5e-4)
+    d = 0.3 * np.exp(-(((t - 1.0) / 0.05) ** 2))
+    u = np.zeros_like(t)
+    _, z, _ = lsim(([plant.B], [1.0, plant.A, 0.0]), u + d, t)
+    learned = next_feedforward(t, -z, u, np.zeros_like(t), np.zeros_like(t), plant, Learning(1.0, 200.0))
+    inner = (t > 0.2) & (t < 1.8)
+    assert np.abs(learned - np.interp(t + plant.T_d, t, -d))[inner].max() < 2e-3
+
+
+def test_a_measured_circle_gives_the_feedforward_of_the_next(table, tmp_path):
+    run = run_circle(table, PAPER_SCHEMES["a"], Circle())
+    made = learn_from(measured_from_run(run), table)
+    # with the truth believed it is the true friction ahead by the delay, wherever friction does not jump
+    axis = table.axes["x"]
+    friction = run.traces["x"].friction / axis.plant.K_f
+    ahead = np.interp(made.time["x"] + axis.plant.T_d, made.time["x"], friction)
+    late = made.time["x"] > 1.5
+    assert np.median(np.abs(made.voltage["x"] - ahead)[late]) < 5e-3
+    table_file = tmp_path / "next.h5"
+    fric.learn(measured_from_run(run), machine=ROOT / "configs/xy-table.yaml").save(table_file)
+    np.testing.assert_allclose(read_feedforward(table_file)["x"], made.voltage["x"])
+
+
+def test_learning_on_the_command_line(tmp_path, capsys):
+    from fric.cli.main import app
+
+    words = ["learn", str(ROOT / "configs/xy-table.yaml"), "--rounds", "2", "--radius", "10 mm"]
+    with pytest.raises(SystemExit):
+        app([*words, "-o", str(tmp_path / "run.h5"), "--plot", str(tmp_path / "l.png"), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert [round_["glitch"] for round_ in found["rounds"]] == sorted(
+        (round_["glitch"] for round_ in found["rounds"]), reverse=True
+    )
+    assert [test.name for test in read_circles(tmp_path / "run.h5")] == ["round-00", "round-01", "round-02"]
+    assert (tmp_path / "l.png").stat().st_size > 10_000
+
+
+def test_what_is_nothing_to_learn_with_is_refused(table):
+    with pytest.raises(FricError, match="rounds"):
+        learn(table, Circle(), 0)
+    with pytest.raises(FricError, match="learn with"):
+        Learning.at(0.1, share=1.5)
