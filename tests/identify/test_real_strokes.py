@@ -188,3 +188,18 @@ def test_directions_that_are_alike_raise_no_alarm() -> None:
         rng = np.random.default_rng([seed, 10])
         told += "directions-differ" in codes(identify_static([stroke(v, rng) for v in both_directions(SLOW)]))
     assert told == 0
+
+
+def test_the_error_of_the_plant_s_damping_is_in_the_intervals() -> None:
+    """A damping that is off by its own error leaves F_c and sigma in intervals that know of it."""
+    plant = Plant(A=20.0, B=3.0, T_d=0.6e-3, K_f=210.0)
+    off = replace(plant, A=19.6)
+    rng = np.random.default_rng(11)
+    friction = replace(TABLE_1, sigma=100.0 + plant.damping)
+    logs = [stroke(v, rng, friction=friction, noise=0.003) for v in both_directions(SLOW)]
+    blind, knowing = (identify_static(logs, plant=off, damping_error=e) for e in (0.0, 0.5 * plant.M))
+    assert limits(blind, "sigma")[0] > 100.0
+    low, high = limits(knowing, "sigma")
+    assert low < 100.0 < high
+    for name in ("F_c", "F_s", "v_s"):
+        assert np.ptp(limits(knowing, name)) >= np.ptp(limits(blind, name))

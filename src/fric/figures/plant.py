@@ -99,7 +99,8 @@ def _model(top: Axes, middle: Axes, fit: PlantFit) -> None:
             seen = response.of(fit.solution, f)
             top.plot(f, 20 * np.log10(np.abs(seen)), linewidth=0.8, **look(n))
             middle.plot(f, np.degrees(_phase(seen)), linewidth=0.8, **look(n))
-    top.plot(f, 20 * np.log10(np.abs(G)), color=BLACK, label="eq. (1), 95 %", zorder=4)
+    label = "eq. (1), 95 %" if fit.second_mass is None else "eq. (1) and a second mass, 95 %"
+    top.plot(f, 20 * np.log10(np.abs(G)), color=BLACK, label=label, zorder=4)
     A, B, T_d = (fit.estimates[name] for name in ("A", "B", "T_d"))
     unit = B.unit.replace("*", "·").replace("^2", "²")
     top.set_title(f"A {float(A):.4g} 1/s, B {float(B):.4g} {unit}, T_d {1e3 * float(T_d):.3g} ms")

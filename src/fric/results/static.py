@@ -8,12 +8,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 from fric.documents.friction import static_tree
+from fric.documents.plant import PlantDocument
+from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.identify.strokes.static import StaticFit
 from fric.identify.strokes.static import identify_static as fit_static
 from fric.log import Log
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import in_si, logs_of, plant_of
+from fric.results.given import document_of, in_si, logs_of, plant_of
 from fric.results.text import Piece, parameters
 from fric.units import readable
 
@@ -95,6 +97,7 @@ def identify_static(
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
     records = logs_of("identify_static", logs)
+    given = None if plant is None or isinstance(plant, Plant) else document_of("identify_static", PlantDocument, plant)
     found = fit_static(
         records,
         plant=plant_of("identify_static", plant, records[0].axis, records[0].motion),
@@ -104,6 +107,7 @@ def identify_static(
         average=average,
         form=form,
         load=None if load is None else in_si(load, "force", records[0].motion),
+        damping_error=0.0 if given is None else given.damping_error(records[0].motion),
     )
     return StaticResult(found, records)
 

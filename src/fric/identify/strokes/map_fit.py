@@ -154,6 +154,7 @@ def fit_map(
     with_offset: bool,
     form: Form = "auto",
     offset: float = 0.0,
+    damping_error: float = 0.0,
 ) -> MapFit:
     """Fit eq. (2) to strokes; each weighs by its own error and the scatter that all show beyond theirs.
 
@@ -178,6 +179,8 @@ def fit_map(
         False where the offset is not fitted.
     offset
         What it is then [N].
+    damping_error
+        Half the 95 % interval of the damping [N·s/m] that was taken off the forces.
     form
         ``coulomb`` for Coulomb plus viscous friction, ``stribeck`` for eq. (2), ``auto`` for what predicts better.
 
@@ -204,6 +207,8 @@ def fit_map(
             fitted = fitted._replace(problem=simple, solution=solution, between=between)
     left_out = tuple(point for point, used in zip(points, fitted.kept, strict=True) if not used)
     estimates, covariance = _estimates(fitted.problem, fitted.solution, motion)
+    if damping_error > 0:
+        estimates = _with_damping_error(estimates, fitted.problem, fitted.solution, damping_error)
     return MapFit(fitted.problem, fitted.solution, estimates, covariance, fitted.between, left_out, held_out)
 
 
@@ -260,6 +265,27 @@ def _estimates(
         for name in _at_bound(problem, solution):
             estimates[name] = replace(estimates[name], assumed=True)
     return estimates, covariance
+
+
+def _with_damping_error(
+    estimates: dict[str, Estimate], problem: StribeckProblem, solution: Solution, error: float
+) -> dict[str, Estimate]:
+    """Widen the intervals by what the map moves where the damping that was taken off is off by its error."""
+    moved = [
+        replace(problem, F=problem.F + side * error * problem.v).solve(start=solution).theta for side in (-1.0, 1.0)
+    ]
+    found = {}
+    for name, one in estimates.items():
+        found[name] = one
+        if not isinstance(one.ci95, tuple) or name not in problem.free:
+            continue
+        value = float(one)
+        below, above = (abs(float(limit) - value) for limit in one.ci95)  # type: ignore[arg-type]
+        shift = max(abs(theta[name] - value) for theta in moved)
+        least = 0.0 if name != "offset" else -np.inf
+        low, high = value - float(np.hypot(below, shift)), value + float(np.hypot(above, shift))
+        found[name] = replace(one, ci95=(max(low, least), high))
+    return found
 
 
 def _at_bound(problem: StribeckProblem, solution: Solution) -> tuple[str, ...]:

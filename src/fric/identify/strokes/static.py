@@ -76,6 +76,7 @@ def identify_static(
     average: Average = "robust",
     form: Form = "auto",
     load: float | None = None,
+    damping_error: float = 0.0,
 ) -> StaticFit:
     """Identify the static friction map, eq. (2), from strokes at constant velocity.
 
@@ -102,6 +103,8 @@ def identify_static(
         predicts strokes better that are held out.
     load
         The offset [N] where it is known, as the weight of a vertical axis; fitted where not given.
+    damping_error
+        Half the 95 % interval of the plant's damping K_f·A/B [N·s/m]; the intervals allow for it.
 
     Raises
     ------
@@ -130,8 +133,13 @@ def identify_static(
         both = fit_map(points, delta, weights, motion, with_offset=True, form=form)
         shared = _stated(load, motion) or both.estimates["offset"]
         mirrored = [replace(p, velocity=-p.velocity, force=-p.force) for p in backward]
-        static = fit_map(positive, delta, weights, motion, with_offset=False, form=form, offset=float(shared))
-        negative = fit_map(mirrored, delta, weights, motion, with_offset=False, form=form, offset=-float(shared))
+        static, negative = (
+            fit_map(
+                own, delta, weights, motion, with_offset=False, form=form, offset=sense * float(shared),
+                damping_error=damping_error,
+            )
+            for own, sense in ((positive, 1.0), (mirrored, -1.0))
+        )  # fmt: skip
         static, negative = (_with_shared(one, shared) for one in (static, negative))
         told = readable(float(shared), si_unit("force", motion))
         text = (
@@ -164,7 +172,7 @@ def identify_static(
     known = _stated(load, motion)
     fit = fit_map(
         points, delta, weights, motion, with_offset=bool(positive and backward) and known is None, form=form,
-        offset=load or 0.0,
+        offset=load or 0.0, damping_error=damping_error,
     )  # fmt: skip
     if known is not None:
         fit = replace(fit, estimates=dict(fit.estimates) | {"offset": known})
