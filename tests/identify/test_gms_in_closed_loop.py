@@ -62,3 +62,25 @@ def test_noise_free_and_unquantised_the_virgin_curve_is_exact_to_a_thousandth():
     z = np.linspace(0.0, 100e-6, 1001)[1:]
     assert np.sqrt(np.mean((fit.curve(z) - TABLE_1.virgin_curve(z)) ** 2)) < 1e-3 * PAPER.F_s
     assert rms_error(fit.model) < 1e-3 * PAPER.F_s
+
+
+@pytest.mark.long
+def test_fewer_blocks_than_the_machine_has_hold_their_own_mean_and_the_curve_is_in_its_band():
+    """Ten blocks in closed loop: alpha and k held their own mean in 37 to 47 %, the curve its band in 21 %."""
+    slip, share = np.geomspace(0.6e-6, 85e-6, 10), np.array([20, 16, 13, 11, 10, 9, 8, 6, 4, 3]) / 100
+    ten = replace(axis().friction, alpha=tuple(share), k=tuple(share * PAPER.F_s / slip))
+    machine = replace(axis(), friction=ten, force_noise=0.0)
+    logs = [*experiment(machine, "presliding-sine"), *experiment(machine, "sliding-sine")]
+    fits, inside = [], []
+    for seed in range(8):
+        made = [replace(log, force=log.force + np.random.default_rng([seed, n]).standard_normal(len(log)))
+                for n, log in enumerate(logs)]  # fmt: skip
+        fits.append(identify_gms(made, static=PAPER, plant=machine.plant, blocks=6))
+        curve = fits[-1].curve
+        inside.append(np.abs(curve.force - ten.virgin_curve(curve.displacement)) < curve.band)
+    values = np.array([[*fit.alpha.value, *fit.k.value] for fit in fits])
+    limits = np.array([[*fit.alpha.ci95, *fit.k.ci95] for fit in fits])
+    mean = values.mean(axis=0)
+    assert np.mean((limits[:, :, 0] <= mean) & (mean <= limits[:, :, 1])) >= 0.9
+    assert np.mean(inside) >= 0.9
+    assert all(fit.C.ci95[0] < 1e4 < fit.C.ci95[1] for fit in fits)

@@ -26,7 +26,7 @@ from fric.identify.gms.knots import (
     fit_without_cycles,
 )
 from fric.identify.gms.notices import told
-from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
+from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_errors
 from fric.identify.records.flaws import clock_flaws
 from fric.identify.records.prepared import Prepared, prepared
 from fric.identify.replay.measured import Replay
@@ -128,6 +128,9 @@ def identify_gms(
         base = replace(base, F_c=base.F_c * float(level), F_s=base.F_s * float(level))
         level = _relative(level)
     replays = [_replayed(record, model, cycles) for record in records]
+    limit = np.asarray(alpha.value) * base.F_s * (float(level) if static is not None else 1.0)
+    blocks_found = Blocks(np.asarray(k.value), limit / np.asarray(k.value))
+    curve = with_all_errors(curve, blocks_found(curve.displacement))
     result = GMSFit(
         presliding[0].axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(loops), found, choice,
         blocks, knots is not None, refined, tuple(replays), together, (),

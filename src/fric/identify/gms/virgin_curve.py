@@ -103,6 +103,24 @@ class VirginCurve:
             yield replace(self, force=force)
 
 
+def with_all_errors(curve: VirginCurve, model: NDArray[np.float64]) -> VirginCurve:
+    """Return a curve whose band holds, besides the scatter of its cycles, what all cycles have alike.
+
+    That is the blur of the encoder, the step where one record continues another, and how far the curve is from that of
+    the model that was refined by replay: while the controller hunts between two counts, the contact goes through minor
+    loops that the smoothed motion does not have, and the mean force is below the virgin curve.
+
+    Parameters
+    ----------
+    curve
+        The curve.
+    model
+        The refined model's force at its displacements [N], shape (n,).
+    """
+    parts = (np.nan_to_num(curve.band), 1.96 * curve.blur, np.full_like(model, curve.mismatch), curve.force - model)
+    return replace(curve, band=np.sqrt(sum(part**2 for part in parts)))
+
+
 @dataclass(frozen=True)
 class _Branches:
     """The binned curve of each cycle of one record."""
