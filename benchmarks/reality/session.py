@@ -61,9 +61,12 @@ class Session:
         return found
 
     def middle(self, kind: str) -> float:
-        """Return the middle of the time in which a kind of experiment was made [s]."""
-        times = [(began, began + len(trial.reference) / trial.reference.sampling)
-                 for trial, _, began in self.runs if trial.kind == kind]  # fmt: skip
+        """Return the middle of the time in which a kind of experiment was logged [s]."""
+        times = [
+            (began + trial.window[0] / trial.reference.sampling, began + trial.window[1] / trial.reference.sampling)
+            for trial, _, began in self.runs
+            if trial.kind == kind
+        ]
         return (times[0][0] + times[-1][1]) / 2
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from zlib import crc32
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from fric.drive.sensing import low_pass_pole
@@ -115,11 +116,11 @@ def _behind(values: Real, corner: float, sampling: float) -> Real:
 
 
 def _between(values: Real, at: Real) -> Real:
-    """Return values at places between the samples: on the parabola through the three nearest of them."""
-    middle = np.clip(np.rint(at).astype(np.int64), 1, len(values) - 2)
-    x = np.clip(at, 0, len(values) - 1) - middle
-    before, here, after = values[middle - 1], values[middle], values[middle + 1]
-    return np.asarray(here + 0.5 * x * (after - before) + 0.5 * x * x * (after - 2.0 * here + before))
+    """Return values at places between the samples, on the cubic spline through them; at a sample the value itself."""
+    at = np.clip(at, 0, len(values) - 1)
+    if np.array_equal(at, np.rint(at)):
+        return np.asarray(values[at.astype(np.int64)])
+    return np.asarray(CubicSpline(np.arange(len(values)), values)(at))
 
 
 def _coloured(rng: np.random.Generator, count: int, noise: ColouredNoise, sampling: float) -> Real:
