@@ -54,6 +54,10 @@ def is_circle_channel(channel: str) -> bool:
     return channel in ("time", *BALL_BAR) or bool(axis and dot and name in CIRCLE_CHANNELS)
 
 
+BEYOND = 1e12
+"""A value of any channel, in SI, that no machine reaches."""
+
+
 @dataclass(frozen=True)
 class Log:
     """One record of one axis: what was logged over time.
@@ -148,6 +152,12 @@ class Log:
                 where=self.where,
                 mend=f"Log the {channel}, or map its column when ingesting.",
             )
+        largest = float(abs(values).max()) if len(values) else 0.0
+        if largest > BEYOND:
+            raise FricError(
+                f"the {channel} reaches {largest:.3g} {self.unit(channel)}, which no machine does", where=self.where,
+                mend="Look at the sample; ingest the log again without it, or with its right unit.",
+            )  # fmt: skip
         return values
 
     def slice(self, start: int, stop: int) -> Log:

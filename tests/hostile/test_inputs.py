@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -17,7 +18,11 @@ from fric.documents.mapping import MappingDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError, printable
-from fric.io.hdf5 import read_records, write_logs
+from fric.identify.gms.identify import identify_gms
+from fric.identify.records.prepared import prepared
+from fric.identify.replay.replay_fit import identify_by_replay
+from fric.identify.strokes.static import identify_static
+from fric.io.hdf5 import read_logs, read_records, write_logs
 from fric.io.ingest import ingest
 from fric.io.readers import tables
 from fric.log import Log
@@ -272,3 +277,25 @@ def test_a_reader_is_one_new_file_whatever_its_name(tmp_path, name):
     assert done.returncode == 0, done.stderr
     assert '"samples": 500' in done.stdout
     assert len(read_records(tmp_path / "log.h5")[0]) == 500
+
+
+@pytest.mark.parametrize("verb", ["static", "gms", "dahl"])
+@pytest.mark.parametrize(
+    ("spoil", "match"),
+    [
+        (lambda force: 0.0 * force, "does not change|the same force"),
+        (lambda force: 0.0 * force + 5.0, "does not change|the same force"),
+        (lambda force: np.where(np.arange(len(force)) == len(force) // 2, 1e300, force), "which no machine does"),
+    ],
+)
+def test_a_force_that_tells_nothing_ends_in_a_sentence(verb, spoil, match):
+    """As R² of minus infinity at status 0, an abort in nnls and a traceback before."""
+    kind = "constant-velocity" if verb == "static" else "presliding-sine"
+    logs = [replace(one, force=spoil(one.force)) for one in read_logs(DATA / f"{kind}.h5")]
+    identify = {
+        "static": lambda: identify_static(logs),
+        "gms": lambda: identify_gms(logs),
+        "dahl": lambda: identify_by_replay("dahl", prepared(logs)),
+    }[verb]
+    with pytest.raises(FricError, match=match):
+        identify()

@@ -280,6 +280,10 @@ def prepared(logs: Sequence[Log], plant: Plant | None = None) -> tuple[Prepared,
 
 def _prepared(log: Log, plant: Plant | None) -> Prepared:
     force, source = drive_force(log, plant.K_f if plant else None)
+    if not np.ptp(force):
+        raise FricError(
+            "the force does not change", where=log.where, mend="Is it the right column? Friction changes its sign."
+        )
     position = log.position
     if position is None:
         assert log.velocity is not None  # a Log holds one of them

@@ -112,6 +112,12 @@ def identify_static(
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
     points, missing = stroke_points(logs, average=average, plant=plant)
+    forces = np.array([point.force for point in points])
+    if np.ptp(forces) <= 1e-9 * np.abs(forces).max(initial=0.0):
+        raise FricError(
+            f"every stroke took the same force, {readable(float(forces[0]), si_unit('force', logs[0].motion))}",
+            where=logs[0].source, mend="Is it the right column? Friction changes its sign with the direction.",
+        )  # fmt: skip
     cut = _cut_off(logs) + missing
     axis, motion = logs[0].axis, logs[0].motion
     method = (
