@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.fric-installed
 
-.PHONY: demo test lint bench reality docs figures data clean
+.PHONY: demo test lint bench fuzz reality docs figures data clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -25,6 +25,9 @@ lint: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
+
+fuzz: $(STAMP)
+	PYTHONPATH=. $(BIN)/python -m tests.fuzz --count $(or $(COUNT),20000) $(if $(SEED),--seed $(SEED))
 
 reality: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.reality --write docs/reality.md
