@@ -107,4 +107,5 @@ def column(group: h5py.Group, name: str, *, ndim: int = 1) -> NDArray[np.float64
 def text(attributes: Any, name: str, otherwise: str = "") -> str:
     """Return an attribute that is a text; one that is not there, or no text, as ``otherwise``."""
     value = attributes.get(name, otherwise)
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    told = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return told.encode("utf-8", "replace").decode("utf-8")  # h5py reads what is no UTF-8 as surrogates

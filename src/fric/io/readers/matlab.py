@@ -76,6 +76,8 @@ def _tree(node: Any, file: h5py.File, depth: int = 0) -> Any:
         if lists and len(lists) == len(fields) and len({len(value) for value in lists}) == 1:  # a struct array
             return [dict(zip(fields, values, strict=True)) for values in zip(*lists, strict=True)]
         return fields
+    if not isinstance(node, h5py.Dataset) or node.shape is None:
+        return None
     if node.dtype == h5py.ref_dtype:
         return [_tree(file[reference], file, depth + 1) for reference in np.ravel(node[()], order="F")]
     if node.attrs.get("MATLAB_class") == b"char" and node.dtype.kind == "u" and node.size < MOST_TEXT:
