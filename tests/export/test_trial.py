@@ -6,6 +6,7 @@ import os
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fric.control.scheme import PAPER_SCHEMES
@@ -74,3 +75,12 @@ def test_a_trial_without_linuxcnc_says_what_to_install(monkeypatch: pytest.Monke
     with pytest.raises(FricError, match="apt-get install linuxcnc-uspace"):
         try_in_linuxcnc(read_machine(MACHINE), PAPER_SCHEMES["c"], tmp_path)
     assert not any(tmp_path.iterdir())
+
+
+def test_a_machine_whose_friction_has_risen_is_what_its_page_says() -> None:
+    machine = read_machine(MACHINE.parent / "risen/machine.yaml")
+    old = read_machine(MACHINE)
+    for name in ("x", "y"):
+        then, now = old.axis(name).friction, machine.axis(name).friction
+        assert np.isclose(now.steady_state(0.0 + 1e-9) / then.steady_state(1e-9), 1.25, rtol=2e-3)
+        assert machine.axis(name).believed.models["gms"].steady_state(0.1) == then.steady_state(0.1)
