@@ -32,7 +32,7 @@ def test_two_circles_are_enough_at_100_mm_s(table):
     for n in (0, 3):
         found = learn(draw_machine(table, n)[0], Circle(), 3)
         before, _, second, third = found.glitches
-        assert before > 5e-6
+        assert before > 2e-6
         assert second < 0.9e-6
         assert third < 0.6e-6
         # it is for this circle alone, and that is told with figures

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from fric.contour import circularity
-from fric.control.feedforward import inverse_model
+from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import OBSERVER, Scheme
 from fric.errors import FricError
 from fric.identify.circle.measured import MeasuredCircle
@@ -134,7 +134,7 @@ class Learned:
     how
         How it was learned.
     rounds
-        The rounds, the first of which feeds nothing forward.
+        The rounds, the first of which feeds forward what the controllers believe.
     carried
         What the last feedforward leaves of other circles, by angle: radius, feed [m], [m/s], and glitch [m].
     warnings
@@ -162,7 +162,7 @@ def learn(
     observer: bool = True,
     done: Callable[[], object] = lambda: None,
 ) -> Learned:
-    """Learn a circle in simulation, from nothing.
+    """Learn a circle in simulation, from the friction that the controllers believe, or from nothing where it is none.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ def learn(
     references = _references(test, axes)
     for name, axis in axes.items():
         require_voltage(axis, references[name])
-    feedforward = {name: np.zeros(len(reference)) for name, reference in references.items()}
+    feedforward = {name: _believed(axes[name], reference) for name, reference in references.items()}
     found: list[Round] = []
     for n in range(rounds + 1):
         title = "before" if n == 0 else f"learned from {n} circle{'s' * (n > 1)}"
@@ -260,6 +260,20 @@ def _run(
     return CircleRun(scheme, test, traces, circularity(x, y, test.radius))
 
 
+def _believed(axis: Axis, reference: Reference) -> NDArray[np.float64]:
+    """Return the voltage against friction that a controller feeds forward before anything is learned [V], (n,)."""
+    model = axis.believed.models.get("gms")
+    if model is None:
+        return np.zeros(len(reference))
+    plant = axis.nominal or axis.plant
+    return friction_feedforward(model, reference.ahead(_lead(axis)), plant.K_f, axis.believed.gain)
+
+
+def _lead(axis: Axis) -> float:
+    plant = axis.nominal or axis.plant
+    return plant.T_d if axis.believed.lead == "auto" else axis.believed.lead
+
+
 def _all_learned(
     axes: Mapping[str, Axis],
     references: Mapping[str, Reference],
@@ -274,8 +288,7 @@ def _learned(
     axis: Axis, reference: Reference, trace: Trace, before: NDArray[np.float64], how: Learning
 ) -> NDArray[np.float64]:
     plant = axis.nominal or axis.plant
-    lead = plant.T_d if axis.believed.lead == "auto" else axis.believed.lead
-    model = inverse_model(plant, reference.ahead(lead))
+    model = inverse_model(plant, reference.ahead(_lead(axis)))
     error = trace.reference - trace.measured
     return next_feedforward(trace.time, error, trace.input, model, before, plant, how)
 
@@ -366,8 +379,7 @@ def learn_from(
                 f"what axis {name} fed forward has {len(last)} samples, and the circle {len(t)}", where=test.where,
                 mend="Give the file that this very circle was run with.",
             )  # fmt: skip
-        lead = plant.T_d if axis.believed.lead == "auto" else axis.believed.lead
-        ahead = np.interp(t + lead, t, r)
+        ahead = np.interp(t + _lead(axis), t, r)
         model = (np.gradient(np.gradient(ahead, t), t) + plant.A * np.gradient(ahead, t)) / plant.B
         time[name], wanted[name] = t, r
         voltage[name] = next_feedforward(t, r - trace.position, trace.input, model, last, plant, how)
