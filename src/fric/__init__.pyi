@@ -1,3 +1,5 @@
+from .automatic.run import AutoResult as AutoResult
+from .automatic.run import auto as auto
 from .control.base import ControlBlock as ControlBlock
 from .control.cascade import Cascade as Cascade
 from .control.inverse_model import DisturbanceObserver as DisturbanceObserver

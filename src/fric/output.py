@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import re
 import secrets
@@ -97,11 +96,20 @@ def _locked(draft: Path) -> int:
     """Make an empty file that this process holds a lock on; -1 where another took it for a leftover, just then."""
     lock = os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
     with suppress(OSError):  # a file system without locks: leftovers stay there
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _take(lock)
     if os.fstat(lock).st_nlink:
         return lock
     os.close(lock)
     return -1
+
+
+def _take(lock: int) -> None:
+    """Lock an open file; an OSError where another process holds it, and where there are no locks (Windows)."""
+    try:
+        import fcntl
+    except ImportError:
+        raise OSError("there are no locks here") from None
+    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _remove_leftovers(target: Path) -> None:
@@ -111,9 +119,9 @@ def _remove_leftovers(target: Path) -> None:
         if not ours.fullmatch(found.name):
             continue
         with suppress(OSError):
-            lock = os.open(found, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+            lock = os.open(found, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # fails where its process lives
+                _take(lock)  # fails where its process lives
                 if stat.S_ISREG(os.fstat(lock).st_mode):
                     found.unlink()
             finally:
@@ -150,7 +158,7 @@ def alone(path: Path) -> Iterator[None]:
         until = time.monotonic() + WAIT
         while True:
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _take(lock)
                 break
             except BlockingIOError:
                 if time.monotonic() > until:

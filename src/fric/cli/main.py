@@ -10,6 +10,7 @@ import typer
 
 import fric
 from fric.cli import (
+    auto,
     compare,
     design,
     diagnose,
@@ -46,6 +47,7 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
+app.command()(auto.auto)
 app.command()(ingest.ingest)
 app.command()(inspect.inspect)
 app.command()(report.report)

@@ -172,6 +172,13 @@ def read_glitch_intervals(path: Path) -> dict[str, tuple[float, float]]:
     return {name: limits for name, limits in found.items() if np.isfinite(limits).all()}
 
 
+def read_glitch_medians(path: Path) -> dict[str, float]:
+    """Return the median of the glitch over the machines that were drawn [m], by scheme; empty where there are none."""
+    with open_file(path, mend=AGAIN) as file, foreign(path, AGAIN, lacking=True):
+        attributes = file[MONTE_CARLO].attrs if MONTE_CARLO in file else {"schemes": (), "median": ()}
+        return {str(name): float(one) for name, one in zip(attributes["schemes"], attributes["median"], strict=True)}
+
+
 def _told(thing: Circle) -> dict[str, Any]:
     values = {field.name: getattr(thing, field.name) for field in fields(thing)}
     return {key: value for key, value in values.items() if value is not None}

@@ -41,7 +41,7 @@ class Workshop:
             raise FricError(f"the folder cannot be made: {error.strerror}", where=str(folder)) from None
         ledger = self.folder / LEDGER
         try:
-            self._known: dict[str, Any] = json.loads(ledger.read_text()) if ledger.exists() else {}
+            self._known: dict[str, Any] = json.loads(ledger.read_text(encoding="utf-8")) if ledger.exists() else {}
         except ValueError:
             self._known = {}
 
@@ -81,7 +81,7 @@ class Workshop:
         make()
         self._known[name] = {"from": wanted, "leaves": _digests(leaves)}
         with staged(self.folder / LEDGER, force=True) as draft:
-            draft.write_text(json.dumps(self._known, indent=1))
+            draft.write_text(json.dumps(self._known, indent=1), encoding="utf-8")
         return True
 
 

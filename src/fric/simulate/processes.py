@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing import forkserver
 from multiprocessing.connection import wait
-from multiprocessing.context import ForkServerContext
+from multiprocessing.context import BaseContext
 from threading import Thread, current_thread, main_thread
 from typing import TYPE_CHECKING
 
@@ -47,11 +46,16 @@ def _run(index: int) -> Outcome:
     return _STUDY(index)
 
 
-def _served() -> ForkServerContext:
+def _started() -> BaseContext:
     """Return how workers are started: from a server that has imported what they need, and has no threads.
 
-    The server, and so each worker from its first moment on, leaves Ctrl-C to the parent.
+    The server, and so each worker from its first moment on, leaves Ctrl-C to the parent. Where there is none (Windows),
+    each worker starts from nothing.
     """
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    from multiprocessing import forkserver
+
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["fric.simulate.monte_carlo"])
     if current_thread() is main_thread():
@@ -93,7 +97,7 @@ def outcomes(study: Study, machines: int, *, workers: int | None = None) -> Iter
     if workers == 1:
         yield map(study, range(machines))
         return
-    pool = ProcessPoolExecutor(min(workers, machines), _served(), _begin, (study,))
+    pool = ProcessPoolExecutor(min(workers, machines), _started(), _begin, (study,))
     try:
         yield _unbroken(pool.map(_run, range(machines)))
     finally:

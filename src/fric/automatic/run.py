@@ -1,0 +1,337 @@
+"""`auto`: recognise, ingest, identify, design, simulate, compare with the measured circle, and report."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from fric.automatic.machine import PARTS, machine_tree
+from fric.automatic.sources import Sources, find_sources
+from fric.automatic.steps import Step, axis_steps, circle_step, diagnosis_step, ingest_steps, step, tune_step
+from fric.documents.bundled import located
+from fric.documents.yaml import dump, plain, read_tree, write_document
+from fric.errors import FricError
+from fric.io.run import read_glitch_medians
+from fric.output import staged
+from fric.report.material import Contour
+from fric.report.summary import Report, make_report
+from fric.reproduce.workshop import Workshop
+from fric.results.base import Result
+from fric.results.circle import QUADRANTS
+from fric.results.diagnose import diagnose
+from fric.results.given import in_si
+from fric.results.machine import machine_of
+from fric.results.text import Piece
+from fric.units import readable
+
+NOTHING: dict[str, Any] = {"scheme": None, "glitch": None, "ci95": None, "trusted": False}
+
+Run = Callable[[Sequence[str]], None]
+"""Runs one command, its words without ``fric``; raises a `FricError` where it fails."""
+
+
+def run_apart(words: Sequence[str]) -> None:
+    """Run a command in a process of its own."""
+    done = subprocess.run([sys.executable, "-m", "fric", *words], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise FricError(done.stderr.strip().removeprefix("error: ") or f"ended with status {done.returncode}")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AutoResult(Result):
+    """What came of a folder of logs.
+
+    Parameters
+    ----------
+    folder
+        Where all files are.
+    axes
+        By axis, which steps were done, and what is missing.
+    told
+        What was guessed or left out.
+    steps, made
+        Steps there are, and how many had to be run.
+    page
+        The report; None where there was nothing to report.
+    disagreements
+        In which quadrants a measured circle differs from what is predicted, with the likely cause.
+    compared
+        Whether there was a measured circle to compare with.
+    tolerance
+        Glitch that is allowed [m].
+    """
+
+    folder: Path
+    axes: dict[str, dict[str, list[str]]]
+    told: list[str]
+    steps: int
+    made: int
+    page: Report | None
+    disagreements: list[str] = field(default_factory=list)
+    compared: bool = False
+    tolerance: float | None = None
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What was guessed or left out."""
+        return self.told
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """Report, axes, and the verdict."""
+        report = str(self.folder / "report.html") if self.page else None
+        return {"report": report, "axes": self.axes, "verdict": self.verdict(), "warnings": list(self.told)}
+
+    def verdict(self) -> dict[str, Any]:
+        """Return the scheme to use, its glitch, and whether that is to be trusted, and why not."""
+        tests = self.page.material.tests if self.page else ()
+        why = [f"{text} is not as predicted" for text in self.disagreements]
+        if not self.compared:
+            why.append("there is no measured circle to hold the simulation against")
+        if not tests or self.page is None:
+            return {
+                "scheme": None,
+                "glitch": None,
+                "ci95": None,
+                "trusted": False,
+                "why": ["nothing was simulated", *why],
+            }
+        contours = tests[-1].contours
+        advised = self.page.document["advice"][-1]["scheme"]
+        chosen = next((one for one in contours if one.scheme.name == advised), None)
+        if self.tolerance is not None:
+            within = [one for one in contours if _upper(one) <= self.tolerance]
+            chosen = within[0] if within else min(contours, key=_upper)
+            if not within:
+                why.append(f"no scheme surely stays within {readable(self.tolerance, 'm')}")
+        wrong = [str(notice) for item in self.page.material.items for notice in _wrong(item)]
+        if chosen is None:
+            return NOTHING | {"why": [*why, *wrong]}
+        limits = None if chosen.glitch_ci95 is None else list(chosen.glitch_ci95)
+        # at the estimates themselves the controller believes what is true, and the glitch is too small
+        glitch = read_glitch_medians(self.folder / "circle.h5").get(chosen.scheme.name, chosen.glitch)
+        found = {"scheme": chosen.scheme.name, "glitch": glitch, "ci95": limits}
+        return found | {"trusted": not (why or wrong), "why": [*why, *wrong]}
+
+    def report(self) -> list[Piece]:
+        """Return what was done and is missing of each axis, and the verdict."""
+        lines: list[Piece] = []
+        for name, one in self.axes.items():
+            lines.append(f"axis {name}: {', '.join(one['done']) or 'nothing'}")
+            lines += [f"  missing for {text}" for text in one["missing"]]
+        found = self.verdict()
+        if found["scheme"]:
+            between = f" ({_microns(found['ci95'])} on 95 % of the machines)" if found["ci95"] else ""
+            lines.append(f"scheme ({found['scheme']}) leaves {readable(found['glitch'], 'm')}{between}")
+        lines += [f"not to be trusted yet: {text}" for text in found["why"]]
+        lines.append(f"{self.made} of {self.steps} steps were run, the rest was up to date")
+        return [*lines, f"{self.folder / 'report.html'}"] if self.page else lines
+
+
+def _upper(contour: Contour) -> float:
+    return contour.glitch if contour.glitch_ci95 is None else contour.glitch_ci95[1]
+
+
+def _microns(limits: Sequence[float]) -> str:
+    return " … ".join(f"{limit * 1e6:.1f}" for limit in limits) + " µm"
+
+
+def _wrong(item: Any) -> list[str]:
+    coded = item.tree.get("warnings_coded", ()) if hasattr(item, "tree") else ()
+    return [one["text"] for one in coded if one.get("severity") == "wrong"]
+
+
+class _Session:
+    """One run: its folder, its script, and what came of each step."""
+
+    def __init__(self, folder: Path, run: Run, say: Callable[[str], None]) -> None:
+        self.folder, self.run, self.say = folder, run, say
+        self.shop = Workshop(folder)
+        self.script = ["#!/bin/sh", "# What `fric auto` ran, to be run again by hand."]
+        self.script += ["set -eu", f"cd {shlex.quote(str(Path.cwd()))}"]
+        self.steps = self.made = 0
+        self.failed: dict[str, str] = {}
+
+    def take(self, one: Step) -> bool:
+        """Run a step unless it is up to date; return whether what it leaves is there."""
+        if not one.ready:
+            return False
+        self.steps += 1
+        told = shlex.join(["fric", *one.words])
+        for path in one.leaves:
+            path.parent.mkdir(parents=True, exist_ok=True)
+
+        def make() -> None:
+            self.say(f"$ {told}")
+            self.run(one.words)
+
+        try:
+            self.made += self.shop.step(
+                one.name, make, reads=one.reads, leaves=one.leaves, settings={"words": list(one.words)}
+            )
+        except FricError as error:
+            self.failed[one.name] = str(error).replace("\n", " ")
+            self.script.append(f"# failed: {told}")
+            return False
+        self.script.append(told)
+        return True
+
+    def write(self, tree: dict[str, Any], path: Path) -> None:
+        """Write a document, and the lines of the script that write it."""
+        known = plain(read_tree(path)) if path.exists() else {}
+        if known.get("axes") != tree["axes"]:
+            write_document(path, tree, force=True)
+        self.script += [f"cat > {shlex.quote(str(path))} <<'END'", dump(tree).rstrip(), "END"]
+
+    def close(self) -> None:
+        """Write the script."""
+        with staged(self.folder / "steps.sh", force=True) as draft:
+            draft.write_text("\n".join(self.script) + "\n", encoding="utf-8")
+
+
+def auto(
+    *logs: Path | str,
+    output: Path | str,
+    machine: Path | str | None = None,
+    circles: Iterable[Path | str] = (),
+    tolerance: float | str | None = None,
+    mapping: str | None = None,
+    run: Run = run_apart,
+    say: Callable[[str], None] = lambda _: None,
+) -> AutoResult:
+    """Go the whole way from logs to a report: each step is an ordinary command, and is kept in ``steps.sh``.
+
+    What cannot be done says which record is missing; steps whose inputs have not changed are not run again.
+
+    Parameters
+    ----------
+    logs
+        Files and folders: log files, foreign logs, circle tests.
+    output
+        Folder for all that is made.
+    machine
+        The machine file, or the name of a bundled one; made of what was identified where it is not given.
+    circles
+        Measured circles to hold the simulation against.
+    tolerance
+        Glitch that is allowed [m]: the first scheme that surely stays within it is chosen.
+    mapping
+        What the columns of foreign logs mean; the bundled one that fits where the header does not say it.
+    run
+        Runs one command.
+    say
+        Is told each command as it is run.
+
+    Raises
+    ------
+    FricError
+        When a file is not there, or none holds a record.
+    """
+    folder = Path(output)
+    found = find_sources(map(Path, logs), mapping)
+    found.circles += [Path(one) for one in circles]
+    if not (found.logs or found.circles):
+        raise FricError("there is no log in these files", mend="\n".join(found.told) or "Give logs, or their folder.")
+    session = _Session(folder, run, say)
+    axes = _identify(session, found)
+    given = located(Path(machine), "machine") if machine else None
+    subject = _machine(session, axes, given)
+    disagreements, compared = _circles(session, found, axes, subject, given is not None)
+    documents = [path for one in axes.values() for path in one["files"].values() if path.exists()]
+    pages = [*documents, *([folder / "circle.h5"] if (folder / "circle.h5").exists() else [])]
+    page = None
+    if pages:
+        read = [*pages, *(path for one in axes.values() for path in one["logs"])]
+        target = folder / "report.html"
+        session.take(step("report", ["report", *read, "-o", target], read, [target]))
+        page = make_report(*pages)
+    session.close()
+    told = {name: {"done": one["done"], "missing": one["missing"]} for name, one in axes.items()}
+    failed = [f"{name}: {text}" for name, text in session.failed.items() if name.partition(":")[0] not in axes]
+    allowed = None if tolerance is None else in_si(tolerance, "position")
+    return AutoResult(
+        folder, told, found.told + failed, session.steps, session.made, page, disagreements, compared, allowed
+    )
+
+
+def _identify(session: _Session, found: Sources) -> dict[str, dict[str, Any]]:
+    """Ingest and identify; return by axis what was done, what is missing, its files and its log files."""
+    logs = [one for one in found.logs if one.mapping is None]
+    for one, left in ingest_steps(found.logs, session.folder):
+        if session.take(one):
+            logs.append(left)
+        else:
+            found.told.append(f"{one.name}: {session.failed.get(one.name, 'failed')}")
+    axes: dict[str, dict[str, Any]] = {}
+    for name in sorted({one.axis for one in logs}):
+        own = [one for one in logs if one.axis == name]
+        plan = axis_steps(own, session.folder / name)
+        done = [one.name.partition(": ")[2] for one in plan.steps if session.take(one)]
+        of_axis = [(key.partition(": "), why) for key, why in session.failed.items()]
+        broken = [f"{what}: {why}" for (whose, _, what), why in of_axis if whose == name]
+        files = {part: session.folder / name / f"{part}.yaml" for part in PARTS}
+        if "gms" not in done and "static" in done:
+            files["friction"] = session.folder / name / "static.yaml"
+        missing = [*plan.missing, *broken]
+        axes[name] = {"done": done, "missing": missing, "files": files, "logs": [one.path for one in own]}
+        axes[name]["motion"] = own[0].motion
+    return axes
+
+
+def _machine(session: _Session, axes: dict[str, dict[str, Any]], given: Path | None) -> Path | None:
+    """Return the machine file: the one that is given, or one made of what was identified."""
+    if given is not None:
+        return given
+    whole = {
+        name: one["files"]
+        for name, one in axes.items()
+        if one["motion"] == "linear" and all(path.exists() for path in one["files"].values())
+    }
+    if not whole or any("K_f" not in plain(read_tree(files["plant"])) for files in whole.values()):
+        return None
+    path = session.folder / "machine.yaml"
+    session.write(machine_tree(whole, session.folder), path)
+    return path
+
+
+def _circles(
+    session: _Session, found: Sources, axes: dict[str, dict[str, Any]], machine: Path | None, given: bool
+) -> tuple[list[str], bool]:
+    """Simulate the circle and hold measured ones against the machine; return the quadrants that differ."""
+    if machine is None:
+        return [], False
+    more: list[object] = []
+    reads = [path for one in axes.values() for path in one["files"].values() if path.exists()]
+    if given:
+        names = machine_of("auto", machine).axes
+        for name, one in axes.items():
+            parts = [one["files"][part] for part in ("friction", "plant")] if name in names else []
+            parts = [path for path in parts if path.exists()]
+            more += [word for path in parts for word in ("--friction", f"{name}={path}")]
+    elif any("gms" not in plain(read_tree(one["files"]["friction"])) for one in axes.values() if _known(one)):
+        more += ["--scheme", "a,b,d,e"]  # there is no GMS model to feed forward
+    if not given and len(whole := [name for name, one in axes.items() if _known(one)]) == 1:
+        more += ["--axis", whole[0]]
+    if found.circles:
+        test = diagnose(found.circles[0]).found.test
+        more += ["--radius", f"{test.radius!r} m", "--velocity", f"{test.feed!r} m/s"]
+    session.take(circle_step(machine, session.folder, *more, reads=reads))
+    told: list[str] = []
+    for circle in found.circles:
+        if session.take(diagnosis_step(circle, machine, session.folder, reads)):
+            held = diagnose(circle, machine=machine).held
+            told += [f"{circle.name} at {name}" for name in QUADRANTS if held and not held.agrees.get(name, True)]
+    if found.circles and session.take(tune_step(found.circles, machine, session.folder, reads)):
+        found.told.append(f"what the controllers believe was refitted to the circles: {session.folder / 'tuned'}")
+    return told, bool(found.circles)
+
+
+def _known(axis: dict[str, Any]) -> bool:
+    """Tell whether all is known of an axis that a machine file takes."""
+    return all(path.exists() for path in axis["files"].values())

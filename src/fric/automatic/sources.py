@@ -1,0 +1,180 @@
+"""What is in the files of a folder: records by axis and kind, foreign logs with the mapping that fits, circle tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from fric.documents.bundled import bundled
+from fric.errors import FricError
+from fric.identify.records.inspection import inspect
+from fric.io.hdf5 import read_records
+from fric.io.ingest import FOREIGN
+from fric.io.recognise import HDF5_SIGNATURE, recognise
+from fric.log import Log
+from fric.results.given import Record
+from fric.results.ingest import ingest
+from fric.units import Motion
+
+PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ""})
+"""Endings of what may lie beside logs, and is none."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """One file with records of one axis.
+
+    Parameters
+    ----------
+    path
+        The file.
+    axis, motion
+        Of its records.
+    kinds
+        The kind of each record, stated or recognised.
+    uses
+        What its records are good for: ``static``, ``gms``, ``plant``.
+    mapping
+        Mapping that tells its columns; empty where the header does, None for a log file of fric's.
+    """
+
+    path: Path
+    axis: str
+    motion: Motion
+    kinds: frozenset[str]
+    uses: frozenset[str]
+    mapping: str | None = None
+
+
+@dataclass
+class Sources:
+    """All that was found.
+
+    Parameters
+    ----------
+    logs
+        Files with records.
+    circles
+        Circle tests, and runs.
+    told
+        What was guessed, left out, or cannot be read.
+    copies
+        Foreign files whose records another file holds already.
+    guessed
+        Foreign files that are read with a bundled mapping, by its name.
+    """
+
+    logs: list[Source] = field(default_factory=list)
+    circles: list[Path] = field(default_factory=list)
+    told: list[str] = field(default_factory=list)
+    copies: list[Path] = field(default_factory=list)
+    guessed: dict[str, list[Path]] = field(default_factory=dict)
+
+
+def find_sources(given: Iterable[Path], mapping: str | None = None) -> Sources:
+    """Look into files, and the files of folders.
+
+    Parameters
+    ----------
+    given
+        Files and folders.
+    mapping
+        What the columns of foreign logs mean; found among the bundled ones where the header does not say it.
+
+    Raises
+    ------
+    FricError
+        When a file that is named is not there.
+    """
+    found, seen = Sources(), list[Record]()
+    for path in _files(given):
+        kind = _own(path)
+        if kind in {"circle/1", "run/1"}:
+            found.circles.append(path)
+        elif kind == "log/1":
+            records = read_records(path)
+            seen += records
+            found.logs.append(_source(path, records, None))
+        elif kind is None and path.suffix.lower() in FOREIGN:
+            _foreign(path, mapping, found, seen)
+    if found.copies:
+        found.told.append(f"left out, since other files hold the same samples: {_first(found.copies)}")
+    for name, files in found.guessed.items():
+        found.told.append(f"read with the bundled mapping '{name}', the only one that fits: {_first(files)}")
+    return found
+
+
+def _first(files: list[Path]) -> str:
+    return f"{files[0]}" + (f" and {len(files) - 1} more" if len(files) > 1 else "")
+
+
+def _files(given: Iterable[Path]) -> Iterator[Path]:
+    """Yield the files, log files of fric's first: a foreign copy of a record is then known."""
+    files: list[Path] = []
+    for path in given:
+        if not path.exists():
+            raise FricError("there is no such file", where=str(path))
+        inside = sorted(one for one in path.rglob("*") if one.is_file()) if path.is_dir() else [path]
+        files += [one for one in inside if one.suffix.lower() not in PASSED_OVER]
+    yield from sorted(dict.fromkeys(files), key=lambda path: (path.suffix.lower() not in {".h5", ".hdf5"}, str(path)))
+
+
+def _own(path: Path) -> str | None:
+    """Return what a file of fric's says that it is; None for a foreign one."""
+    with path.open("rb") as file:
+        if not file.read(8).startswith(HDF5_SIGNATURE):
+            return None
+    try:
+        return recognise(path)
+    except FricError:
+        return None
+
+
+def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
+    told = [inspect(record) for record in records]
+    uses = frozenset(use.purpose for one in told for use in one.uses if use.good)
+    return Source(path, records[0].axis, records[0].motion, frozenset(str(one.kind) for one in told), uses, mapping)
+
+
+def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]) -> None:
+    """Read a foreign log by its header, by the mapping that was given, or by the one bundled mapping that fits."""
+    tries = [mapping] if mapping else ["", *bundled("mapping")]
+    fitting: dict[str, list[Record]] = {}
+    why = ""
+    with TemporaryDirectory() as folder:
+        for n, one in enumerate(tries):
+            log = Path(folder) / f"{n}.h5"
+            try:
+                ingest(path, output=log, mapping=one or None)
+                fitting[one] = read_records(log)
+            except FricError as error:
+                why = why or error.what
+            if "" in fitting:  # the header says it: nothing is guessed
+                break
+    if len(fitting) != 1:
+        told = f"the mappings {', '.join(fitting)} all fit: give one with --map" if fitting else why
+        found.told.append(f"{path} is left out: {told}")
+        return
+    ((chosen, records),) = fitting.items()
+    if any(_same(record, known) for record in records for known in seen):
+        found.copies.append(path)
+        return
+    if chosen and not mapping:
+        found.guessed.setdefault(chosen, []).append(path)
+    seen += records
+    found.logs.append(_source(path, records, chosen))
+
+
+def _same(one: Record, other: Record) -> bool:
+    """Tell whether two records hold the same samples, to the digits of a text."""
+    if not (isinstance(one, Log) and isinstance(other, Log)) or len(one) != len(other):
+        return False
+    a, b = one.channels(), other.channels()
+    return all(
+        np.allclose(a[name], b[name], rtol=1e-4, atol=1e-4 * float(np.abs(b[name]).max()))
+        for name in a.keys() & b.keys()
+    )

@@ -1,0 +1,56 @@
+"""`fric auto`: the whole way in one command."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import fric
+from fric.cli.console import ERR, finish
+from fric.cli.options import Json
+
+
+def auto(
+    context: typer.Context,
+    logs: Annotated[list[Path], typer.Argument(metavar="LOGS…", help="Logs and circle tests, or folders of them.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for all that is made.")],
+    machine: Annotated[
+        Path | None,
+        typer.Option("--machine", metavar="MACHINE.yaml", help="The machine; made of what is identified, else."),
+    ] = None,
+    circle: Annotated[
+        list[Path] | None, typer.Option("--circle", metavar="CIRCLE.h5", help="A measured circle; repeatable.")
+    ] = None,
+    tolerance: Annotated[
+        str | None, typer.Option("--tolerance", metavar="LENGTH", help='Glitch that is allowed, as "5 um".')
+    ] = None,
+    mapping: Annotated[
+        str | None, typer.Option("--map", metavar="MAP.yaml", help="What the columns of foreign logs mean.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Go the whole way: recognise, ingest, identify, design, simulate, compare with the measured circle, report.
+
+    Each step is an ordinary command, printed as it is run and kept in DIR/steps.sh. What cannot be done says which
+    record is missing. Steps whose inputs have not changed are not run again.
+    """
+    app = context.find_root().command
+
+    def run(words: Sequence[str]) -> None:
+        with redirect_stdout(sys.stderr):  # standard output is for the end
+            status = app.main(list(words), prog_name="fric", standalone_mode=False)
+        if status:
+            raise fric.FricError(f"it ended with status {status}")
+
+    finish(
+        lambda _: fric.auto(
+            *logs, output=output, machine=machine, circles=circle or (), tolerance=tolerance, mapping=mapping, run=run,
+            say=lambda text: ERR.print(text, markup=False),
+        ),
+        json=json,
+    )  # fmt: skip

@@ -1,0 +1,150 @@
+"""The whole way in one command: what is found, what is done, what is said to be missing, and what is not done again."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import fric
+from fric.automatic.sources import find_sources
+from fric.automatic.steps import axis_steps
+from fric.cli.main import app
+from fric.errors import FricError
+from fric.io.hdf5 import read_logs
+
+ROOT = Path(__file__).parents[2]
+DATA = ROOT / "data"
+LOGS = [DATA / f"{name}.h5" for name in ("frequency-response", "constant-velocity", "presliding-sine")]
+RUN = CliRunner()
+
+
+def run(*words: object) -> dict:
+    done = RUN.invoke(app, ["auto", *map(str, words), "--json"])
+    assert done.exit_code == 0, done.output
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("auto")
+
+
+@pytest.fixture(scope="module")
+def first(folder) -> dict:
+    return run(*LOGS, "-o", folder / "out", "--tolerance", "5 um")
+
+
+def test_logs_end_in_a_report_and_a_verdict_that_is_not_sure_of_itself(first, folder):
+    out = folder / "out"
+    assert first["axes"]["x"]["done"] == ["plant", "static", "gms", "controller", "observer"]
+    assert first["axes"]["x"]["missing"] == ["C of the GMS model: a sine in sliding, around a steady speed"]
+    assert (out / "report.html").read_text(encoding="utf-8").lower().startswith("<!doctype html")
+    found = first["verdict"]
+    shown = fric.circle(out / "machine.yaml", axis="x").document
+    low, high = found["ci95"]
+    assert low <= found["glitch"] <= high <= 5e-6
+    # of machines around the one that is believed the glitch is larger than where belief and truth are one
+    assert shown["schemes"][found["scheme"]]["glitch"] < high
+    # of the schemes that surely stay within the tolerance the first, which asks for the least
+    weaker = [name for name in shown["schemes"] if name < found["scheme"]]
+    assert all(shown["schemes"][name]["glitch"] > 4.5e-6 for name in weaker)
+    assert not found["trusted"]
+    assert any("no measured circle" in why for why in found["why"])
+
+
+def test_what_is_up_to_date_is_not_done_again(first, folder):
+    again = fric.auto(*LOGS, output=folder / "out", run=lambda words: pytest.fail(f"ran {words}"))
+    assert (again.steps, again.made) == (7, 0)
+    assert again.document["axes"] == first["axes"]
+
+
+def test_steps_are_commands_to_be_run_again_by_hand(first, folder):
+    script = (folder / "out" / "steps.sh").read_text(encoding="utf-8")
+    commands = [shlex.split(line) for line in script.splitlines() if line.startswith("fric ")]
+    assert [" ".join(words[1:3]) for words in commands[:5]] == [
+        "identify plant", "identify static", "identify gms", "design controller", "design observer",
+    ]  # fmt: skip
+    assert subprocess.run(["sh", "-n", folder / "out" / "steps.sh"], check=False).returncode == 0
+    done = RUN.invoke(app, commands[0][1:])
+    assert done.exit_code == 0, done.output
+
+
+def test_a_measured_circle_that_differs_is_told_and_the_verdict_is_not_trusted(first, folder):
+    def without_tune(words):
+        if words[0] == "tune":
+            raise FricError("not here: it takes long")
+        assert RUN.invoke(app, list(words)).exit_code == 0
+
+    def verdict(name: str) -> dict:
+        return fric.auto(*LOGS, output=folder / "out", circles=[folder / name], run=without_tune).verdict()
+
+    fric.circle(folder / "out" / "machine.yaml", "a", revolutions=3).save(folder / "same.h5")
+    same = verdict("same.h5")
+    assert same["trusted"], same["why"]
+    fric.circle("xy-table", "a", revolutions=3).save(folder / "other.h5")
+    other = verdict("other.h5")
+    assert not other["trusted"]
+    assert any("is not as predicted" in why for why in other["why"])
+
+
+def test_foreign_logs_are_recognised_and_copies_left_out(tmp_path):
+    strokes = sorted((DATA / "strokes").glob("*.csv"))[:6]
+    found = find_sources([DATA / "constant-velocity.h5", *strokes])
+    assert [one.path for one in found.logs] == [DATA / "constant-velocity.h5"]
+    assert "other files hold the same samples" in found.told[0]
+    alone = find_sources(strokes)
+    assert all(one.mapping == "" and one.kinds == {"constant-velocity"} and "static" in one.uses for one in alone.logs)
+    (tmp_path / "noise.csv").write_text("a,b\n1,2\n2,3\n", encoding="utf-8")
+    told = find_sources([tmp_path / "noise.csv", *strokes]).told
+    assert any("noise.csv is left out" in text for text in told)
+
+
+def test_the_one_bundled_mapping_that_fits_is_used_and_said(tmp_path):
+    log = read_logs(DATA / "constant-velocity.h5")[12]
+    time, velocity = log.time * 1e3, np.gradient(log.position, log.time) * 1e3
+    rows = np.column_stack([time, velocity, log.force])
+    header = "ms;Velocity actual value averaged;Torque actual value averaged"
+    np.savetxt(tmp_path / "50.csv", rows, delimiter=";", header=header, comments="", fmt="%.6g")
+    found = find_sources([tmp_path])
+    assert [one.mapping for one in found.logs] in ([], ["screwdrive1"])
+    assert found.told  # said either way: which mapping it was, or why none
+
+
+@pytest.mark.parametrize(
+    ("names", "done", "missing"),
+    [
+        (["constant-velocity"], ["static"], ["plant", "GMS", "controller and observer"]),
+        (["presliding-sine"], ["gms"], ["plant", "static map", "C of the GMS model", "controller and observer"]),
+        (["frequency-response"], ["plant", "controller", "observer"], ["static map", "GMS"]),
+    ],
+)
+def test_what_cannot_be_made_says_which_record_is_missing(names, done, missing, tmp_path):
+    plan = axis_steps(find_sources([DATA / f"{name}.h5" for name in names]).logs, tmp_path)
+    assert [one.name.partition(": ")[2] for one in plan.steps] == done
+    assert [text.partition(":")[0] for text in plan.missing] == missing
+
+
+def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path):
+    def refuse_gms(words):
+        if words[1] == "gms":
+            raise FricError("no cycle is whole", mend="Log three.")
+        done = RUN.invoke(app, list(words))
+        assert done.exit_code == 0, done.output
+
+    found = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms)
+    assert found.axes["x"]["done"] == ["plant", "static", "controller", "observer"]
+    assert any("no cycle is whole" in text for text in found.axes["x"]["missing"])
+    assert "# failed: fric identify gms" in (tmp_path / "out" / "steps.sh").read_text(encoding="utf-8")
+    assert found.verdict()["scheme"] is not None  # the static map alone is simulated
+
+
+def test_nothing_to_read_is_an_error(tmp_path):
+    for given, told in ((tmp_path / "none", "there is no such file"), (tmp_path, "there is no log")):
+        done = RUN.invoke(app, ["auto", str(given), "-o", str(tmp_path / "out")])
+        assert told in str(done.exception)
