@@ -8,8 +8,8 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.io.path import read_path
 from fric.io.run import read_runs, write_runs
-from fric.simulate.circle import run_circle
-from fric.simulate.path import PathRun, PointPath, run_path
+from fric.simulate.circle import Circle, run_circle
+from fric.simulate.path import PathRun, PointPath, RecordedPath, run_path
 
 MACHINE = read_machine(Path("configs/xy-table.yaml"))
 
@@ -88,3 +88,42 @@ def test_paths_that_cannot_be_followed_are_told(tmp_path: Path, text: str, told:
 def test_a_path_too_short_for_its_feed_is_told() -> None:
     with pytest.raises(FricError, match="too short"):
         PointPath(*turned(0, 10), 0.1).references(4000.0)
+
+
+RECORDED = Circle(0.03, 0.1, 1)
+
+
+def test_a_recorded_reference_is_followed_as_it_was_asked_for(tmp_path: Path) -> None:
+    """A circle's reference from a CSV file, from a run file, and the circle itself: the same motion and glitches."""
+    scheme = PAPER_SCHEMES["f"]
+    circle_run = run_circle(MACHINE, scheme, RECORDED)
+    x, y = (trace.reference for trace in circle_run.traces.values())
+    t = circle_run.traces["x"].time
+    table, runs = tmp_path / "reference.csv", tmp_path / "run.h5"
+    rows = np.column_stack([t * 1e3, x * 1e3, y * 1e3])
+    np.savetxt(table, rows, delimiter=",", header="time [ms],x [mm],y [mm]", comments="", fmt="%.9f")
+    write_runs(runs, [circle_run])
+    peaks = np.sort(np.abs(circle_run.circularity.quadrants))
+    for file in (table, runs):
+        path = read_path(file, 1.0)
+        assert isinstance(path, RecordedPath)
+        assert path.feed == pytest.approx(0.1, rel=1e-3)
+        run = run_path(MACHINE, scheme, path)
+        np.testing.assert_allclose(run.traces["x"].reference, x, atol=1e-11)
+        found = np.sort([abs(turn.glitch) for turn in run.contour.reversals])
+        np.testing.assert_allclose(found[-4:], peaks, atol=0.3e-6)  # counts of the encoder may fall otherwise
+    again = tmp_path / "again.h5"
+    write_runs(again, [run])
+    (read,) = read_runs(again)
+    assert isinstance(read.test, RecordedPath)
+    np.testing.assert_array_equal(read.test.x, run.path.x)
+
+
+def test_a_recording_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:
+    t = np.arange(200) / 1000.0
+    with pytest.raises(FricError, match="begins at"):
+        RecordedPath(t, 0.1 * t, 0.0 * t)
+    with pytest.raises(FricError, match="does not rise"):
+        RecordedPath(t[::-1], t, t)
+    with pytest.raises(FricError, match="does not move"):
+        RecordedPath(t, 0.0 * t, 0.0 * t)

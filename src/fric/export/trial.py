@@ -27,7 +27,7 @@ from fric.export.rendering import identifier, render
 from fric.export.select import compensation_of, machine_of
 from fric.reference import Reference
 from fric.simulate.axis import run_axis
-from fric.simulate.circle import pair
+from fric.simulate.contour_run import pair
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from fric.control.scheme import NONE
 from fric.errors import FricError
 from fric.notice import Notice
-from fric.simulate.circle import Circle, pair, run_circle
+from fric.simulate.circle import Circle, run_circle
+from fric.simulate.contour_run import pair
 
 if TYPE_CHECKING:
     from fric.control.scheme import Scheme

@@ -44,9 +44,9 @@ def reversal_figure(runs: Sequence[CircleRun], axis: str | None = None) -> Figur
             t = (trace.time - centre) * 1e3
             near = np.abs(t) <= half * 1e3
             above.plot(t[near], (trace.position - trace.reference)[near] * 1e6, color=BLUE)
-            above.set_title(f"({run.scheme.name}) {run.scheme.title}", fontsize=8)
+            above.set_title(f"({run.scheme.name})\n{run.scheme.title}", fontsize=8)
             below.plot(t[near], trace.input[near], color=GREY, label="control voltage", linewidth=0.8)
-            if run.scheme.friction:
+            if run.scheme.feeds_forward:
                 below.plot(t[near], trace.feedforward[near], "--", color=VERMILION, label="friction feedforward")
             if run.scheme.observer:
                 below.plot(t[near], -trace.disturbance[near], "-.", color=GREEN, label=r"observer, $-\hat{d}$")

@@ -21,7 +21,7 @@ from fric.io.staged_hdf5 import staged_hdf5
 from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
-from fric.simulate.path import PathRun, PointPath
+from fric.simulate.path import PathRun, PointPath, RecordedPath
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -121,6 +121,8 @@ def _write_path(group: h5py.Group, run: PathRun) -> None:
     _write(group, "station", found.station, "m")
     _write(group, "error", found.error, "m")
     _write(group, "points", np.column_stack([run.path.x, run.path.y]), "m")
+    if isinstance(run.path, RecordedPath):
+        _write(group, "time", run.path.time, "s")
     group["reversals"] = np.array([(turn.axis, turn.x, turn.y, turn.glitch) for turn in found.reversals], REVERSAL)
 
 
@@ -203,7 +205,8 @@ def _read(name: str, group: h5py.Group, with_traces: bool) -> CircleRun | PathRu
         turns = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])
         contour = ContourError(column(group, "station"), column(group, "error"), turns)
         points = column(group, "points", ndim=2)
-        path = PointPath(points[:, 0], points[:, 1], attributes["feed"])
+        x, y = points[:, 0], points[:, 1]
+        path = RecordedPath(column(group, "time"), x, y) if "time" in group else PointPath(x, y, attributes["feed"])
         return PathRun(scheme, path, traces, contour, warnings)
     circle = Circle(**{field.name: attributes[field.name] for field in fields(Circle)})
     first, second, third, fourth = (float(value) for value in attributes["quadrants"])

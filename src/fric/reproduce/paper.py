@@ -28,7 +28,8 @@ from fric.results.base import Result
 from fric.results.circle import CircleResult
 from fric.results.given import Advance, silent
 from fric.results.text import Piece
-from fric.simulate.circle import Circle, CircleRun, circle_document, pair, run_circle
+from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
+from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
 
 if TYPE_CHECKING:

@@ -19,8 +19,9 @@ from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
-from fric.simulate.circle import Circle, CircleRun, reduction, run_circle
+from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.cluster import cluster_outcomes
+from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo, Study
 from fric.simulate.processes import outcomes

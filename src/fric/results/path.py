@@ -17,9 +17,9 @@ from fric.results.base import Result
 from fric.results.given import Advance, in_si, path_of, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
-from fric.simulate.circle import reduction
+from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
-from fric.simulate.path import PathRun, PointPath, run_path
+from fric.simulate.path import PathRun, PointPath, RecordedPath, run_path
 from fric.units import readable
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class PathResult(Result):
 
 def path(
     machine: Any,
-    points: PointPath | Path | str,
+    points: PointPath | RecordedPath | Path | str,
     schemes: Any = "all",
     *,
     velocity: float | str = 0.1,
@@ -119,11 +119,12 @@ def path(
     machine
         The machine, its file, or the name of a bundled one.
     points
-        The path, or the CSV file of its points, headed ``x [mm], y [mm]``.
+        The path, or the CSV file of its points, headed ``x [mm], y [mm]``; with a column ``time [s]`` it is a recorded
+        reference, as is that of a circle or run file, and is followed in its own time.
     schemes, known
         As in `circle`.
     velocity
-        Feed along the path [m/s], also as a text; that of the path where it is given as itself.
+        Feed along the path [m/s], also as a text; that of the path where it is given as itself, or was recorded.
     advance
         Is told of each run that is done.
 
@@ -133,8 +134,10 @@ def path(
         When the path has a corner, or the machine cannot follow it.
     """
     subject = machine_of("path", machine)
-    file = None if isinstance(points, PointPath) else path_of("path", "a path, or the file of its points", points)
-    followed = points if isinstance(points, PointPath) else read_path(Path(points), in_si(velocity, "velocity"))
+    file, followed = None, points
+    if not isinstance(followed, PointPath | RecordedPath):
+        file = path_of("path", "a path, or the file of its points", points)
+        followed = read_path(file, in_si(velocity, "velocity"))
     chosen = schemes_of("path", schemes, known)
     advance(0, total=len(chosen))
     runs = []

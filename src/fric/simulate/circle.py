@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from fric.contour import Circularity, ContourError, circularity
-from fric.control.feedforward import inverse_model
+from fric.contour import Circularity, circularity
 from fric.errors import FricError
-from fric.notice import Notice
 from fric.reference import Reference, circle
-from fric.simulate.axis import Trace, run_axis
+from fric.simulate.contour_run import ContourRun, follow, run_warnings
 
 if TYPE_CHECKING:
     from fric.control.scheme import Scheme
-    from fric.simulate.machine import Axis, Machine
+    from fric.simulate.machine import Machine
 
 
 @dataclass(frozen=True)
@@ -52,47 +48,29 @@ class Circle:
             if not getattr(self, name) > 0:
                 raise FricError(f"the {name} of the circle is {getattr(self, name):g}", mend="Give a positive value.")
 
+    def references(self, sampling: float) -> tuple[Reference, Reference]:
+        """Return the motion of both axes, sampled at a rate [Hz]."""
+        return _references(self, sampling)
 
-@dataclass(frozen=True)
-class CircleRun:
-    """What one scheme makes of a circle.
 
-    Parameters
-    ----------
-    scheme
-        The compensation scheme.
-    circle
-        The test.
-    traces
-        What each axis recorded, by its name; an axis that is not simulated follows its reference exactly.
-    circularity
-        Radial error and glitches of the last revolution.
-    warnings
-        What the user should know: a drive that saturates.
-    """
+@lru_cache(maxsize=4)
+def _references(test: Circle, sampling: float) -> tuple[Reference, Reference]:
+    """Return the motion of both axes, which schemes and machines share."""
+    return circle(test.radius, test.feed, test.revolutions, sampling, direction=test.direction)
 
-    scheme: Scheme
-    circle: Circle
-    traces: Mapping[str, Trace]
-    circularity: Circularity
-    warnings: tuple[str, ...] = ()
+
+class CircleRun(ContourRun[Circle, Circularity]):
+    """What one scheme makes of a circle: radial error and glitches of the last revolution."""
 
     @property
-    def contour(self) -> Circularity:
-        """What the scheme leaves of the circle: its circularity."""
-        return self.circularity
-
-
-class ContourRun(Protocol):
-    """What circles and paths have in common: a scheme, and what it leaves."""
+    def circle(self) -> Circle:
+        """The circle."""
+        return self.test
 
     @property
-    def scheme(self) -> Scheme:
-        """The scheme."""
-
-    @property
-    def contour(self) -> Circularity | ContourError:
-        """What it leaves of the contour."""
+    def circularity(self) -> Circularity:
+        """What the scheme leaves of it."""
+        return self.contour
 
 
 def run_circle(
@@ -108,107 +86,19 @@ def run_circle(
 
     Parameters
     ----------
-    machine
-        The machine; its first two axes are x and y of the circle.
-    scheme
-        The compensation scheme.
     test
         The circle; that of the paper, 30 mm at 100 mm/s, where it is not given.
-    only
-        Name of the one axis that is simulated, while the other follows its reference exactly.
-    halvings
-        How often every step of the plant is halved, to see that this changes nothing.
-    accuracy
-        By how much the integration of the plant may move a position [m]; 0 for the last digits.
+    machine, scheme, only, halvings, accuracy
+        As in `follow`.
 
     Raises
     ------
     FricError
-        When the machine has no two linear axes at one controller rate, the feed asks for more voltage than a drive
-        has, or a run is not possible.
+        As `follow`.
     """
     test = test or Circle()
-    first, second = pair(machine)
-    sampling = machine.axes[first].cascade.sampling
-    references = dict(zip((first, second), _references(test, sampling), strict=True))
-    moved = [machine.axis(only).name] if only else [first, second]
-    for name in moved:
-        require_voltage(machine.axes[name], references[name])
-    traces = {
-        name: run_axis(machine.axes[name], references[name], scheme, halvings=halvings, accuracy=accuracy)
-        for name in moved
-    }
-    x, y = (traces[name].position if name in traces else references[name].position for name in (first, second))
+    _, traces, (x, y) = follow(machine, scheme, test, only=only, halvings=halvings, accuracy=accuracy)
     return CircleRun(scheme, test, traces, circularity(x, y, test.radius), run_warnings(scheme, traces))
-
-
-@lru_cache(maxsize=4)
-def _references(test: Circle, sampling: float) -> tuple[Reference, Reference]:
-    """Return the motion of both axes, which schemes and machines share."""
-    return circle(test.radius, test.feed, test.revolutions, sampling, direction=test.direction)
-
-
-def pair(machine: Machine) -> tuple[str, str]:
-    """Return the names of the two axes that make a circle: ``x`` and ``y``, or the first two.
-
-    Raises
-    ------
-    FricError
-        When there are no two linear axes with controllers at one rate.
-    """
-    linear = [name for name, axis in machine.axes.items() if axis.motion == "linear"]
-    names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])
-    if len(names) < 2:
-        raise FricError(
-            f"a circle needs two linear axes, and the machine has {len(linear)}", mend="Add the second to its file."
-        )
-    first, second = names
-    rates = {machine.axes[name].cascade.sampling for name in names}
-    if len(rates) > 1:
-        raise FricError(
-            f"the controllers of {first} and {second} sample at different rates", mend="Give both the same sampling."
-        )
-    return first, second
-
-
-def require_voltage(axis: Axis, reference: Reference) -> None:
-    """Refuse a motion that asks for more voltage than the drive has: plant and friction along the reference.
-
-    Raises
-    ------
-    FricError
-        When it does.
-    """
-    against = (axis.friction.steady_state(reference.velocity) + axis.constant_load) / axis.plant.K_f
-    needed = float(np.abs(inverse_model(axis.plant, reference) + against).max())
-    if needed > axis.cascade.limit:
-        raise FricError(
-            f"axis {axis.name} saturates: the motion needs {needed:.3g} V, and its limit is {axis.cascade.limit:g} V",
-            mend="Lower the feed, or widen the contour.",
-        )
-
-
-def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[str, ...]:
-    """Return what to know of a run: a voltage that was limited, a loop that no poles judge."""
-    told = [
-        Notice(
-            f"axis {name} saturates in {trace.saturated / len(trace.time):.1%} of the samples: "
-            "the feed asks for more voltage than its limit",
-            "saturates",
-        )
-        for name, trace in traces.items()
-        if trace.saturated
-    ]
-    if names := scheme.not_linear:
-        text = f"{' and '.join(names)} is not linear: stability was not judged by poles, only by this run"
-        told.append(Notice(text, "not-linear", "note"))
-    return tuple(told)
-
-
-def reduction(run: ContourRun, runs: Sequence[ContourRun]) -> float | None:
-    """Return by how much a scheme lowers the glitch against the run without compensation; None where there is none."""
-    bare = next((other.contour.glitch for other in runs if other.scheme.bare), 0.0)
-    return None if not bare or run.contour.glitch == bare else 1 - run.contour.glitch / bare
 
 
 def circle_document(runs: Sequence[CircleRun]) -> dict[str, Any]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
+from functools import cached_property
+from math import ceil, floor
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +13,7 @@ import numpy as np
 from fric.contour import ContourError, contour_error
 from fric.errors import FricError
 from fric.reference import Reference, smooth_step
-from fric.simulate.axis import Trace, run_axis
-from fric.simulate.circle import pair, require_voltage, run_warnings
+from fric.simulate.contour_run import ContourRun, follow, run_warnings
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -112,68 +112,99 @@ class PointPath:
         )
         return x, y
 
+    def at_full_feed(self, velocity: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return where the feed is full, of velocities [m/s], shape (n, 2)."""
+        return np.asarray(np.hypot(*velocity.T) > self.feed * (1 - 1e-6))
+
 
 @dataclass(frozen=True, eq=False)
-class PathRun:
-    """What one scheme makes of a path.
+class RecordedPath:
+    """A reference that was recorded: it is followed as it was asked for, in its own time.
+
+    Between its samples it is a cubic spline, whose derivatives are velocity and acceleration.
 
     Parameters
     ----------
-    scheme
-        The compensation scheme.
-    path
-        The path.
-    traces
-        What each axis recorded, by its name.
-    contour
-        Contour error and glitches, where the feed is full.
-    warnings
-        What the user should know.
-    """
-
-    scheme: Scheme
-    path: PointPath
-    traces: Mapping[str, Trace]
-    contour: ContourError
-    warnings: tuple[str, ...] = ()
-
-
-def run_path(machine: Machine, scheme: Scheme, path: PointPath, *, halvings: int = 0, accuracy: float = 0.0) -> PathRun:
-    """Follow a path with two axes of a machine under one scheme.
-
-    Parameters
-    ----------
-    machine
-        The machine; its first two axes are x and y of the path.
-    scheme
-        The compensation scheme.
-    path
-        The path.
-    halvings
-        How often every step of the plant is halved, to see that this changes nothing.
-    accuracy
-        By how much the integration of the plant may move a position [m]; 0 for the last digits.
+    time
+        Sample instants [s], strictly increasing, shape (n,).
+    x, y
+        Where the axes were asked to be [m], each of shape (n,).
 
     Raises
     ------
     FricError
-        When the machine has no two linear axes at one controller rate, or a run is not possible.
+        When there are fewer than ten samples, the time does not rise, or the motion does not begin at rest.
     """
-    names = pair(machine)
-    sampling = machine.axes[names[0]].cascade.sampling
-    references = path.references(sampling)
-    for name, reference in zip(names, references, strict=True):
-        require_voltage(machine.axes[name], reference)
-    traces = {
-        name: run_axis(machine.axes[name], reference, scheme, halvings=halvings, accuracy=accuracy)
-        for name, reference in zip(names, references, strict=True)
-    }
+
+    time: NDArray[np.float64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        if len(self.time) < 10 or not np.all(np.diff(self.time) > 0):
+            raise FricError("the reference has fewer than ten samples, or its time does not rise")
+        steps = np.hypot(np.diff(self.x), np.diff(self.y)) / np.diff(self.time)
+        if not steps.max() > 0:
+            raise FricError("the reference does not move")
+        if steps[0] > 0.02 * steps.max():
+            raise FricError(
+                f"the reference begins at {steps[0] * 1e3:.3g} mm/s", mend="Record it from rest: so the axes begin."
+            )
+
+    @cached_property
+    def feed(self) -> float:
+        """The speed that is held the longest [m/s]: the median of all that is above half of the largest."""
+        speed = np.hypot(np.gradient(self.x, self.time), np.gradient(self.y, self.time))
+        return float(np.median(speed[speed > 0.5 * speed.max()]))
+
+    def references(self, sampling: float) -> tuple[Reference, Reference]:
+        """Return the motion of both axes, sampled at a rate [Hz]."""
+        t = np.arange(floor((self.time[-1] - self.time[0]) * sampling + 1e-6) + 1) / sampling + self.time[0]
+        from scipy.interpolate import CubicSpline
+
+        made = []
+        for values in (self.x, self.y):
+            spline = CubicSpline(self.time, values)
+            made.append(Reference(sampling, *(np.ascontiguousarray(spline(t, order)) for order in (0, 1, 2))))
+        return made[0], made[1]
+
+    def at_full_feed(self, velocity: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return where the feed is full, of velocities [m/s], shape (n, 2)."""
+        return np.asarray(np.hypot(*velocity.T) > 0.98 * self.feed)
+
+
+class PathRun(ContourRun[PointPath | RecordedPath, ContourError]):
+    """What one scheme makes of a path: contour error and glitches, where the feed is full."""
+
+    @property
+    def path(self) -> PointPath | RecordedPath:
+        """The path."""
+        return self.test
+
+
+def run_path(
+    machine: Machine, scheme: Scheme, path: PointPath | RecordedPath, *, halvings: int = 0, accuracy: float = 0.0
+) -> PathRun:
+    """Follow a path with two axes of a machine under one scheme.
+
+    Parameters
+    ----------
+    path
+        The path.
+    machine, scheme, halvings, accuracy
+        As in `follow`.
+
+    Raises
+    ------
+    FricError
+        As `follow`.
+    """
+    references, traces, motion = follow(machine, scheme, path, halvings=halvings, accuracy=accuracy)
     asked, velocity = (
         np.column_stack([getattr(reference, part) for reference in references]) for part in ("position", "velocity")
     )
-    motion = np.column_stack([traces[name].position for name in names])
-    full = np.hypot(*velocity.T) > path.feed * (1 - 1e-6)
-    error = contour_error(asked[full], velocity[full], motion[full], sampling)
+    full = path.at_full_feed(velocity)
+    error = contour_error(asked[full], velocity[full], np.column_stack(motion)[full], references[0].sampling)
     warnings = run_warnings(scheme, traces)
     if not error.reversals:
         warnings += ("no axis turns on this path at full feed: there is no glitch",)

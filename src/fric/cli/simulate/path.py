@@ -26,9 +26,18 @@ from fric.cli.options import (
 
 def path(
     machine: MachineFile,
-    points: Annotated[Path, typer.Argument(metavar="PATH.csv", help="Points of the path, headed 'x [mm], y [mm]'.")],
+    points: Annotated[
+        Path,
+        typer.Argument(
+            metavar="PATH.csv",
+            help="Points of the path, headed 'x [mm], y [mm]'; or a recorded reference, with a column 'time [s]' too, "
+            "or in a circle or run file.",
+        ),
+    ],
     scheme: SchemeNames = "all",
-    velocity: Annotated[str, typer.Option("--velocity", help="Feed along the path.")] = "100 mm/s",
+    velocity: Annotated[
+        str, typer.Option("--velocity", help="Feed along the path; a recorded one has its own.")
+    ] = "100 mm/s",
     friction: BelievedFriction = None,
     gain: Gain = None,
     lead: Lead = None,

@@ -1,0 +1,165 @@
+"""One contour under one scheme: what circles, paths and recorded references have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+import numpy as np
+
+from fric.contour import Circularity, ContourError
+from fric.control.feedforward import inverse_model
+from fric.errors import FricError
+from fric.notice import Notice
+from fric.simulate.axis import Trace, run_axis
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.control.scheme import Scheme
+    from fric.reference import Reference
+    from fric.simulate.machine import Axis, Machine
+
+Left = TypeVar("Left", bound=Circularity | ContourError)
+
+
+class Contour(Protocol):
+    """A contour that two axes follow."""
+
+    def references(self, sampling: float) -> tuple[Reference, Reference]:
+        """Return the motion of both axes, sampled at a rate [Hz]."""
+
+
+Followed = TypeVar("Followed", bound=Contour)
+
+
+@dataclass(frozen=True, eq=False)
+class ContourRun(Generic[Followed, Left]):
+    """What one scheme makes of a contour.
+
+    Parameters
+    ----------
+    scheme
+        The compensation scheme.
+    test
+        The contour.
+    traces
+        What each axis recorded, by its name; an axis that is not simulated follows its reference exactly.
+    contour
+        What the scheme leaves of it.
+    warnings
+        What the user should know.
+    """
+
+    scheme: Scheme
+    test: Followed
+    traces: Mapping[str, Trace]
+    contour: Left
+    warnings: tuple[str, ...] = ()
+
+
+def follow(
+    machine: Machine,
+    scheme: Scheme,
+    test: Contour,
+    *,
+    only: str | None = None,
+    halvings: int = 0,
+    accuracy: float = 0.0,
+) -> tuple[tuple[Reference, Reference], dict[str, Trace], tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Follow a contour with two axes of a machine under one scheme: references, traces, and both true positions [m].
+
+    Parameters
+    ----------
+    machine
+        The machine; its first two axes are x and y of the contour.
+    scheme, test
+        The compensation scheme, and the contour.
+    only
+        Name of the one axis that is simulated, while the other follows its reference exactly.
+    halvings
+        How often every step of the plant is halved, to see that this changes nothing.
+    accuracy
+        By how much the integration of the plant may move a position [m]; 0 for the last digits.
+
+    Raises
+    ------
+    FricError
+        When the machine has no two linear axes at one controller rate, the feed asks for more voltage than a drive
+        has, or a run is not possible.
+    """
+    names = pair(machine)
+    references = test.references(machine.axes[names[0]].cascade.sampling)
+    asked = dict(zip(names, references, strict=True))
+    moved = [machine.axis(only).name] if only else names
+    for name in moved:
+        require_voltage(machine.axes[name], asked[name])
+    traces = {
+        name: run_axis(machine.axes[name], asked[name], scheme, halvings=halvings, accuracy=accuracy) for name in moved
+    }
+    x, y = (traces[name].position if name in traces else asked[name].position for name in names)
+    return references, traces, (x, y)
+
+
+def pair(machine: Machine) -> tuple[str, str]:
+    """Return the names of the two axes that make a circle: ``x`` and ``y``, or the first two.
+
+    Raises
+    ------
+    FricError
+        When there are no two linear axes with controllers at one rate.
+    """
+    linear = [name for name, axis in machine.axes.items() if axis.motion == "linear"]
+    names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])
+    if len(names) < 2:
+        raise FricError(
+            f"a circle needs two linear axes, and the machine has {len(linear)}", mend="Add the second to its file."
+        )
+    first, second = names
+    rates = {machine.axes[name].cascade.sampling for name in names}
+    if len(rates) > 1:
+        raise FricError(
+            f"the controllers of {first} and {second} sample at different rates", mend="Give both the same sampling."
+        )
+    return first, second
+
+
+def require_voltage(axis: Axis, reference: Reference) -> None:
+    """Refuse a motion that asks for more voltage than the drive has: plant and friction along the reference.
+
+    Raises
+    ------
+    FricError
+        When it does.
+    """
+    against = (axis.friction.steady_state(reference.velocity) + axis.constant_load) / axis.plant.K_f
+    needed = float(np.abs(inverse_model(axis.plant, reference) + against).max())
+    if needed > axis.cascade.limit:
+        raise FricError(
+            f"axis {axis.name} saturates: the motion needs {needed:.3g} V, and its limit is {axis.cascade.limit:g} V",
+            mend="Lower the feed, or widen the contour.",
+        )
+
+
+def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[str, ...]:
+    """Return what to know of a run: a voltage that was limited, a loop that no poles judge."""
+    told = [
+        Notice(
+            f"axis {name} saturates in {trace.saturated / len(trace.time):.1%} of the samples: "
+            "the feed asks for more voltage than its limit",
+            "saturates",
+        )
+        for name, trace in traces.items()
+        if trace.saturated
+    ]
+    if names := scheme.not_linear:
+        text = f"{' and '.join(names)} is not linear: stability was not judged by poles, only by this run"
+        told.append(Notice(text, "not-linear", "note"))
+    return tuple(told)
+
+
+def reduction(run: ContourRun[Any, Any], runs: Sequence[ContourRun[Any, Any]]) -> float | None:
+    """Return by how much a scheme lowers the glitch against the run without compensation; None where there is none."""
+    bare = next((other.contour.glitch for other in runs if other.scheme.bare), 0.0)
+    return None if not bare or run.contour.glitch == bare else 1 - run.contour.glitch / bare
