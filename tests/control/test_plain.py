@@ -8,6 +8,7 @@ every sample to 1e-6 V, so does the position, to far below 0.02 µm: the cascade
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import control
@@ -20,6 +21,8 @@ from fric.control import block_type
 from fric.control.scheme import Scheme
 from fric.design.blocks import design_block
 from fric.design.loop import SampledLoop
+from fric.design.repeating import learned_share
+from fric.errors import FricError
 from fric.simulate.axis import Trace, blocks_of, run_axis, setting_of
 from tests.control.blocks import AXIS, MOTION
 from tests.simulate.plain_loop import Filter
@@ -136,7 +139,7 @@ def gain_scheduled(trace: Trace, values: dict[str, float]) -> np.ndarray:
             turn = trace.reference[n]
         heading = np.sign(MOTION.velocity[n]) or heading
         way = abs(trace.reference[n] - turn)
-        stiffness = sum(k for a, k in zip(model.alpha, model.k, strict=True) if way < 2 * a * model.static.F_s / k)
+        stiffness = sum(k for a, k in zip(model.alpha, model.k, strict=True) if way / 4 < 2 * a * model.static.F_s / k)
         share = min(1.0, math.sqrt(stiffness / P.M) / (0.4 * P.B * C.K_p))
         level += smooth * (share - level)
         integral += C.K_i * T * (1 + values["integral"] * level) * e
@@ -293,3 +296,23 @@ def test_margins_and_poles_are_those_of_python_control(name: str) -> None:
     gains, phases, *_ = control.stability_margins(table, returnall=True)
     assert np.degrees(design.margins.phase_margin) == pytest.approx(np.abs(phases).min(), abs=0.1)
     assert design.margins.gain_margin == pytest.approx(gains[gains > 1].min(), rel=2e-3)
+
+
+def test_what_the_repetitive_controller_learns_shrinks_where_the_plant_is_known_and_grows_where_it_is_not() -> None:
+    """|h·(1 - G/G_n)·S| by the formula against the impulse responses; a delay that is not believed makes it grow."""
+    setting = setting_of(AXIS, Scheme("s", "", blocks=("repetitive",)), MOTION)
+    block = block_type("repetitive")(cutoff=150.0)  # type: ignore[call-arg]
+    for late, grows in ((0.0, False), (2.0e-3, True)):
+        loop = SampledLoop(replace(P, T_d=P.T_d + late), replace(C, K_p=C.K_p / 3, K_i=C.K_i / 3), (), None, setting)
+        assert loop.stable
+        share, at = learned_share(block, loop, setting)
+        f = np.array([at])
+        h = np.exp(-0.5 * (2 * np.pi * f * math.sqrt(math.log(2)) / (2 * np.pi * 150.0)) ** 2)
+        # G_n as the filters take it: continuous, its delay T_d ahead
+        ratio = loop.G(f) / (P.B / (2j * np.pi * f * (2j * np.pi * f + P.A)) * np.exp(-2j * np.pi * f * P.T_d))
+        exact = np.abs(h * (1 - ratio) / (1 + loop.input(f)))[0]
+        assert share == pytest.approx(exact, abs=0.02)
+        assert (share >= 1.0) is grows
+    slow = replace(AXIS, plant=replace(P, T_d=P.T_d + 2.0e-3), nominal=P, cascade=loop.cascade)
+    with pytest.raises(FricError, match="grows from period to period"):
+        run_axis(slow, MOTION, Scheme("s", "", blocks=("repetitive",)))

@@ -3,14 +3,16 @@
 After a reversal every slip block of the believed friction sticks: the drive stands against a spring. Block i slips
 after a way of ``2·alpha_i·F_s/k_i`` (Masing's rule), so that a distance x from the reversal the stiffness is::
 
-    K(x) = Σ k_i  over the blocks with  x < 2·alpha_i·F_s/k_i,        share(x) = min(1, sqrt(K(x)/M)/corner)
+    K(x) = Σ k_i  over the blocks with  x/4 < 2·alpha_i·F_s/k_i,      share(x) = min(1, sqrt(K(x)/M)/corner)
     u    = K_p·(1 + proportional·share)·error + ∫ K_i·(1 + integral·share)·error,   error as that of the cascade
 
 A drive on a spring is no double integrator: below the spring's natural frequency sqrt(K/M) its phase does not fall to
 -180°, and the integral may be as much stronger there. The corner, 0.4 of the velocity loop's crossover B·K_p, is
-where the phase is needed. Where the blocks have slipped the gains are those of the cascade. Not linear. T.
-Tjahjowidodo, F. Al-Bender, H. Van Brussel, W. Symens, Friction characterization and compensation in
-electro-mechanical systems, J. Sound and Vibration 308 (2007) 632-646.
+where the phase is needed. Where the blocks have slipped the gains are those of the cascade. The way counts a quarter:
+on 40 drawn machines, some of them softer than is believed, gains that fall back at once leave 5.5 µm at the 95th
+percentile, with the quarter 3.1, and with less no less. Not linear. T. Tjahjowidodo, F. Al-Bender, H. Van Brussel, W.
+Symens, Friction characterization and compensation in electro-mechanical systems, J. Sound and Vibration 308 (2007)
+632-646.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
 
 SEEN, FILTERED, INTEGRAL, PENDING, TURNED, HEADING, LEVEL = range(7)
 HEAD = 8
+SOFTER = 4.0
+"""By how much softer the friction may be than is believed: the gains stay for a way that is as much longer."""
 
 
 @compiled_block
@@ -103,7 +107,7 @@ class GainScheduled(ControlBlock):
                 mend="Identify them: fric identify gms.",
             )
         alpha, k = np.array(model.alpha), np.array(model.k)  # type: ignore[attr-defined]
-        ends = 2.0 * alpha * float(model.static.F_s) / k  # type: ignore[attr-defined]
+        ends = SOFTER * 2.0 * alpha * float(model.static.F_s) / k  # type: ignore[attr-defined]
         order = np.argsort(ends)
         stiffness = np.cumsum(k[order][::-1])[::-1]
         frequency = np.sqrt(stiffness * setting.plant.B / setting.K_f)

@@ -82,11 +82,26 @@ def probed(block: ControlBlock, setting: Setting) -> Probed:
     Raises
     ------
     ValueError
-        When a linear block gives something from nothing.
+        When the block repeats, or is linear and gives something from nothing.
     """
+    if block.repeats:
+        raise ValueError(f"the block '{block.name}' repeats: it has as many states as the motion has samples")
     ready = block.ready(setting if block.linear else replace(setting, position=0.0, velocity=0.0, seen=0.0))
     rest = np.zeros(ready.state.size) if block.linear else ready.state
     return _probed(ready.step, ready.parameters.tobytes(), rest.tobytes(), 1.0 if block.linear else 1e-6)
+
+
+def impulses(block: ControlBlock, setting: Setting, inputs: Sequence[str], wait: int, samples: int) -> Real:
+    """Return the volts of a linear block in so many samples after 1 in some of its inputs, shape (samples,).
+
+    ``wait`` are the samples of rest before, in which a block that repeats gets what it looks back at.
+    """
+    step, _, state, parameters = block.ready(setting)
+    state, rows, out = state.copy(), np.zeros((len(Commands._fields), wait + samples)), []
+    hit = Sample(*(float(name in inputs) for name in Sample._fields))
+    for n in range(wait + samples):
+        out.append(step(hit if n == wait else Sample(*[0.0] * len(hit)), n, rows, state, parameters))
+    return np.array(out[wait:])
 
 
 @lru_cache(maxsize=64)

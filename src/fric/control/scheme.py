@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fric.control import block_type
 from fric.errors import FricError, near
+from fric.kernels.loop import BLOCKS
 
 if TYPE_CHECKING:
     from fric.control.base import ControlBlock
@@ -45,7 +46,7 @@ class Scheme:
     Raises
     ------
     FricError
-        When there is no such block, or one is of another kind.
+        When there is no such block, one is of another kind, or there are more than a loop has room for.
     """
 
     name: str
@@ -62,6 +63,10 @@ class Scheme:
             raise FricError(
                 f"scheme {self.name} asks for '{self.controller}' as its controller, which is of the kind {kind}",
                 mend="Name it among the blocks.",
+            )
+        if len(self.blocks) >= BLOCKS:
+            raise FricError(
+                f"scheme {self.name} has {len(self.blocks)} blocks", mend=f"A loop has room for {BLOCKS - 1}."
             )
         for block in self.block_types:
             if block.kind == "controller":

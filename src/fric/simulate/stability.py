@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.design.loop import SampledLoop
+from fric.design.repeating import learned_share
 from fric.errors import FricError
 
 if TYPE_CHECKING:
@@ -41,12 +42,15 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     FricError
         When an eigenvalue of the sampled loop is outside the unit circle.
     """
-    inside = tuple(block for block in blocks if block.in_loop())
+    inside = tuple(block for block in blocks if block.in_loop() and not block.repeats)
     if not all(block.linear for block in (controller, *inside)):
         return
     loop = SampledLoop(axis.plant, axis.cascade, inside, controller, setting)
     largest = float(abs(loop.poles()[0]))
     if largest < EDGE:
+        for block in blocks:
+            if block.repeats:
+                require_learning(axis, block, loop, setting)
         return
     part = "with its observer " if any(block.kind == "observer" for block in blocks) else ""
     stable_at = (gain for gain in GAINS if replace(loop, plant=replace(axis.plant, B=axis.plant.B * gain)).stable)
@@ -56,3 +60,14 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
         f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)",
         mend="Lower the gains or the observer's cutoff; fric design finds values that hold.",
     )
+
+
+def require_learning(axis: Axis, block: ControlBlock, loop: SampledLoop, setting: Setting) -> None:
+    """Raise a `FricError` where what a block learns of one period does not shrink in the next."""
+    share, frequency = learned_share(block, loop, setting)
+    if share >= 1.0:
+        raise FricError(
+            f"what '{block.name}' learns on axis {axis.name} grows from period to period, by {share:.3g} at "
+            f"{frequency:.4g} Hz",
+            mend="Lower its cutoff, or identify the plant again: the one that is believed is not the axis' own.",
+        )

@@ -1,0 +1,84 @@
+"""What a scheme may name, and how it is written and read."""
+
+from pathlib import Path
+
+import pytest
+
+from fric.control.scheme import PAPER_SCHEMES, Scheme
+from fric.documents.machine_files import read_machine
+from fric.documents.schemes import read_schemes
+from fric.errors import FricError
+from fric.io.run import read_runs, write_runs
+from fric.simulate.axis import blocks_of, setting_of
+from fric.simulate.circle import Circle, run_circle
+from tests.control.blocks import AXIS, MOTION
+
+HEAD = "fric: schemes/1\nschemes:\n"
+
+
+def test_old_files_and_new_ones_give_the_same_scheme(tmp_path: Path) -> None:
+    file = tmp_path / "schemes.yaml"
+    file.write_text(HEAD + "  d: {title: observer, observer: true}\n  e: {title: observer, blocks: [inverse-model]}\n")
+    old, new = read_schemes(file).values()
+    assert (old.blocks, old.observer, old.bare) == (new.blocks, True, False)
+    assert old == PAPER_SCHEMES["d"]
+    assert Scheme.of(old.plain()) == old
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("{blocks: [nothing]}", "there is no control block 'nothing'"),
+        ("{blocks: [sliding-mode]}", "Write it as controller: sliding-mode"),
+        ("{controller: kalman}", "Name it among the blocks"),
+        ("{blocks: [kalman, two-dof, adaptive, inverse-model]}", "room for 3"),
+        ("{blocks: [kalman], peak_sensitivity: 6 V}", "Write it as '6 dB'"),
+    ],
+)
+def test_a_scheme_that_no_loop_runs_is_refused(tmp_path: Path, text: str, told: str) -> None:
+    file = tmp_path / "schemes.yaml"
+    file.write_text(HEAD + f"  s: {text}\n")
+    with pytest.raises(FricError, match=told):
+        read_schemes(file)
+
+
+def test_the_machine_s_file_gives_a_block_its_parameters_and_margins_give_the_rest(tmp_path: Path) -> None:
+    text = Path("configs/xy-table.yaml").read_text()
+    (tmp_path / "two.yaml").write_text("fric: block/1\naxis: x\nblock: two-dof\nparameters: {cutoff: 0.02 kHz}\n")
+    file, scheme = tmp_path / "machine.yaml", Scheme("s", "", blocks=("kalman", "two-dof"))
+    given = "    blocks: {kalman: {cutoff: 25 Hz}, two-dof: two.yaml}\n    encoder:\n"
+    file.write_text(text.replace("    encoder:\n", given, 1))
+    axis = read_machine(file).axis("x")
+    _, kalman, two = blocks_of(axis, scheme, setting_of(axis, scheme, MOTION))
+    assert (vars(kalman), vars(two)) == ({"cutoff": 25.0}, {"cutoff": 20.0})
+    slow, fast = (
+        blocks_of(AXIS, one, setting_of(AXIS, one, MOTION))[1]
+        for one in (Scheme("s", "", blocks=("kalman",)), Scheme("f", "", blocks=("kalman",), peak_sensitivity=2.8))
+    )
+    assert 55.0 < vars(slow)["cutoff"] < 70.0
+    assert vars(fast)["cutoff"] == 300.0
+    for wrong, told in (
+        ("{kalman: {cutoff: 25 s}}", "frequency"),
+        ("{kalman: {cutof: 25 Hz}}", "cutof"),
+        ("{kalman: two.yaml}", "is the block 'two-dof'"),
+        ("{kalman: {cutoff: -1 Hz}}", "lies between"),
+    ):
+        file.write_text(text.replace("    encoder:\n", f"    blocks: {wrong}\n    encoder:\n", 1))
+        with pytest.raises(FricError, match=told):
+            read_machine(file)
+
+
+def test_a_run_file_keeps_the_scheme(tmp_path: Path) -> None:
+    machine = read_machine(Path("configs/xy-table.yaml"))
+    scheme = Scheme("s", "both", friction="gms", lead="auto", blocks=("two-dof",), gain=0.9)
+    run = run_circle(machine, scheme, Circle(0.01, 0.1, 1), accuracy=1e-8)
+    write_runs(tmp_path / "run.h5", [run])
+    assert read_runs(tmp_path / "run.h5")[0].scheme == scheme
+
+
+def test_a_block_that_is_not_linear_is_said_not_to_be_judged() -> None:
+    machine = read_machine(Path("configs/xy-table.yaml"))
+    told = run_circle(machine, Scheme("s", "", controller="sliding-mode"), Circle(0.01, 0.1, 1), accuracy=1e-8).warnings
+    assert [(one.code, one.severity) for one in told] == [("not-linear", "note")]  # type: ignore[attr-defined]
+    quiet = run_circle(machine, Scheme("s", "", blocks=("reversal-pulse",)), Circle(0.01, 0.1, 1), accuracy=1e-8)
+    assert quiet.warnings == ()
