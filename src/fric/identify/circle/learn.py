@@ -19,7 +19,8 @@ from fric.notice import Notice
 from fric.reference import Reference
 from fric.reference import circle as circle_reference
 from fric.simulate.axis import Trace, run_axis
-from fric.simulate.circle import Circle, CircleRun, pair, require_voltage
+from fric.simulate.circle import Circle, CircleRun
+from fric.simulate.contour_run import pair, require_voltage
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
