@@ -212,7 +212,7 @@ def parse_gain(text: str | float) -> float:
 
 
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-_PREFIXED = {"m", "N", "V", "s", "Hz", "m/s", "m/V", "N*m", "N/m", "N*m/rad", "N/s", "N*m/s", "N*m*s/rad"}
+_PREFIXED = {"m", "N", "V", "s", "Hz", "m/s", "m/V", "N*m", "J", "N/m", "N*m/rad", "N/s", "N*m/s", "N*m*s/rad"}
 """Units that people read with a prefix; of the others (rad, kg, N·s/m, …) they do not."""
 
 
