@@ -177,3 +177,15 @@ def test_t_of_the_observer_loop_is_q(name: str) -> None:
     F, Q = (equation.response(f, 4000.0) for equation in (both.inverse, both.low_pass))
     L = F * loop.G(f) / (1 - Q)
     assert np.abs(L / (1 + L)) == pytest.approx(np.abs(observer.q.response(f)), abs=0.01)
+
+
+def test_lines_that_friction_hides_do_not_hold_Q_down():
+    """The lowest lines of an axis with friction tell nothing of its plant: a deviation of 2.5 is no plant."""
+    f = np.arange(2.0, 500.0, 2.0)
+    plant = X
+    G = plant.response(f)
+    told = FrequencyResponse(f, np.abs(G), np.unwrap(np.angle(G)), deviation=np.where(f < 6, 2.5, 1e-3))
+    found = measured_perturbation(told, plant)
+    assert found.frequency[0] == 6.0
+    sure = measured_perturbation(replace(told, deviation=np.full(f.size, 1e-3)), plant)
+    assert robust_limit(found).q.cutoff == pytest.approx(robust_limit(sure).q.cutoff, rel=1e-6)

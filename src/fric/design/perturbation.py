@@ -166,6 +166,9 @@ def measured_perturbation(
                 )
             deviation = np.sqrt((1 - coherence) / (2 * averages * coherence))
     radius = CIRCLE_95 * deviation * np.abs(G_m / G_n)
+    sure = np.flatnonzero(radius < 1.0)
+    if sure.size:  # below the first sure line, where friction hides the response, it tells nothing of the plant
+        f, G_m, G_n, radius = (values[sure[0] :] for values in (f, G_m, G_n, radius))
     expected = plant.response(f) if sampling is None else SampledPlant.of(plant, sampling).response(f, sampling)
     return Perturbation(f, G_m / G_n - 1.0, radius, G_m / expected, measured=True)
 
