@@ -80,6 +80,7 @@ def test_gaps_that_the_time_tells_are_no_lost_samples() -> None:
     kept = np.random.default_rng(1).uniform(size=len(log)) >= 0.02
     cut = replace(log, time=log.time[kept], position=log.position[kept], force=log.force[kept])
     assert timing(cut).lost == 0.0
+    assert timing(cut).jitter == 0.0
 
 
 def test_an_encoder_that_errs_is_told_by_pitch_and_size() -> None:

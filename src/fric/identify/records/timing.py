@@ -24,10 +24,12 @@ ORDERS = (6, 8)
 """Orders of the differences that noise is told by: a motion of f Hz comes out by that power of f over the rate."""
 WHITE = 0.8
 """Power by the higher order over that by the lower one, of white noise 1; what moves has less."""
+GAP = 1.5
+"""Sampling intervals from which on samples are missing, and the time tells it."""
 WINDOW = 32
 """Samples over which noise is compared with speed."""
-ABOVE = 3.0
-"""Noise by jitter, over that of the encoder's step, from which on it is told."""
+ABOVE = 7.0
+"""Noise by jitter, over that of the encoder's step, from which on it is told: an encoder that errs makes less."""
 SURE = 5.0
 """Standard errors from which on noise grows with speed."""
 COUNTS = 8.0
@@ -67,7 +69,7 @@ def timing(log: Log) -> Timing:
     if z is None or len(z) < 8 * WINDOW or not (np.isfinite(z).all() and np.isfinite(t).all()):
         return Timing()
     steps, dt = np.diff(z), np.diff(t)
-    even = dt < 1.5 * np.median(dt)
+    even = dt < GAP * np.median(dt)
     step = lattice_step(z) or 0.0
     lost = _lost(steps[even], step)
     if lost:
@@ -103,7 +105,9 @@ def _jitter(z: NDArray[np.float64], t: NDArray[np.float64], encoder: float) -> t
     speed = np.abs(z[WINDOW - 1 : count * WINDOW : WINDOW] - z[: count * WINDOW : WINDOW])
     speed = (speed / (t[WINDOW - 1 : count * WINDOW : WINDOW] - t[: count * WINDOW : WINDOW]))[1:-1]
     v2 = speed**2
-    moving = v2 > 0.01 * np.max(v2, initial=0.0)
+    wide = np.convolve(np.diff(t) > GAP * np.median(np.diff(t)), np.ones(2 * max(ORDERS) + 1), mode="same") > 0
+    whole = ~np.append(wide, False)[: count * WINDOW].reshape(count, WINDOW).any(axis=1)[1:-1]
+    moving = (v2 > 0.01 * np.max(v2, initial=0.0)) & whole
     if moving.sum() < 8 or np.median(higher[moving]) < WHITE * np.median(power[moving]):
         return 0.0, 0.0
     floor = encoder**2 / 12.0
