@@ -106,7 +106,8 @@ def _jitter(z: NDArray[np.float64], t: NDArray[np.float64], encoder: float) -> t
     speed = (speed / (t[WINDOW - 1 : count * WINDOW : WINDOW] - t[: count * WINDOW : WINDOW]))[1:-1]
     v2 = speed**2
     wide = np.convolve(np.diff(t) > GAP * np.median(np.diff(t)), np.ones(2 * max(ORDERS) + 1), mode="same") > 0
-    whole = ~np.append(wide, False)[: count * WINDOW].reshape(count, WINDOW).any(axis=1)[1:-1]
+    gaps = np.append(wide, False)[: count * WINDOW].reshape(count, WINDOW)
+    whole = ~np.asarray(np.any(gaps, axis=1))[1:-1]
     moving = (v2 > 0.01 * np.max(v2, initial=0.0)) & whole
     if moving.sum() < 8 or np.median(higher[moving]) < WHITE * np.median(power[moving]):
         return 0.0, 0.0
