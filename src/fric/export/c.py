@@ -10,7 +10,8 @@ import numpy as np
 
 from fric.export.base import LARGEST, Files, Part, Target
 from fric.export.rendering import identifier, render
-from fric.export.translate.c_code import Dialect, c_routines
+from fric.export.translate.c_code import c_routines
+from fric.export.translate.c_dialect import Dialect
 
 if TYPE_CHECKING:
     from collections.abc import Callable

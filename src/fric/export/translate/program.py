@@ -61,7 +61,14 @@ class Array:
         return Array.of(self.symbol, self.whole)
 
 
-Type = Scalar | Record | Array
+@dataclass(frozen=True)
+class Absent:
+    """What a step takes in the library, and no controller has: the table of what will be asked of an axis."""
+
+    what: str
+
+
+Type = Scalar | Record | Array | Absent
 
 
 @dataclass(frozen=True)

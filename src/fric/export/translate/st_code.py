@@ -82,7 +82,7 @@ def st_type(of: Type, prefix: str) -> str:
         return f"ARRAY[0..{max(of.whole, 1) - 1}] OF LREAL"
     if isinstance(of, Record):
         return f"{prefix}{of.name.lower()}"
-    return {REAL: "LREAL", INTEGER: "DINT", BOOLEAN: "BOOL"}[of]
+    return {REAL: "LREAL", INTEGER: "DINT", BOOLEAN: "BOOL"}[of]  # type: ignore[index]
 
 
 def st_routines(program: Program, prefix: str) -> str:
