@@ -19,7 +19,7 @@ from tests.figures.cases import CASES
 from tests.figures.drawn import labels, varied
 
 made = cache(lambda name: CASES[name]())
-WITHOUT_A_CASE = {"draw_learned"}
+WITHOUT_A_CASE = {"draw_learned", "draw_tuned"}
 """Figures that still want one in `tests.figures.cases`."""
 LABEL = re.compile(r"^\S.*\S? \[[^\[\]]+\]$")
 
