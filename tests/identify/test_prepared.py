@@ -77,7 +77,7 @@ def test_cycles_and_their_parts_are_what_is_resampled():
     counts = np.bincount(one.phase[one.used])
     assert len(counts) == 32
     assert counts.min() > 0.2 * counts.mean()
-    (line,) = prepared([Log(np.arange(1000.0), np.arange(1000.0) ** 1.5, force=np.ones(1000))])
+    (line,) = prepared([Log(np.arange(1000.0), np.arange(1000.0) ** 1.5, force=np.linspace(1.0, 2.0, 1000))])
     assert len(np.unique(line.cycle[line.used])) == 10
 
 

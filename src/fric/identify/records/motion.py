@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import sparse
 from scipy.interpolate import BSpline
-from scipy.linalg import solveh_banded
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from fric.errors import FricError
 from fric.identify.records.resolution import encoder_step, noise_level
@@ -24,6 +24,12 @@ MOST_KNOTS = 20_000
 
 REST = 4
 """Samples without a count after which the level itself is read, again and again."""
+
+REFINED = 8
+"""Times that a spline is solved for at most: of a stiff one rounding leaves more than its spread, until refined."""
+
+CONVERGED = 1e-3
+"""Correction, over the usual spread, from which on nothing is left to refine."""
 
 FINE = 0.01
 """Share of the way of a sample under which the encoder's step does not matter."""
@@ -173,7 +179,7 @@ def _smoothest(
     size = normal.shape[0]
     third: Any = sparse.diags_array([[-1.0], [3.0], [-3.0], [1.0]], offsets=[0, 1, 2, 3], shape=(size - 3, size))
     middle = float(np.mean(value))
-    right = basis.T @ (weight * (value - middle) / unit)
+    wanted = (value - middle) / unit
     banded, penalty = _upper(normal), _upper(third.T @ third)
 
     smoothest = None
@@ -181,11 +187,18 @@ def _smoothest(
     for _ in range(12):
         exponent = 0.5 * (low + high)
         try:
-            solved = np.asarray(solveh_banded(banded + 10.0**exponent * penalty, right))
+            factor = cholesky_banded(banded + 10.0**exponent * penalty)
         except np.linalg.LinAlgError:  # too little penalty to bridge a rest
             low = exponent
             continue
-        chi2 = float(np.mean(weight * (basis @ solved - (value - middle) / unit) ** 2))
+        solved = np.zeros(size)
+        for _ in range(REFINED):
+            left = basis.T @ (weight * (wanted - basis @ solved)) - 10.0**exponent * (third.T @ (third @ solved))
+            correction = np.asarray(cho_solve_banded((factor, False), left))
+            solved = solved + correction
+            if np.abs(correction).max() < CONVERGED:
+                break
+        chi2 = float(np.mean(weight * (wanted - basis @ solved) ** 2))
         if chi2 <= 1.0 or smoothest is None:
             smoothest = solved
         low, high = (low, exponent) if chi2 > 1.0 else (exponent, high)
