@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from fric.control.scheme import PAPER_SCHEMES, Scheme
+from fric.control.scheme import Scheme
 from fric.documents.machine_files import read_machine
+from fric.documents.schemes import read_schemes
 from fric.export.base import Part, Role
 from fric.export.c import c_files
 from fric.export.select import compensation_of
@@ -19,6 +20,14 @@ from fric.friction import FrictionModel, models
 SAMPLING = 4000.0
 SAMPLES = 100_000
 MACHINE = Path(__file__).parents[2] / "configs/xy-table.yaml"
+SCHEMES = read_schemes(MACHINE.parent / "literature.yaml")
+EXPORTED = ("c", "d", "f", "kalman-gms", "two-dof")
+"""Schemes with every block that can be exported, and with the friction alone."""
+NOT_EXPORTED = {
+    "pulse": "reads 'rows'", "adaptive": "reads 'n'", "repetitive": "needs a motion that repeats",
+    "sliding": "in place of the controller", "scheduled": "in place of the controller",
+}  # fmt: skip
+"""Schemes with every other block, and the reason that is given."""
 REFUSED = {"leuven": "depends on the data", "rolling": "controllers do not have"}
 """Friction models that no controller's program can hold, and the reason that is given. All others must be exported."""
 
@@ -31,7 +40,7 @@ def part(model: FrictionModel, role: Role = "compensation", lead: float = 0.65e-
 
 
 def scheme_part(scheme: str | Scheme = "f", axis: str = "x") -> Part:
-    chosen = PAPER_SCHEMES[scheme] if isinstance(scheme, str) else scheme
+    chosen = SCHEMES[scheme] if isinstance(scheme, str) else scheme
     return compensation_of(read_machine(MACHINE), axis, chosen)
 
 

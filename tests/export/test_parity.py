@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fric.control.scheme import PAPER_SCHEMES
+from fric.control import blocks
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.export.c import c_files
@@ -16,7 +16,20 @@ from fric.export.st import st_files
 from fric.friction import models
 from fric.reference import circle
 from fric.simulate.axis import run_axis
-from tests.export.parts import MACHINE, REFUSED, SAMPLING, InC, exportable, motions, part, replayed, scheme_part
+from tests.export.parts import (
+    EXPORTED,
+    MACHINE,
+    NOT_EXPORTED,
+    REFUSED,
+    SAMPLING,
+    SCHEMES,
+    InC,
+    exportable,
+    motions,
+    part,
+    replayed,
+    scheme_part,
+)
 from tests.export.structured_text import Program
 
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
@@ -27,6 +40,17 @@ needs_compiler = pytest.mark.skipif(not shutil.which("cc"), reason="no C compile
 def test_what_no_controller_can_run_is_refused_with_the_reason(name: str) -> None:
     with pytest.raises(FricError, match=REFUSED[name]):
         c_files(part(models()[name].typical()))
+
+
+@pytest.mark.parametrize("scheme", sorted(NOT_EXPORTED))
+def test_a_scheme_that_no_controller_can_run_is_refused_with_the_reason(scheme: str) -> None:
+    with pytest.raises(FricError, match=NOT_EXPORTED[scheme]):
+        c_files(scheme_part(scheme))
+
+
+def test_every_block_is_exported_or_refused_here() -> None:
+    named = {name for one in (*EXPORTED, *NOT_EXPORTED) for name in (*SCHEMES[one].blocks, SCHEMES[one].controller)}
+    assert named == set(blocks())
 
 
 @needs_compiler
@@ -75,7 +99,7 @@ def _along_a_run(scheme: str) -> tuple[list[dict[str, float]], np.ndarray]:
     """What a controller asks and sees along a simulated circle, and what the compensation adds to its voltage."""
     axis = read_machine(MACHINE).axis("x")
     reference = circle(0.03, 0.1, 1, axis.cascade.sampling)[0]
-    run = run_axis(axis, reference, PAPER_SCHEMES[scheme])
+    run = run_axis(axis, reference, SCHEMES[scheme])
     model = (reference.acceleration + axis.plant.A * reference.velocity) / axis.plant.B
     added = model + run.feedforward - run.disturbance
     control = run.input - added  # nothing saturates
@@ -89,7 +113,7 @@ def _along_a_run(scheme: str) -> tuple[list[dict[str, float]], np.ndarray]:
 
 
 @needs_compiler
-@pytest.mark.parametrize("scheme", ["c", "f"])
+@pytest.mark.parametrize("scheme", EXPORTED)
 def test_c_adds_in_each_sample_what_the_simulated_controller_added(scheme: str, tmp_path: Path) -> None:
     asked, added = _along_a_run(scheme)
     made = InC(scheme_part(scheme), tmp_path)
@@ -99,7 +123,7 @@ def test_c_adds_in_each_sample_what_the_simulated_controller_added(scheme: str, 
     assert not made.fault
 
 
-@pytest.mark.parametrize("scheme", ["c", "f"])
+@pytest.mark.parametrize("scheme", EXPORTED)
 def test_structured_text_adds_what_the_simulated_controller_added(scheme: str) -> None:
     asked, added = _along_a_run(scheme)
     (text,) = st_files(scheme_part(scheme)).values()

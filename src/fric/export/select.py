@@ -9,6 +9,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.export.base import BlockPart, Part
+from fric.friction.stribeck import StaticMap
 from fric.reference import Reference
 from fric.simulate.axis import blocks_of, setting_of
 
@@ -39,8 +40,11 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
             mend="Choose a scheme whose controller is the cascade.",
         )
     nominal, cascade = axis.nominal or axis.plant, axis.cascade
+    friction = setting.friction
+    if friction is None and others:
+        friction = StaticMap(F_c=0.0, F_s=0.0, v_s=1.0)  # nothing is fed forward; the blocks are
     return Part(
-        "compensation", machine.name, name, axis.motion, scheme.name, setting.friction, nominal.K_f, nominal.A,
+        "compensation", machine.name, name, axis.motion, scheme.name, friction, nominal.K_f, nominal.A,
         nominal.B, cascade.sampling, cascade.limit, axis.encoder.resolution, setting.gain, setting.lead,
         K_p=cascade.K_p, K_i=cascade.K_i, blocks=tuple(_block(one, setting) for one in others),
     )  # fmt: skip

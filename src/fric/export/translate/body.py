@@ -24,6 +24,9 @@ from fric.export.translate.program import (
     Type,
 )
 
+MOST_TURNS = 64
+"""Turns of a loop that is written out, at most."""
+
 
 class Body(Expressions):
     """Reads the body of one function."""
@@ -94,6 +97,8 @@ class Body(Expressions):
                 until = self.expression(stop)
                 self.variables[name] = INTEGER
                 made = [Count(variable, until, tuple(self.block(body)))]
+            case ast.For(target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=limits), body=body):
+                made = self.unrolled(name, [self.expression(limit) for limit in limits], body, node)
             case ast.Expr(value=ast.Call() as value):
                 call = self.expression(value)
                 assert isinstance(call, Call)
@@ -105,6 +110,18 @@ class Body(Expressions):
             case _:
                 raise self.refuse(f"'{ast.unparse(node).splitlines()[0]}' has no counterpart", node)
         return [*self.flush(), *made]
+
+    def unrolled(self, name: str, limits: list[Expression], body: list[ast.stmt], node: ast.stmt) -> list[Statement]:
+        """Return a loop between limits that are known, turn by turn, for loops that do not count up from 0."""
+        known = [int(limit.value) for limit in limits if isinstance(limit, Constant)]
+        if len(known) < len(limits) or len(turns := range(*known)) > MOST_TURNS:
+            raise self.refuse("how often a loop of its step turns depends on the data", node)
+        made: list[Statement] = []
+        for turn in turns:
+            self.fixed[name] = Constant(turn, INTEGER)
+            made += self.block(body)
+        self.fixed.pop(name, None)
+        return made
 
     def assign(self, target: ast.expr, value: ast.expr) -> list[Statement]:
         """Return what assigns a value to a variable, an element, or several of them."""

@@ -89,6 +89,8 @@ class _Reader:
             known: dict[str, Type] = {}
             for argument, compiled, array in zip(definition.args.args, signature.args, given, strict=True):
                 known[argument.arg] = array or self.type(compiled)
+            if any(isinstance(of, Absent) for of in known.values()):  # with the table of a motion goes its counter
+                known |= {name: Absent(name) for name in ("n",) if name in known}
             arrays = {of.symbol: of.base for of in known.values() if isinstance(of, Array)}
             arguments = [Name(name, of) for name, of in known.items() if not isinstance(of, (Array, Absent))]
             arguments += [Name(symbol, of) for symbol, of in arrays.items()]
