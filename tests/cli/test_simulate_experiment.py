@@ -6,6 +6,7 @@ from typer.testing import CliRunner
 
 from fric.cli.main import app
 from fric.errors import FricError
+from fric.identify.dynamics.plant import identify_plant
 from fric.io.hdf5 import read_logs
 
 RUN = CliRunner()
@@ -19,7 +20,8 @@ def test_an_experiment_is_a_log_file_that_names_its_machine(tmp_path: Path) -> N
     assert done.exit_code == 0, done.output
     told = json.loads(done.stdout)
     (log,) = read_logs(out)
-    assert told == {"axis": "y", "records": {"presliding-sine-01": {"kind": "presliding-sine", "samples": len(log)}}}
+    records = {"presliding-sine-01": {"kind": "presliding-sine", "samples": len(log)}}
+    assert told == {"axis": "y", "records": records, "warnings": [], "warnings_coded": []}
     assert (log.axis, log.kind) == ("y", "presliding-sine")
     assert isinstance(RUN.invoke(app, [*words, "-o", str(out)]).exception, FricError)  # the output is kept
 
@@ -48,6 +50,20 @@ def test_two_amplitudes_around_rest_tell_what_friction_adds(tmp_path: Path) -> N
     assert small > 2 * large > 4 * 28.57
     low, high = told["A"]["ci95"]
     assert low < 28.57 + 40 / 121 < high < large
+
+
+@pytest.mark.parametrize("seed", ["3", "6"])
+def test_friction_around_rest_is_no_second_mass_and_has_the_sign_of_friction(tmp_path: Path, seed: str) -> None:
+    """The spring of friction at 15 mm/s was taken for a second mass, and A was 10721 1/s to all digits told."""
+    log = str(tmp_path / "log.h5")
+    words = ["simulate", "experiment", MACHINE, "--kind", "frequency-response", "-o", log, "--seed", seed]
+    assert RUN.invoke(app, [*words, "--mean", "0 mm/s", "--peaks", "15 mm/s, 60 mm/s"]).exit_code == 0
+    fit = identify_plant(read_logs(log))
+    assert fit.second_mass is None
+    assert fit.friction.coulomb is not None
+    assert float(fit.friction.coulomb) * 121 == pytest.approx(105, rel=0.6)
+    low, high = fit.estimates["A"].ci95
+    assert low < 28.57 + 40 / 121 < high
 
 
 @pytest.mark.parametrize("words", [["--axis", "q"], ["--kind", "drop"], ["--noise", "3 V"]])

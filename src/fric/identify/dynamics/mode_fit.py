@@ -33,6 +33,9 @@ ROUGH = 0.03
 GAIN = 40.0
 """How much less the sum of bounded squared residuals is with a second mass that is taken."""
 
+BELOW = 3.0
+"""A second mass's frequency over that of the lowest line, at least: below it, lines show the rigid axis."""
+
 
 class Found(NamedTuple):
     """A fit and the lines that it was made of."""
@@ -67,14 +70,18 @@ def solve_with_modes(lines: Lines) -> Found:
         return rigid
     scale = max(_usual(lines, found), 1e-3)
     bounded = [float(np.sum(np.minimum(np.abs(_off(lines, one.solution)) / scale, OFF) ** 2)) for one in (rigid, found)]
-    return found if bounded[0] - bounded[1] > GAIN and _is_told(found.solution) else rigid
+    return found if bounded[0] - bounded[1] > GAIN and _is_told(found.solution, at(lines, found.kept)) else rigid
 
 
-def _is_told(solution: Solution) -> bool:
-    """Say whether frequency and ratio of a second mass are told by the lines."""
+def _is_told(solution: Solution, lines: Lines) -> bool:
+    """Say whether frequency and ratio of a second mass are told by the lines, and the rigid axis below it as well.
+
+    Friction around rest is a spring, too: of its lowest lines a small motion makes a resonance, at or below them.
+    """
     half, values = solution.half_widths()[3:], solution.values[3:]
     ratio = len(values) < 3 or bool(half[2] < values[2] < 0.99)
-    return ratio and bool(half[0] < 0.1)
+    below = BELOW * float(lines.frequency.min()) <= float(np.exp(values[0]))
+    return ratio and below and bool(half[0] < 0.1)
 
 
 def _best_mode(lines: Lines) -> Found | None:
@@ -85,7 +92,8 @@ def _best_mode(lines: Lines) -> Found | None:
     if high < 4 * low:
         return None
     encoders: tuple[Encoder, ...] = ("motor", "table")
-    starts = [one for encoder in encoders for one in _starts(lines, encoder, np.geomspace(3 * low, 1.2 * high, 24))[:2]]
+    grid = np.geomspace(BELOW * low, 1.2 * high, 24)
+    starts = [one for encoder in encoders for one in _starts(lines, encoder, grid)[:2]]
     rough = [solve([lines], resonance=resonance, start=start, misfits=[ROUGH]) for resonance, start in starts]
     if not rough:
         return None

@@ -258,11 +258,30 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
     together = solve(sets, misfits=misfits, resonance=mode)
     if np.any(np.isnan(gains)) or np.ptp(gains) <= APART * np.max(np.abs(gains)):
         return together, alone
-    split = solve(sets, friction=True, misfits=misfits, resonance=mode)
+    slope, level = np.polyfit(gains, seen, 1)  # a search from 0 may end where A of one record is held at 0
+    least = fits[int(np.argmin(gains))].solution.values
+    start = np.array([max(float(level), 0.0), *least[1:3], slope])
+    split = solve(sets, friction=True, misfits=misfits, resonance=mode, start=start)
     value, deviation = float(split.values[3]), float(np.sqrt(split.covariance[3, 3]))
-    reach = float(stats.t.ppf(0.975, split.freedom)) * deviation
+    alike = max(_alike(split, lines, misfit) for lines, misfit in zip(sets, misfits, strict=True))
+    split = replace(split, covariance=split.covariance * alike)
+    reach = float(stats.t.ppf(0.975, split.freedom)) * deviation * float(np.sqrt(alike))
     length = "rad" if fits[0].measured.table.motion == "rotary" else "m"
     coulomb = Estimate(value, f"{length}/s^2", (value - reach, value + reach))
     differs = abs(value) > float(stats.t.ppf((1 + SURE) / 2, split.freedom)) * deviation
     found = FrictionInfluence(gains, seen, half, differs=differs, compared=True, coulomb=coulomb)
     return (split if differs and value > 0 else together), found
+
+
+def _alike(solution: Solution, lines: Lines, misfit: float) -> float:
+    """Return how many neighbouring lines tell as much as one, where a solution is off by the like at all of them.
+
+    Friction around rest is not its describing function alone: what it adds besides is no noise, and is the same at
+    line after line. This is the sum of the residuals' correlation over the lines, as of a correlated series.
+    """
+    model = solution.form.response(solution.values, lines.frequency, lines.hold, lines.reversing)
+    off = np.log(lines.response / model) / np.hypot(lines.deviation, misfit)
+    n = len(off)
+    likeness = np.array([np.vdot(off[: n - k], off[k:]).real for k in range(n)]) / max(np.vdot(off, off).real, 1e-300)
+    ends = np.flatnonzero(likeness < 0)
+    return 1.0 + 2.0 * float(np.sum(likeness[1 : ends[0] if ends.size else n]))

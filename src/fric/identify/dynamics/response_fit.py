@@ -249,7 +249,7 @@ def solve(
     resonance
         Where the search for a second mass begins; eq. (1) alone where there is none.
     start
-        A, ln B, T_d where the search begins, from a grid where not given.
+        A, ln B, T_d, and F_c/M where it is fitted, where the search begins; from a grid and 0 where not given.
     """
     form = Form(friction, resonance.encoder if resonance else None)
     start = near(sets[0])[0] if start is None else np.array(start, float)
@@ -259,7 +259,7 @@ def solve(
     top = max(float(lines.frequency.max()) for lines in sets)
     upper, scale = [np.inf] * 3, [2 * np.pi * top * 0.05, 0.1, 0.05 / top]
     if friction:
-        start, lower, upper, scale = np.append(start, 0.0), [*lower, -np.inf], [*upper, np.inf], [*scale, 1.0]
+        start, lower, upper, scale = np.append(start, 0.0)[:4], [*lower, -np.inf], [*upper, np.inf], [*scale, 1.0]
     if resonance is not None:
         n = 3 if resonance.encoder == "motor" else 2
         second = [float(np.log(resonance.frequency)), float(np.log(resonance.damping)), resonance.ratio]
