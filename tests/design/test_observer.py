@@ -179,13 +179,15 @@ def test_t_of_the_observer_loop_is_q(name: str) -> None:
     assert np.abs(L / (1 + L)) == pytest.approx(np.abs(observer.q.response(f)), abs=0.01)
 
 
-def test_lines_that_friction_hides_do_not_hold_Q_down():
+@pytest.mark.parametrize("hidden", [2.5, 0.3])
+def test_lines_that_friction_hides_do_not_hold_Q_down(hidden: float):
     """The lowest lines of an axis with friction tell nothing of its plant: a deviation of 2.5 is no plant."""
     f = np.arange(2.0, 500.0, 2.0)
     plant = X
     G = plant.response(f)
-    told = FrequencyResponse(f, np.abs(G), np.unwrap(np.angle(G)), deviation=np.where(f < 6, 2.5, 1e-3))
+    off = np.where(f < 6, 1 + hidden, 1.0)
+    told = FrequencyResponse(f, off * np.abs(G), np.unwrap(np.angle(G)), deviation=np.where(f < 6, hidden, 1e-3))
     found = measured_perturbation(told, plant)
     assert found.frequency[0] == 6.0
-    sure = measured_perturbation(replace(told, deviation=np.full(f.size, 1e-3)), plant)
+    sure = measured_perturbation(replace(told, magnitude=np.abs(G), deviation=np.full(f.size, 1e-3)), plant)
     assert robust_limit(found).q.cutoff == pytest.approx(robust_limit(sure).q.cutoff, rel=1e-6)

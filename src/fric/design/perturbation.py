@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 CIRCLE_95 = float(np.sqrt(-2 * np.log(0.05)))
 """Radius of the circle that holds 95 % of a complex normal error, over the deviation of its real and imaginary part."""
 
+SURE = 0.5
+"""Radius below which a line without any perturbation has |Delta| and its confidence below 1: |Delta| is in it, too."""
+
 
 @dataclass(frozen=True)
 class Resonance:
@@ -166,7 +169,7 @@ def measured_perturbation(
                 )
             deviation = np.sqrt((1 - coherence) / (2 * averages * coherence))
     radius = CIRCLE_95 * deviation * np.abs(G_m / G_n)
-    sure = np.flatnonzero(radius < 1.0)
+    sure = np.flatnonzero(radius < SURE)
     if sure.size:  # below the first sure line, where friction hides the response, it tells nothing of the plant
         f, G_m, G_n, radius = (values[sure[0] :] for values in (f, G_m, G_n, radius))
     expected = plant.response(f) if sampling is None else SampledPlant.of(plant, sampling).response(f, sampling)
