@@ -72,7 +72,7 @@ class ExportResult(Result):
 
     def report(self) -> list[Piece]:
         """Return what is in which file, and how LinuxCNC and simulation compare."""
-        rows = [[name, f"{len(content):,}"] for name, content in self._all().items()]
+        rows = [[name, str(len(content))] for name, content in self._all().items()]
         title = f"{self.part.machine}: {self.part.role} of axis {self.part.axis} for {self.target.name}"
         told: list[Piece] = [Table(["file", "bytes"], rows, title)]
         if self.arcs:

@@ -96,6 +96,11 @@ def identify_gms(
     presliding, sliding = sorted_by_kind(logs)
     for log in presliding:
         log.require("position", "the virgin curve")
+    if static is not None and not (static.F_s > 0.0 and (negative is None or negative.F_s > 0.0)):
+        raise FricError(
+            "the static map has no friction at break-away (F_s is 0), and alpha is a share of it",
+            mend="Look at what `fric identify static` says of that map, or leave --static out.",
+        )
     ready = prepared([*presliding, *sliding], plant)
     loops = [find_loops(record, cycles) for record in ready[: len(presliding)]]
     curve = virgin_curve(loops, static, negative)
