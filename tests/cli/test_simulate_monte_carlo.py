@@ -60,7 +60,8 @@ def test_the_table_json_and_run_file_tell_the_same(tmp_path):
         assert json.loads(group.attrs["spreads"]) == many["spreads"]
 
 
-def test_workers_and_a_cluster_change_no_digit():
+def test_workers_and_a_cluster_change_no_digit(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1790000000")
     words = ("--scheme", "a", "--monte-carlo", "3", "--json")
     one = circle(*words, "--workers", "1")
     assert one == circle(*words, "--workers", "2")
