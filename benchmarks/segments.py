@@ -1,4 +1,4 @@
-"""Finding steady stretches: 34 strokes of 30 000 samples, beside sorting the same positions with numpy."""
+"""Finding steady segments: 34 strokes of 30 000 samples, beside sorting the same positions with numpy."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from time import process_time
 
 import numpy as np
 
-from fric.identify.records.segments import steady_stretches
+from fric.identify.records.segments import steady_segments
 from fric.log import Log
 
 RATE, SAMPLES, STEP = 4000.0, 30_000, 2.5e-7
@@ -27,18 +27,18 @@ def _strokes() -> list[Log]:
 def run() -> list[tuple[str, str, str]]:
     """Return what was measured, beside the target."""
     logs = _strokes()
-    found = [steady_stretches(log) for log in logs]
+    found = [steady_segments(log) for log in logs]
     start = process_time()
     for log in logs:
-        steady_stretches(log)
+        steady_segments(log)
     search = process_time() - start
     start = process_time()
     for log in logs:
         np.sort(log.position)
     baseline = process_time() - start
-    whole = sum(len(stretches) == 1 for stretches in found)
+    whole = sum(len(segments) == 1 for segments in found)
     return [
-        ("steady stretches of 34 strokes of 30 000 samples", f"{search:.3f} s", "< 0.3 s"),
+        ("steady segments of 34 strokes of 30 000 samples", f"{search:.3f} s", "< 0.3 s"),
         ("the same, in sorts of the positions by numpy", f"{search / baseline:.1f}", ""),
         ("strokes found as one stretch", f"{whole} of {len(logs)}", "34 of 34"),
     ]

@@ -9,7 +9,7 @@ from scipy.optimize import curve_fit
 
 import fric
 from fric.friction.stribeck import StaticMap
-from fric.identify.strokes.static import identify_static
+from fric.identify.static_map.identify import identify_static
 
 SPEEDS = np.array([0.01, 0.04, 0.08, 0.2, 0.4, 0.5, 1, 2, 4, 5, 8, 10, 14, 16, 20, 25, 30]) * 1e-3
 SAMPLES = 30_000

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 import fric
 from docs import examples
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure, save_figure
-from fric.identify.strokes.static import steady_points
+from fric.identify.static_map.identify import steady_points
 from fric.io.hdf5 import read_logs
 from fric.log import Log
 from fric.simulate.experiment import experiment

@@ -12,7 +12,7 @@ from benchmarks.reality.session import Sessions, machine_with
 from fric.control.scheme import choose_schemes
 from fric.errors import FricError
 from fric.simulate.circle import run_circle
-from fric.simulate.machine import Believed, Machine
+from fric.simulate.machine import Machine, NominalFriction
 from fric.simulate.reality.flaws import NONE
 
 STEPS = ("plant", "static", "gms")
@@ -125,8 +125,8 @@ def glitches(flaw: str, verdict: Verdict) -> Glitches | None:
     if verdict.plant is None or verdict.model is None:
         return None
     machine = machine_with(flaw)
-    believed = Believed({"gms": verdict.model}, 1.0)
-    true = replace(machine.axis("x"), believed=believed, nominal=verdict.plant)
+    nominal_friction = NominalFriction({"gms": verdict.model}, 1.0)
+    true = replace(machine.axis("x"), nominal_friction=nominal_friction, nominal=verdict.plant)
     seen = replace(
         true, plant=verdict.plant, friction=verdict.model, load=verdict.offset, reality=NONE, second_mass=None
     )

@@ -19,9 +19,9 @@ from fric.documents.yaml import read_document, write_document
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
-from fric.identify.dynamics.plant import identify_plant
 from fric.identify.gms.identify import identify_gms
-from fric.identify.strokes.static import identify_static
+from fric.identify.plant.identify import identify_plant
+from fric.identify.static_map.identify import identify_static
 from fric.notice import Notice
 
 INSIDE = 0.9

@@ -82,7 +82,7 @@ def circularity(x: NDArray[np.float64], y: NDArray[np.float64], radius: float) -
     if not len(whole):
         raise FricError(
             f"the motion covers {np.degrees(turned.max()):.0f}° of the circle, and a revolution is needed",
-            mend="Give more revolutions, or a lower feed.",
+            hint="Give more revolutions, or a lower feed.",
         )
     last = slice(int(whole[-1]), None)
     angle, rho = angle[last], np.hypot(x[last], y[last])

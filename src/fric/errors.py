@@ -24,18 +24,18 @@ class FricError(Exception):
         What is wrong, in the user's words.
     where
         File, line, column or record it was found in; empty where there is none.
-    mend
+    hint
         What the user can do about it.
     """
 
-    def __init__(self, what: str, *, where: str = "", mend: str = "") -> None:
-        self.what, self.where, self.mend = what, where, mend
+    def __init__(self, what: str, *, where: str = "", hint: str = "") -> None:
+        self.what, self.where, self.hint = what, where, hint
         head = f"{printable(where)}: {printable(what)}" if where else printable(what)
-        super().__init__(f"{head}\n{printable(mend)}" if mend else head)
+        super().__init__(f"{head}\n{printable(hint)}" if hint else head)
 
     def at(self, where: str) -> "FricError":
         """Return the same error, told with the place where it was found (outermost place first)."""
-        return FricError(self.what, where=f"{where}: {self.where}" if self.where else where, mend=self.mend)
+        return FricError(self.what, where=f"{where}: {self.where}" if self.where else where, hint=self.hint)
 
 
 def near(given: str, known: Iterable[str]) -> str:

@@ -105,8 +105,8 @@ def estimate_rows(section: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, s
         sizes[id(entry)] = max(_size(value, interval), sizes.get(id(entry), 0.0))
     for name, value, interval, entry in elements(section):
         scale, unit = prefixed(sizes[id(entry)], str(entry["unit"]))
-        shown, told = in_digits(value, interval, scale)
-        rows.append((name, shown, told or note_of(entry), unit))
+        shown, text = in_digits(value, interval, scale)
+        rows.append((name, shown, text or note_of(entry), unit))
     return rows
 
 
@@ -140,7 +140,7 @@ def in_digits(value: float, interval: Any, scale: float = 1.0) -> tuple[str, str
     limits = [limit for limit in interval or () if limit is not None and not isinf(limit)]
     width = scale * (max(limits) - min(limits)) if len(limits) == 2 else 0.0
     if not width > 0:
-        told = " … ".join("open" if limit not in limits else significant(limit * scale, 4) for limit in interval or ())
-        return significant(value * scale, 4), told
+        text = " … ".join("open" if limit not in limits else significant(limit * scale, 4) for limit in interval or ())
+        return significant(value * scale, 4), text
     decimals = min(max(0, 1 - floor(log10(width))), 9)
     return f"{value * scale:.{decimals}f}", " … ".join(f"{limit * scale:.{decimals}f}" for limit in limits)

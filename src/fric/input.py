@@ -30,13 +30,13 @@ def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a fil
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         raise FricError(f"cannot be read: {getattr(error, 'strerror', '') or error}", where=str(path)) from None
     if stat.S_ISDIR(found.st_mode):
-        raise FricError("is a folder", where=str(path), mend=of_folder)
+        raise FricError("is a folder", where=str(path), hint=of_folder)
     if not stat.S_ISREG(found.st_mode):
-        raise FricError("is no regular file", where=str(path), mend="Name a file on a disk.")
+        raise FricError("is no regular file", where=str(path), hint="Name a file on a disk.")
     if most is not None and found.st_size > most:
         raise FricError(
             f"holds {found.st_size / 1e6:.3g} MB, and {most / 1e6:.3g} MB are read at most", where=str(path),
-            mend="Name the right file.",
+            hint="Name the right file.",
         )  # fmt: skip
     return Path(path)
 
@@ -50,11 +50,11 @@ def missing(path: Path, names: Sequence[str] = ()) -> FricError:
     bundled = near(str(path), names).replace("?", ", which comes with fric?")
     if not (beside or bundled) and names and not path.suffix:
         bundled = f"These come with fric, by name: {', '.join(names)}."
-    return FricError("there is no such file", where=str(path), mend=(beside or bundled).rstrip())
+    return FricError("there is no such file", where=str(path), hint=(beside or bundled).rstrip())
 
 
 @contextmanager
-def foreign(path: Path | str, mend: str = "Make it again.", *, lacking: bool = False) -> Iterator[None]:
+def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = False) -> Iterator[None]:
     """Tell what another library raises while it reads a file as damage of that file.
 
     An exception that arises in fric itself is a bug, and stays what it is; but for a missing key or a value of the
@@ -70,13 +70,13 @@ def foreign(path: Path | str, mend: str = "Make it again.", *, lacking: bool = F
     except FricError:
         raise
     except MemoryError:
-        raise FricError("asks for more memory than there is", where=str(path), mend=mend) from None
+        raise FricError("asks for more memory than there is", where=str(path), hint=hint) from None
     except Exception as error:
         value = lacking and isinstance(error, KeyError | ValueError | TypeError | IndexError | AttributeError)
         if not (value or isinstance(error, RecursionError | OSError)) and _ours(error):
             raise
-        told = printable(str(error).partition("\n")[0] or type(error).__name__, 160)
-        raise FricError(f"is damaged: {told}", where=str(path), mend=mend) from None
+        text = printable(str(error).partition("\n")[0] or type(error).__name__, 160)
+        raise FricError(f"is damaged: {text}", where=str(path), hint=hint) from None
 
 
 def _ours(error: Exception) -> bool:

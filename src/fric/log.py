@@ -112,19 +112,19 @@ class Log:
     def __post_init__(self) -> None:
         lengths = {channel: len(values) for channel, values in self.channels().items()}
         if len(set(lengths.values())) > 1:
-            told = ", ".join(f"{channel} {n}" for channel, n in lengths.items())
-            raise FricError(f"channels differ in length ({told})", where=self.where)
+            text = ", ".join(f"{channel} {n}" for channel, n in lengths.items())
+            raise FricError(f"channels differ in length ({text})", where=self.where)
         if self.position is None and self.velocity is None:
             raise FricError(
                 "there is neither position nor velocity",
                 where=self.where,
-                mend="Map one of them to a column.",
+                hint="Map one of them to a column.",
             )
 
     def __repr__(self) -> str:
-        told = ", ".join(name for name in self.channels() if name != "time")
+        text = ", ".join(name for name in self.channels() if name != "time")
         span = f"{len(self)} samples in {self.time[-1] - self.time[0]:.4g} s" if len(self) else "no sample"
-        return f"<Log '{self.name}' of the {self.motion} axis {self.axis}: {span}: {told}>"
+        return f"<Log '{self.name}' of the {self.motion} axis {self.axis}: {span}: {text}>"
 
     def __len__(self) -> int:
         return len(self.time)
@@ -150,13 +150,13 @@ class Log:
             raise FricError(
                 f"no {channel} was logged, and {purpose} needs it",
                 where=self.where,
-                mend=f"Log the {channel}, or map its column when ingesting.",
+                hint=f"Log the {channel}, or map its column when ingesting.",
             )
         largest = float(abs(values).max()) if len(values) else 0.0
         if largest > BEYOND:
             raise FricError(
                 f"the {channel} reaches {largest:.3g} {self.unit(channel)}, which no machine does", where=self.where,
-                mend="Look at the sample; ingest the log again without it, or with its right unit.",
+                hint="Look at the sample; ingest the log again without it, or with its right unit.",
             )  # fmt: skip
         return values
 

@@ -37,7 +37,7 @@ class Notice(str):
     def __new__(cls, text: str, code: str = "", severity: Severity = "doubt") -> Notice:
         """Return the notice."""
         if severity not in get_args(Severity):
-            raise FricError(f"'{severity}' is no severity", mend=f"There are {', '.join(get_args(Severity))}.")
+            raise FricError(f"'{severity}' is no severity", hint=f"There are {', '.join(get_args(Severity))}.")
         made = super().__new__(cls, text)
         made.code, made.severity = code, severity
         return made

@@ -32,15 +32,15 @@ def refuse_existing(*paths: Path | None, force: bool = False) -> None:
                 raise FricError(
                     f"cannot be written: there is no folder {target.parent}",
                     where=str(path),
-                    mend="Make the folder first.",
+                    hint="Make the folder first.",
                 )
         except OSError as error:  # the folder may not be looked into
             raise _refused(path, error) from None
         if mode is not None and not stat.S_ISREG(mode):
             what = "a folder" if stat.S_ISDIR(mode) else "no regular file"
-            raise FricError(f"cannot be written: it is {what}", where=str(path), mend="Name a file.")
+            raise FricError(f"cannot be written: it is {what}", where=str(path), hint="Name a file.")
         if mode is not None and not force:
-            raise FricError("the output exists", where=str(path), mend="Name another file, or replace it with --force.")
+            raise FricError("the output exists", where=str(path), hint="Name another file, or replace it with --force.")
 
 
 def _target(path: Path) -> Path:
@@ -50,7 +50,7 @@ def _target(path: Path) -> Path:
     try:
         return path.resolve()
     except (OSError, RuntimeError):
-        raise FricError("is a link that leads nowhere", where=str(path), mend="Name a file.") from None
+        raise FricError("is a link that leads nowhere", where=str(path), hint="Name a file.") from None
 
 
 @contextmanager
@@ -81,7 +81,7 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
     except FileExistsError:
         raise FricError(
             "the output came to be while this one was made", where=str(path),
-            mend="Another process wrote it. Name another file, or replace it with --force.",
+            hint="Another process wrote it. Name another file, or replace it with --force.",
         ) from None  # fmt: skip
     except OSError as error:
         raise _refused(path, error) from None
@@ -164,7 +164,7 @@ def alone(path: Path) -> Iterator[None]:
                 if time.monotonic() > until:
                     raise FricError(
                         f"another process has been adding to a file of {target.parent} for {WAIT:.0f} s",
-                        where=str(path), mend="Wait for it to end, and try again.",
+                        where=str(path), hint="Wait for it to end, and try again.",
                     ) from None  # fmt: skip
                 time.sleep(0.05)
             except OSError:  # a file system without locks
@@ -198,5 +198,5 @@ def _refused(path: Path, error: OSError) -> FricError:
     return FricError(
         f"cannot be written: {error.strerror or error}",
         where=str(path),
-        mend="Nothing was written. Make room or name a folder that you may write to.",
+        hint="Nothing was written. Make room or name a folder that you may write to.",
     )

@@ -119,7 +119,7 @@ def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1
         When speed or distance is zero.
     """
     if speed == 0 or not distance > 0:
-        raise FricError("a stroke has neither speed nor length", mend="Give a speed and a positive distance.")
+        raise FricError("a stroke has neither speed nor length", hint="Give a speed and a positive distance.")
     cruise = distance / abs(speed)
     starts = dwell + np.array([0.0, ramp + cruise, 2 * ramp + cruise + dwell, 3 * ramp + 2 * cruise + dwell])
     t = np.arange(ceil((starts[-1] + ramp + dwell) * sampling)) / sampling
@@ -152,7 +152,7 @@ def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, 
         When amplitude, frequency or cycles are not positive.
     """
     if not (amplitude > 0 and frequency > 0 and cycles > 0):
-        raise FricError("a sine has no amplitude, frequency or cycles", mend="Give positive values.")
+        raise FricError("a sine has no amplitude, frequency or cycles", hint="Give positive values.")
     omega, rise = 2 * pi * frequency, run_in / frequency
     t = np.arange(ceil((cycles + run_in) / frequency * sampling)) / sampling
     S, _, slope, curve = smooth_step(t / rise)
@@ -187,7 +187,7 @@ def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampl
     if not 0 < swing < abs(mean):
         raise FricError(
             f"a velocity of {mean:g} m/s with an amplitude of {swing:g} m/s turns the motion",
-            mend="Sliding needs an amplitude below the mean velocity.",
+            hint="Sliding needs an amplitude below the mean velocity.",
         )
     ramp = 2.0 / frequency
     t = np.arange(ceil((cycles / frequency + 2 * ramp) * sampling)) / sampling
@@ -232,7 +232,7 @@ def circle(
     """
     for name, value in (("radius", radius), ("feed", feed), ("number of revolutions", revolutions)):
         if not value > 0:
-            raise FricError(f"the {name} of the circle is {value:g}", mend="Give a positive value.")
+            raise FricError(f"the {name} of the circle is {value:g}", hint="Give a positive value.")
     omega = direction * feed / radius
     ramp = pi / abs(omega)  # a quarter turn: half the feed on average
     t = np.arange(ceil((ramp + revolutions * 2 * pi / abs(omega)) * sampling) + 1) / sampling

@@ -105,10 +105,10 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
         hint = asked if _fits(spelled, dimension, other) else ""
         raise FricError(
             f"{dimension} cannot be in '{unit}': that unit measures {_measured(spelled)}",
-            mend=f"Give a unit that converts to {si}{hint}.",
+            hint=f"Give a unit that converts to {si}{hint}.",
         ) from None
     except (pint.errors.PintError, AttributeError, ValueError, TypeError, AssertionError):
-        raise FricError(f"'{unit}' is not a unit that is known", mend=f"Give a unit that converts to {si}.") from None
+        raise FricError(f"'{unit}' is not a unit that is known", hint=f"Give a unit that converts to {si}.") from None
 
 
 def is_unit(text: str) -> bool:
@@ -131,7 +131,7 @@ _NEWTON_METRE = re.compile(r"\b([kmuc]?N)([mcu]?m)\b")
 def _spelled(unit: str) -> str:
     """Spell a unit as Pint does: ``Nm`` is ``N*m``, ``U/min`` is ``rpm``; Pint works out powers whatever they cost."""
     if len(unit) > MOST_LETTERS or re.search(r"\*\*|\^", _POWER.sub("", unit)):
-        raise FricError(f"'{printable(unit, 40)}' is not a unit that is known", mend="Write it as in N*s/m or m/s^2.")
+        raise FricError(f"'{printable(unit, 40)}' is not a unit that is known", hint="Write it as in N*s/m or m/s^2.")
     plain = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u").replace("⁻¹", "**-1")
     return {"U/min": "rpm", "Upm": "rpm", "RPM": "rpm"}.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
 
@@ -143,7 +143,7 @@ def _of_an_angle(unit: str, spelled: str, dimension: str) -> str:
     if _registry().Quantity(1.0, spelled).units in {_registry().Unit(u) for u in ("count", "percent", "", "Hz", "1/s")}:
         raise FricError(
             f"{dimension} cannot be in '{unit}': that does not say what angle it is",
-            mend='Write rad/s or rev/s, or give the angle of one logged unit as a scale, as in scale: "0.0879 mrad".',
+            hint='Write rad/s or rev/s, or give the angle of one logged unit as a scale, as in scale: "0.0879 mrad".',
         )
     return spelled
 
@@ -182,11 +182,11 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
     try:
         value = float(number)
     except ValueError:
-        raise FricError(f"'{text}' is not a quantity", mend=f"Write a number and a unit, as in '1.5 {si}'.") from None
+        raise FricError(f"'{text}' is not a quantity", hint=f"Write a number and a unit, as in '1.5 {si}'.") from None
     if not isfinite(value):
-        raise FricError(f"'{text}' is not a finite quantity", mend=f"Write a number and a unit, as in '1.5 {si}'.")
+        raise FricError(f"'{text}' is not a finite quantity", hint=f"Write a number and a unit, as in '1.5 {si}'.")
     if not unit and si != "1":
-        raise FricError(f"'{text}' has no unit", mend=f"Write the unit too, as in '{number} {si}'.")
+        raise FricError(f"'{text}' has no unit", hint=f"Write the unit too, as in '{number} {si}'.")
     return value * (factor(unit, dimension, motion) if unit else 1.0)
 
 
@@ -207,7 +207,7 @@ def parse_gain(text: str | float) -> float:
     except (ValueError, OverflowError):
         ratio = 0.0
     if unit.strip().lower() not in {"", "db"} or not 0 < ratio < float("inf"):
-        raise FricError(f"'{text}' is not a gain", mend="Write a ratio or decibels, as in '2' or '6 dB'.")
+        raise FricError(f"'{text}' is not a gain", hint="Write a ratio or decibels, as in '2' or '6 dB'.")
     return ratio
 
 

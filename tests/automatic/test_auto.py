@@ -135,7 +135,7 @@ def test_what_cannot_be_made_says_which_record_is_missing(names, done, missing, 
 def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path):
     def refuse_gms(words):
         if words[1] == "gms":
-            raise FricError("no cycle is whole", mend="Log three.")
+            raise FricError("no cycle is whole", hint="Log three.")
         done = RUN.invoke(app, list(words))
         assert done.exit_code == 0, done.output
 

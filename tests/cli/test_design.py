@@ -130,13 +130,13 @@ def test_people_read_gains_limits_and_margins(plant: str) -> None:
 
 
 def test_what_cannot_be_designed_is_refused(plant: str, controller: str) -> None:
-    assert "nearest that holds is K_p" in refused(["design", "controller", plant, "--crossover", "100 Hz"]).mend
+    assert "nearest that holds is K_p" in refused(["design", "controller", plant, "--crossover", "100 Hz"]).hint
     assert "all together" in str(refused(["design", "controller", plant, "--K_p", "83.7 V*s/m"]))
     assert "no unit" in str(refused(["design", "controller", plant, "--phase-margin", "60"]))
     assert "is not a gain" in str(refused(["design", "controller", plant, "--gain-margin", "12 m"]))
     observer = ["design", "observer", plant, "--controller", controller]
-    assert "nearest that holds is 65" in refused([*observer, "--cutoff", "200 Hz"]).mend
-    assert "nearest that holds is 65" in refused([*observer, "--bandwidth", "60 Hz"]).mend
+    assert "nearest that holds is 65" in refused([*observer, "--cutoff", "200 Hz"]).hint
+    assert "nearest that holds is 65" in refused([*observer, "--bandwidth", "60 Hz"]).hint
     assert "two names" in str(refused([*observer, "--bandwidth", "30 Hz", "--cutoff", "60 Hz"]))
     other = Path(controller).with_name("y.yaml")
     other.write_text(Path(controller).read_text().replace("axis: x", "axis: y"))

@@ -41,7 +41,7 @@ def test_few_records_are_told_one_by_one_and_many_in_a_table():
     told = run(DATA / "presliding-sine.h5").stdout
     assert re.search(r"15(\.\d+)? µm, 0\.1 Hz", told)
     assert "good for identify gms" in told
-    assert "not good for identify static: no stretch" in told
+    assert "not good for identify static: no segment" in told
     told = run(DATA / "constant-velocity.h5").stdout
     assert told.count("constant-velocity-") == 17  # no name is cut short
     assert "static 17" in told

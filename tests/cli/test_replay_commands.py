@@ -75,7 +75,7 @@ def test_a_model_is_written_and_read_again(tmp_path):
     assert figure.stat().st_size > 10_000
     again = fric(*words)
     assert isinstance(again.exception, FricError)
-    assert "--force" in again.exception.mend
+    assert "--force" in again.exception.hint
     kept = fric("identify", "dahl", LOOPS, "--static", out, "-o", tmp_path / "both.yaml")
     assert kept.exit_code == 0, kept.exception
     both = read_document(tmp_path / "both.yaml", FrictionDocument)

@@ -71,14 +71,14 @@ def test_the_schemes_of_the_file_are_those_of_the_paper_and_others_can_be_given(
 
 
 def test_believed_friction_is_separate_from_true_friction(tmp_path: Path) -> None:
-    believed = tmp_path / "x.yaml"
+    nominal_friction = tmp_path / "x.yaml"
     text = "fric: friction/1\naxis: x\nstatic: {F_c: 105 N, F_s: 165 N, v_s: 1 mm/s, sigma: 40 N*s/m}\n"
-    believed.write_text(text)
+    nominal_friction.write_text(text)
     words = ("--scheme", "a,b", "--json", "--gain", "1", "--axis", "x")
-    own, same = (json.loads(circle(*words, *more))["schemes"] for more in ((), ("--friction", f"x={believed}")))
+    own, same = (json.loads(circle(*words, *more))["schemes"] for more in ((), ("--friction", f"x={nominal_friction}")))
     assert own == same
-    believed.write_text(text.replace("105 N", "10 N").replace("165 N", "10 N"))
-    weak = json.loads(circle(*words, "--friction", f"x={believed}"))["schemes"]
+    nominal_friction.write_text(text.replace("105 N", "10 N").replace("165 N", "10 N"))
+    weak = json.loads(circle(*words, "--friction", f"x={nominal_friction}"))["schemes"]
     assert weak["a"] == own["a"]
     assert weak["b"]["glitch"] > 2 * own["b"]["glitch"]
 

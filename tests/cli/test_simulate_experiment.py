@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from fric.cli.main import app
 from fric.errors import FricError
-from fric.identify.dynamics.plant import identify_plant
+from fric.identify.plant.identify import identify_plant
 from fric.io.hdf5 import read_logs
 
 RUN = CliRunner()

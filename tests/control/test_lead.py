@@ -70,8 +70,8 @@ def test_fed_forward_alone_the_drive_is_late_by_its_delay_and_with_the_lead_it_i
     )  # fmt: skip
     errors = []
     for given in (0.0, lead):
-        believed = replace(plain.believed, lead=given)
-        run = run_axis(replace(plain, believed=believed), motion)
+        nominal_friction = replace(plain.nominal_friction, lead=given)
+        run = run_axis(replace(plain, nominal_friction=nominal_friction), motion)
         errors.append(np.abs(run.position - motion.position).max())
     assert errors[0] == pytest.approx(np.abs(motion.velocity).max() * lead, rel=0.05)
     assert errors[1] < errors[0] / 50
@@ -82,11 +82,11 @@ def test_files_and_options_give_the_lead(tmp_path: Path) -> None:
     for given, lead in (("auto", "auto"), ("0.6 ms", 0.6e-3)):
         own = tmp_path / "machine.yaml"
         own.write_text(text.replace("    feedforward:\n", f"    feedforward:\n      lead: {given}\n"))
-        assert read_machine(own).axis("x").believed.lead == lead
+        assert read_machine(own).axis("x").nominal_friction.lead == lead
     own.write_text(text.replace("    feedforward:\n", "    feedforward:\n      lead: -1 ms\n"))
     with pytest.raises(FricError, match=r"lead of the feedforward is -0\.001 s"):
         read_machine(own)
-    assert read_machine(TABLE).axis("x").believed.lead == 0.0
+    assert read_machine(TABLE).axis("x").nominal_friction.lead == 0.0
     schemes = tmp_path / "schemes.yaml"
     schemes.write_text("fric: schemes/1\nschemes:\n  g: {friction: gms, lead: 0.5 ms, gain: 1}\n")
     assert read_schemes(schemes)["g"].lead == 0.5e-3

@@ -54,11 +54,11 @@ def inverse() -> np.ndarray:
     return (MOTION.acceleration + P.A * MOTION.velocity) / P.B
 
 
-def believed(trace: Trace, share: float = 1.0) -> np.ndarray:
+def nominal_friction(trace: Trace, share: float = 1.0) -> np.ndarray:
     """Return the force of the GMS model along the reference, its blocks' stiffness multiplied."""
-    model = AXIS.believed.models["gms"]
+    model = AXIS.nominal_friction.models["gms"]
     other = type(model)(static=model.static, alpha=model.alpha, k=tuple(share * k for k in model.k), C=model.C)
-    return AXIS.believed.gain / P.K_f * other.replay(trace.time, trace.reference, MOTION.velocity)
+    return AXIS.nominal_friction.gain / P.K_f * other.replay(trace.time, trace.reference, MOTION.velocity)
 
 
 def delayed(u: np.ndarray) -> np.ndarray:
@@ -131,7 +131,7 @@ def sliding_mode(trace: Trace, values: dict[str, float]) -> np.ndarray:
 
 def gain_scheduled(trace: Trace, values: dict[str, float]) -> np.ndarray:
     error = C.K_v * (trace.reference - trace.measured) + MOTION.velocity - filtered_velocity(trace)
-    model = AXIS.believed.models["gms"]
+    model = AXIS.nominal_friction.models["gms"]
     turn, heading, level, smooth = trace.reference[0], 0.0, 1.0, 1 - math.exp(-2 * math.pi * C.velocity_filter / 5 * T)
     integral, out = 0.0, []
     for n, e in enumerate(error):
@@ -180,7 +180,7 @@ def repetitive(trace: Trace, values: dict[str, float]) -> np.ndarray:
 
 def reversal_pulse(trace: Trace, values: dict[str, float]) -> np.ndarray:
     v, speeds = MOTION.velocity, np.geomspace(1e-4, 1.0, 20)
-    table = AXIS.believed.gain / P.K_f * np.asarray(AXIS.believed.models["gms"].steady_state(speeds))
+    table = AXIS.nominal_friction.gain / P.K_f * np.asarray(AXIS.nominal_friction.models["gms"].steady_state(speeds))
     out, heading, pulse = [], 0.0, 0.0
     amplitudes = [values["slow"], values["middle"], values["fast"]]
     for n in range(len(v)):
@@ -195,7 +195,7 @@ def reversal_pulse(trace: Trace, values: dict[str, float]) -> np.ndarray:
 
 
 def adaptive(trace: Trace, values: dict[str, float]) -> np.ndarray:
-    soft, stiff = believed(trace, 0.6), believed(trace, 1.6)
+    soft, stiff = nominal_friction(trace, 0.6), nominal_friction(trace, 1.6)
     mean, apart = (soft + stiff) / 2, stiff - soft
     pole = math.exp(-2 * math.pi * values["cutoff"] * T)
     twice = [np.zeros(len(mean)), np.zeros(len(mean))]

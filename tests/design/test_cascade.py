@@ -95,7 +95,7 @@ def test_what_misses_its_margins_is_refused_with_the_nearest_that_holds() -> Non
         FricError, match=r"velocity loop has a phase margin of 5\d\.\d° and a gain margin of 9\.\d dB"
     ) as refused:
         design_cascade(X, crossover=100.0)
-    words = refused.value.mend.replace(",", "").split()
+    words = refused.value.hint.replace(",", "").split()
     named = {gain: float(words[words.index(gain) + 1]) for gain in ("K_p", "K_i", "K_v")}
     best = design_cascade(X).cascade
     for gain, value in named.items():
@@ -107,7 +107,7 @@ def test_what_is_unstable_is_refused_with_the_nearest_that_holds() -> None:
     fast = replace(CASCADE_X, K_p=10 * CASCADE_X.K_p, K_i=10 * CASCADE_X.K_i)
     with pytest.raises(FricError, match="velocity loop is unstable") as refused:
         check_cascade(X, fast)
-    words = refused.value.mend.replace(",", "").split()
+    words = refused.value.hint.replace(",", "").split()
     K_p, K_i = float(words[words.index("K_p") + 1]), float(words[words.index("K_i") + 1])
     assert K_i / K_p == pytest.approx(CASCADE_X.K_i / CASCADE_X.K_p, rel=1e-3)
     assert check_cascade(X, replace(CASCADE_X, K_p=K_p, K_i=K_i)).velocity.gain_margin > 4.8
@@ -116,14 +116,14 @@ def test_what_is_unstable_is_refused_with_the_nearest_that_holds() -> None:
 def test_a_position_gain_that_is_too_high_is_lowered_only_as_far_as_it_must() -> None:
     with pytest.raises(FricError, match="position loop has a phase margin") as refused:
         check_cascade(X, replace(design_cascade(X).cascade, K_v=400.0))
-    K_v = float(refused.value.mend.split("K_v ")[1].split()[0])
+    K_v = float(refused.value.hint.split("K_v ")[1].split()[0])
     assert 126 < K_v < 400
 
 
 def test_margins_beyond_reach_are_refused_with_the_best_there_is() -> None:
     with pytest.raises(FricError, match="100°") as refused:
         design_cascade(X, Requirement(radians(100.0)))
-    assert "nearest that holds" in refused.value.mend
+    assert "nearest that holds" in refused.value.hint
 
 
 def test_a_plant_faster_than_the_hold_of_its_controller_is_refused() -> None:

@@ -121,7 +121,7 @@ def test_confidence_circle_holds_95_of_100_measured_responses() -> None:
 def test_a_given_cutoff_beyond_a_limit_is_refused_with_the_nearest_that_holds() -> None:
     with pytest.raises(FricError, match="beyond the limit by the peak sensitivity") as refused:
         design_observer(X, CASCADE_X, cutoff=160.0)
-    nearest = float(refused.value.mend.split("is ")[1].split()[0])
+    nearest = float(refused.value.hint.split("is ")[1].split()[0])
     assert design_observer(X, CASCADE_X, cutoff=nearest).observer.q.cutoff == nearest
 
 

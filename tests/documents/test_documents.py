@@ -15,11 +15,11 @@ from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.documents.yaml import plain, read_document, read_tree, write_document
 from fric.errors import FricError
-from fric.identify.dynamics.plant import identify_plant
 from fric.identify.gms.identify import identify_gms
+from fric.identify.plant.identify import identify_plant
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import identify_by_replay
-from fric.identify.strokes.static import identify_static
+from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs, read_records
 from fric.notice import Notice
 from fric.report.collect import collect
@@ -162,7 +162,9 @@ def test_doubts_of_a_file_are_told_again_by_what_builds_upon_it(tmp_path: Path) 
     assert not any("guideway" in text for text in observer.document["warnings"])
     assert retold in fric.design_controller(plant).document["warnings"]
     observer.save(tmp_path / "observer.yaml")
-    machine = read_machine(Path("configs/xy-table.yaml"), believed=[f"x={plant}", f"x={tmp_path / 'observer.yaml'}"])
+    machine = read_machine(
+        Path("configs/xy-table.yaml"), nominal_files=[f"x={plant}", f"x={tmp_path / 'observer.yaml'}"]
+    )
     assert [str(one) for one in machine.warnings].count(retold) == 1  # told twice over, and said once
     found = fric.circle(machine, "a", radius=0.005)
     assert retold in found.document["warnings"]

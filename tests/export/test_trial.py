@@ -83,4 +83,4 @@ def test_a_machine_whose_friction_has_risen_is_what_its_page_says() -> None:
     for name in ("x", "y"):
         then, now = old.axis(name).friction, machine.axis(name).friction
         assert np.isclose(now.steady_state(0.0 + 1e-9) / then.steady_state(1e-9), 1.25, rtol=2e-3)
-        assert machine.axis(name).believed.models["gms"].steady_state(0.1) == then.steady_state(0.1)
+        assert machine.axis(name).nominal_friction.models["gms"].steady_state(0.1) == then.steady_state(0.1)

@@ -36,15 +36,15 @@ from fric.friction import models
 from fric.friction.stribeck import StaticMap
 from fric.identify.circle.diagnose import diagnose
 from fric.identify.circle.measured import measured_from_run
-from fric.identify.dynamics.plant import identify_plant
-from fric.identify.dynamics.rigid_body import identify_motion
 from fric.identify.gms.identify import identify_gms
+from fric.identify.plant.identify import identify_plant
+from fric.identify.plant.rigid_body import identify_motion
 from fric.identify.records.inspection import inspect
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import compare_models
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.replay.splits import split_by_folds
-from fric.identify.strokes.static import identify_static
+from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs, read_records
 from fric.log import Log
 from fric.simulate.circle import Circle, run_circle
@@ -90,8 +90,8 @@ def bode() -> Case:
 
     def lag(loop: Any) -> Wanted:
         def right(x: Any, y: Any) -> bool:
-            turns = (y - np.degrees(np.angle(loop.response(x)))) / 360
-            return near(turns, np.round(turns)) and np.abs(np.diff(y)).max() < 90 and -360 <= y[0] <= 0
+            reversals = (y - np.degrees(np.angle(loop.response(x)))) / 360
+            return near(reversals, np.round(reversals)) and np.abs(np.diff(y)).max() < 90 and -360 <= y[0] <= 0
 
         return right
 
@@ -192,7 +192,7 @@ def reversal() -> Case:
         error = (trace.position - trace.reference) * 1e6
         voltages = [trace.input]
         if run.scheme.name == "f":
-            K_f, model = machine().axis("x").plant.K_f, machine().axis("x").believed.models["gms"]
+            K_f, model = machine().axis("x").plant.K_f, machine().axis("x").nominal_friction.models["gms"]
             reference = trace.reference
             velocity = np.gradient(reference, trace.time)
             force = 0.73 * model.replay(trace.time, reference, velocity)
@@ -270,7 +270,7 @@ def gms() -> Case:
     fit = identify_gms(read_logs(ROOT / "data/presliding-sine.h5"), static=StaticMap(105.0, 165.0, 1e-3), refined=False)
     figure = draw_gms(fit)
     panels = []
-    loops = sorted(fit.loops, key=lambda one: one.amplitude)
+    loops = sorted(fit.hysteresis, key=lambda one: one.amplitude)
     for axes, one in zip(figure.axes, loops, strict=False):
         z = one.motion.position * 1e6
         middle = 0.5 * (z.max() + z.min())
@@ -368,10 +368,10 @@ def record() -> Case:
     found = inspect(log)
     figure = draw_record([log], [found])
     position, velocity, force, relation = figure.findobj(lambda artist: hasattr(artist, "get_xlabel"))
-    turns = np.array(found.turns)
-    v = np.array([s.velocity for s in found.stretches]) * 1e3
-    F = [np.median(log.force[s.start : s.stop]) for s in found.stretches]
-    marks = [curve(t[turns], z[turns] * 1e3)] if len(turns) > 1 else []
+    reversals = np.array(found.reversals)
+    v = np.array([s.velocity for s in found.segments]) * 1e3
+    F = [np.median(log.force[s.start : s.stop]) for s in found.segments]
+    marks = [curve(t[reversals], z[reversals] * 1e3)] if len(reversals) > 1 else []
     return figure, [
         Panel(position, [curve(t, z * 1e3), *marks], bars=_spans(position)),
         Panel(velocity, [curve(t, log.velocity * 1e3)], bars=_spans(velocity)),

@@ -14,7 +14,7 @@ from fric.estimate import Estimate
 from fric.friction.gms import GMS
 from fric.friction.rolling import Rolling
 from fric.friction.stribeck import StaticMap
-from fric.kernels.increments import turn
+from fric.kernels.increments import reversal
 from tests.friction import gms_oracle
 from tests.friction.instances import PAPER, TABLE_1, ten_blocks
 
@@ -207,7 +207,7 @@ def test_no_step_gives_back_more_than_its_springs_lose(model, dt, speed, jump, r
     for dz, v in zip(ways, velocities, strict=True):
         before = energy(model, state)
         force = type(model).step(dz, v, dt, state, parameters) - model.static.sigma * v
-        there, _ = turn(v_0, v, dt)
+        there, _ = reversal(v_0, v, dt)
         short = max(0.0, -there * (dz - there)) * sum(model.k)
         rounding = 1e-12 * (abs(force * dz) + before)
         assert force * dz >= energy(model, state) - before - short - rounding
@@ -227,8 +227,8 @@ def test_the_limit_on_the_load_in_slip_is_what_makes_a_cycle_dissipate():
     def z(t):
         there, since = t % (2 * half) < half, t % half
         x = np.minimum(since / fast, 1.0)
-        way = length * (x - np.sin(2 * np.pi * x) / (2 * np.pi)) + creep * since
-        return np.where(there, way, length + creep * half - way)
+        travel = length * (x - np.sin(2 * np.pi * x) / (2 * np.pi)) + creep * since
+        return np.where(there, travel, length + creep * half - travel)
 
     def v(t):
         there, x = t % (2 * half) < half, np.minimum(t % half / fast, 1.0)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from fric.friction import models
 from fric.friction.stribeck import OnStaticMap, StaticMap
-from fric.kernels.increments import turn
+from fric.kernels.increments import reversal
 from tests.friction.instances import INSTANCES, slowly, static_of, stiffness_of, with_property, with_viscous
 
 every_model = pytest.mark.parametrize("name", INSTANCES)
@@ -147,10 +147,10 @@ def with_waits(amplitude, legs, samples=200, least=1e-3):
     for target, fast, wait in (*legs, (0.0, *legs[-1][1:])):
         on = 1e-3 * np.sign(amplitude * target - position[-1][-1])
         for end, T in ((target - on, fast), (target, wait)):
-            start, way = position[-1][-1], amplitude * end - position[-1][-1]
+            start, travel = position[-1][-1], amplitude * end - position[-1][-1]
             time.append(time[-1][-1] + T * x)
-            position.append(start + way * (x - (1 - least) * np.sin(2 * np.pi * x) / (2 * np.pi)))
-            velocity.append(way / T * (1 - (1 - least) * np.cos(2 * np.pi * x)))
+            position.append(start + travel * (x - (1 - least) * np.sin(2 * np.pi * x) / (2 * np.pi)))
+            velocity.append(travel / T * (1 - (1 - least) * np.cos(2 * np.pi * x)))
     return np.concatenate(time), np.concatenate(position), np.concatenate(velocity)
 
 
@@ -172,7 +172,7 @@ def test_no_motion_draws_more_energy_than_went_in(name, amplitude, legs):
     F_s = static_of(model).F_s
     time, position, v = with_waits(amplitude, legs)
     v[0] = v[-1]
-    there = np.array([turn(*step)[0] for step in zip(v[:-1], v[1:], np.diff(time), strict=True)])
+    there = np.array([reversal(*step)[0] for step in zip(v[:-1], v[1:], np.diff(time), strict=True)])
     ways = (np.abs(there) + np.abs(np.diff(position) - there))[there != 0.0]
     bound = 2 * F_s * ways.sum() + 1e-12 * F_s * np.abs(np.diff(position)).sum()
     state, total = model.initial_state(), 0.0
@@ -237,15 +237,17 @@ def test_minor_loops_nested_three_deep_close_and_leave_no_trace(name, scale):
 
 
 @claiming("non-local memory")
-@pytest.mark.parametrize("turn", [7, 60, 333, 1000])
-def test_branches_after_a_reversal_are_the_virgin_curve_twice(name, turn):
+@pytest.mark.parametrize("reversal", [7, 60, 333, 1000])
+def test_branches_after_a_reversal_are_the_virgin_curve_twice(name, reversal):
     model = INSTANCES[name]
     for direction in (1, -1):
-        path, corner = steps(np.array([0, turn, -turn, turn]) * direction, 3 * break_away_distance(name) / 1000)
+        path, corner = steps(
+            np.array([0, reversal, -reversal, reversal]) * direction, 3 * break_away_distance(name) / 1000
+        )
         force = slowly(model, path)
-        virgin = force[: turn + 1]
+        virgin = force[: reversal + 1]
         for start, sign in ((corner[1], -1), (corner[2], 1)):
-            branch = force[start : start + 2 * turn + 1 : 2]
+            branch = force[start : start + 2 * reversal + 1 : 2]
             np.testing.assert_allclose(
                 branch - force[start], 2 * sign * virgin, rtol=0, atol=1e-9 * static_of(model).F_s
             )

@@ -21,7 +21,7 @@ from fric.errors import FricError, printable
 from fric.identify.gms.identify import identify_gms
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import identify_by_replay
-from fric.identify.strokes.static import identify_static
+from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs, read_records, write_logs
 from fric.io.ingest import ingest
 from fric.io.readers import tables
@@ -240,7 +240,7 @@ def test_names_are_taken_apart_without_backtracking():
 
 
 def test_messages_are_two_short_lines_whatever_the_file_says():
-    error = FricError("\x1b[2J" + "a\nb" * 900, where="\x07where\x9b", mend="x" * 5000)
+    error = FricError("\x1b[2J" + "a\nb" * 900, where="\x07where\x9b", hint="x" * 5000)
     assert len(str(error).splitlines()) == 2
     assert len(str(error)) < 1300
     assert all(one.isprintable() for one in str(error).replace("\n", ""))

@@ -13,7 +13,7 @@ from tests.identify.virtual_logs import logs_of
 
 FITTED = [name for name, model in models().items() if model.identified]
 BLOCKS = 3
-REACH = 1.959964
+QUANTILE = 1.959964
 
 LEAST, MOST = 0.92, 0.98
 """Share of all intervals that hold the truth, without the luck of the draw."""
@@ -124,7 +124,7 @@ def recover(name, seeds, memory=0.0):
         rows = flattened(fit, model)
         labels.add(tuple(label for label, *_ in rows))
         errors.append(
-            [REACH * (value - truth) / ((value - low) if truth < value else (high - value))
+            [QUANTILE * (value - truth) / ((value - low) if truth < value else (high - value))
              for _, value, (low, high), truth in rows]
         )  # fmt: skip
         linear.append(weights @ (Search(exact.coordinates, fit.records).residual(exact.x) - before))
@@ -159,4 +159,4 @@ def _weights(exact, model):
 
 
 def _within(errors):
-    return np.abs(errors) <= REACH
+    return np.abs(errors) <= QUANTILE

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fric.identify.strokes.averages import autocorrelation_time, average
+from fric.identify.static_map.averages import autocorrelation_time, average
 
 
 def _ar1(n: int, memory: float, rng: np.random.Generator) -> np.ndarray:
@@ -45,12 +45,12 @@ def test_glitches_and_typed_values_hardly_move_the_mean(method):
 
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e3), st.sampled_from(["robust", "median"]))
-def test_moves_and_stretches_with_the_samples(shift, stretch, method):
+def test_moves_and_stretches_with_the_samples(shift, segment, method):
     x = np.random.default_rng(0).standard_normal(200)
-    there, here = average(shift + stretch * x, method), average(x, method)
-    tolerance = 1e-6 * (abs(shift) + stretch)
-    assert there.value == pytest.approx(shift + stretch * here.value, abs=tolerance)
-    assert there.standard_error == pytest.approx(stretch * here.standard_error, rel=1e-3, abs=tolerance)
+    there, here = average(shift + segment * x, method), average(x, method)
+    tolerance = 1e-6 * (abs(shift) + segment)
+    assert there.value == pytest.approx(shift + segment * here.value, abs=tolerance)
+    assert there.standard_error == pytest.approx(segment * here.standard_error, rel=1e-3, abs=tolerance)
 
 
 def test_a_constant_is_sure():

@@ -57,7 +57,7 @@ def test_presliding_length_of_an_exponential_hysteresis():
     step = np.abs(np.diff(record.motion.position)).max()
     assert presliding_length(record) == pytest.approx(expected, abs=step)
     near = near_reversals(record, expected)
-    assert near[record.turns].all()
+    assert near[record.reversals].all()
 
 
 @pytest.mark.long

@@ -12,9 +12,9 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.identify.circle.agreement import agreement
 from fric.identify.circle.diagnose import both_directions, diagnose
+from fric.identify.circle.document import diagnosis_document
 from fric.identify.circle.measured import MeasuredCircle, measured_from_run
 from fric.identify.circle.revolutions import find_circles, revolutions
-from fric.identify.circle.told import diagnosis_document
 from fric.reference import circle as circle_reference
 from fric.simulate.circle import Circle, run_circle
 from tests.identify.synthetic_circles import QUADRANTS, Faults, circle, drawn_faults, truths

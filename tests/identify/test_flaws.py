@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fric.identify.dynamics.plant import identify_plant
+from fric.identify.plant.identify import identify_plant
 from fric.identify.records.encoder_error import encoder_error
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
 from fric.identify.records.inspection import inspect
 from fric.identify.records.over_strokes import over_place, over_time
-from fric.identify.records.segments import steady_stretches
+from fric.identify.records.segments import steady_segments
 from fric.identify.records.timing import timing
-from fric.identify.strokes.static import identify_static
+from fric.identify.static_map.identify import identify_static
 from fric.log import Log
 from fric.reference import strokes
 
@@ -43,7 +43,7 @@ def session(seed=0, *, jitter=0.0, lost=0.0, error=0.0, pitch=20e-6, cogging=0.0
 
 
 def steady(logs):
-    return [(log, stretch) for log in logs for stretch in steady_stretches(log)]
+    return [(log, segment) for log in logs for segment in steady_segments(log)]
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -161,4 +161,4 @@ def test_a_response_that_jitter_spoils_is_refused_with_its_cause() -> None:
     )
     with pytest.raises(FricError) as error:
         identify_plant([log])
-    assert "noise that grows with speed" in error.value.mend
+    assert "noise that grows with speed" in error.value.hint

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fric.drive.plant import Plant
-from fric.identify.dynamics.force_constant import force_constant
-from fric.identify.dynamics.plant import identify_plant
+from fric.identify.plant.force_constant import force_constant
+from fric.identify.plant.identify import identify_plant
 from fric.identify.records.force_lag import acting_force
 from fric.identify.records.prepared import prepared
 from fric.log import Log

@@ -10,8 +10,8 @@ from scipy.signal import chirp, lfilter
 
 from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
-from fric.identify.dynamics.frequency_response import measure_response
-from fric.identify.dynamics.spectra import find_period
+from fric.identify.plant.frequency_response import measure_response
+from fric.identify.plant.spectra import find_period
 from fric.log import FrequencyResponse, Log
 from tests.identify.excited_axis import RATE, X, excite, multisine, shaken
 
@@ -65,7 +65,7 @@ def test_segments_with_the_reference_as_driver() -> None:
     log = excite(X, seed=4, reference=noise(30, 6e-4))
     m = measure_response(log)
     assert m.method == "segments"
-    assert "reference as driver" in m.told
+    assert "reference as driver" in m.description
     assert not m.warnings
     assert np.concatenate(z_scores(log)).std() == pytest.approx(1.0, abs=0.2)
     sure = m.table.coherence > 0.9
@@ -80,7 +80,7 @@ def test_a_single_sweep(phase: float, logged: bool) -> None:
     n = round(30 * RATE)
     r = 1e-3 * np.linspace(1, 0.1, n) * chirp(np.arange(n) / RATE, 1, 30, 300, "log", phi=phase)
     m = measure_response(excite(X, seed=4, reference=r, log_reference=logged))
-    assert "sweep" in m.told
+    assert "sweep" in m.description
     f = m.table.frequency
     assert f.min() < 2.5
     assert 280 < f.max() < 320

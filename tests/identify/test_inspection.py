@@ -60,7 +60,7 @@ def test_amplitude_and_frequency_of_a_sine(amplitude, frequency):
     found = inspect(sine(amplitude, frequency))
     assert found.sine.frequency == pytest.approx(frequency, rel=1e-3)
     assert found.sine.amplitude == pytest.approx(amplitude, abs=2.5e-7)
-    assert len(found.turns) == 10
+    assert len(found.reversals) == 10
     assert found.encoder_step == pytest.approx(2.5e-7)
 
 
@@ -81,7 +81,7 @@ def test_strokes_give_their_speeds_and_a_triangle_is_no_sine():
     found = inspect(Log(time=made.time, position=encoder(made.position, 2.5e-7), force=np.sign(made.velocity)))
     assert found.kind == "constant-velocity"
     assert found.speeds == pytest.approx([-4e-3, -1e-3, 1e-3, 4e-3], rel=1e-4)
-    assert len(found.stretches) == 8
+    assert len(found.segments) == 8
     triangle = 1e-3 * np.abs(np.arange(20_000) / 1000 % 2 - 1)
     found = inspect(Log(time=np.arange(20_000) / 1000, position=encoder(triangle, 2.5e-7)))
     assert (found.kind, found.sine) == ("constant-velocity", None)

@@ -13,7 +13,7 @@ from fric.identify.gms.identify import identify_gms
 from fric.identify.records.inspection import inspect
 from fric.identify.records.judgement import branch_slope, excites, told_by
 from fric.identify.records.prepared import prepared
-from fric.identify.records.turns import reversals
+from fric.identify.records.reversals import find_reversals
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.log import Log
 from tests.identify.presliding import APART, PAPER, pair, record
@@ -53,7 +53,7 @@ def test_cycles_that_slide_have_limits_on_both_sides():
 
 def test_the_slope_of_a_branch_is_that_of_its_shape():
     z = np.concatenate([np.linspace(-1, 1, 401), np.linspace(1, -1, 401)[1:]] * 3)
-    turns = reversals(z, threshold=0.5)
+    turns = find_reversals(z, threshold=0.5)
     assert branch_slope(z, z, turns) == pytest.approx(1.0, abs=0.05)
     for slip in (0.1, 0.5):
         plateau = GMS(StaticMap(1.0, 1.0, 1.0), (1.0,), (1 / slip,)).replay(np.arange(len(z)) * 1.0, z)

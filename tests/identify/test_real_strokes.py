@@ -9,10 +9,10 @@ import pytest
 
 from fric.drive.plant import Plant
 from fric.friction.stribeck import StaticMap
-from fric.identify.strokes.static import StaticFit, identify_static
+from fric.identify.static_map.identify import StaticFit, identify_static
 from fric.log import Log
 from fric.notice import Notice
-from tests.identify.strokes import TABLE_1, both_directions, stroke
+from tests.identify.constant_velocity import TABLE_1, both_directions, stroke
 
 MASS = 121.0
 

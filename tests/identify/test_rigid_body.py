@@ -10,7 +10,7 @@ from scipy.io import loadmat
 from scipy.signal import lfilter
 
 from fric.errors import FricError
-from fric.identify.dynamics.rigid_body import identify_motion
+from fric.identify.plant.rigid_body import identify_motion
 from fric.identify.records.conditioning import Conditioning
 from fric.log import Log
 

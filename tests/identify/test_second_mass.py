@@ -11,9 +11,9 @@ from scipy import signal
 from fric.drive.plant import LinearPlant
 from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
-from fric.identify.dynamics.frequency_response import measure_response
-from fric.identify.dynamics.plant import identify_plant
-from fric.identify.dynamics.spectra import find_period
+from fric.identify.plant.frequency_response import measure_response
+from fric.identify.plant.identify import identify_plant
+from fric.identify.plant.spectra import find_period
 from fric.notice import Notice
 from tests.identify.flawed_axis import RATE, Machine, shaken
 

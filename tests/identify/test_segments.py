@@ -1,4 +1,4 @@
-"""Steady stretches against strokes whose boundaries, speeds and forces are known."""
+"""Steady segments against strokes whose boundaries, speeds and forces are known."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric.errors import FricError
-from fric.identify.records.segments import steady_stretches
-from fric.identify.records.turns import reversals
+from fric.identify.records.reversals import find_reversals
+from fric.identify.records.segments import steady_segments
 from fric.log import Log
 from tests.identify.kinematics import encoder, strokes
 
@@ -42,22 +42,22 @@ def test_every_stroke_is_found_and_no_sample_of_its_ramps(programme, noise_count
     n = len(made.time)
     position = encoder(made.position + noise_counts * step * rng.standard_normal(n), step, rng.uniform(0, step))
     force = COULOMB * np.sign(made.velocity) + MASS * made.acceleration + NOISE * rng.standard_normal(n)
-    found = steady_stretches(Log(time=made.time, position=position, force=force))
+    found = steady_segments(Log(time=made.time, position=position, force=force))
     assert len(found) == len(made.plateaus)
-    for stretch, (begin, end, velocity) in zip(found, made.plateaus, strict=True):
-        first, last = made.time[stretch.start], made.time[stretch.stop - 1]
+    for segment, (begin, end, velocity) in zip(found, made.plateaus, strict=True):
+        first, last = made.time[segment.start], made.time[segment.stop - 1]
         slow = 3.0 * step / abs(velocity)  # what one cannot see within the noise of the encoder
         # a ramp, or a moment at rest, may be in as long as the axis is not off the line by a count
         hidden = max(np.sqrt(2.0 * step / made.ramp), step / abs(velocity)) + 1e-9
         assert first >= begin - hidden
-        assert made.time[stretch.onset] < begin + 0.15 * (end - begin) + 6 * slow + 0.05
+        assert made.time[segment.onset] < begin + 0.15 * (end - begin) + 6 * slow + 0.05
         assert end + hidden >= last > end - 0.1 * (end - begin) - 6 * slow - 0.05
-        assert abs(stretch.velocity - velocity) < 8.0 * stretch.velocity_se
-        assert stretch.velocity_se < 0.02 * abs(velocity)
-        mean = force[stretch.start : stretch.stop].mean()
+        assert abs(segment.velocity - velocity) < 8.0 * segment.velocity_se
+        assert segment.velocity_se < 0.02 * abs(velocity)
+        mean = force[segment.start : segment.stop].mean()
         ramps = max(begin - first, 0.0) + max(last - end, 0.0)
         bias = (COULOMB + MASS * made.ramp) * ramps / (last - first)
-        assert abs(mean - COULOMB * np.sign(velocity)) < 5.0 * NOISE / np.sqrt(len(stretch)) + bias
+        assert abs(mean - COULOMB * np.sign(velocity)) < 5.0 * NOISE / np.sqrt(len(segment)) + bias
 
 
 @settings(max_examples=30, deadline=None)
@@ -67,18 +67,18 @@ def test_velocity_logs_give_the_same_strokes(programme):
     rng = np.random.default_rng(seed)
     fastest = max(abs(velocity) for *_, velocity in made.plateaus)
     velocity = made.velocity + 0.002 * fastest * rng.standard_normal(len(made.time))
-    found = steady_stretches(Log(time=made.time, velocity=velocity))
+    found = steady_segments(Log(time=made.time, velocity=velocity))
     for begin, end, true in made.plateaus:
         if abs(true) < 0.02 * fastest:
             continue  # slower than the noise
         middle = np.searchsorted(made.time, 0.5 * (begin + end))
-        (stretch,) = (stretch for stretch in found if stretch.start <= middle < stretch.stop)
-        assert begin - 1e-9 < made.time[stretch.start] < begin + 0.15 * (end - begin) + 0.05
-        assert end - 0.15 * (end - begin) - 0.05 < made.time[stretch.stop - 1] < end + 1e-9
-        assert abs(stretch.velocity - true) < 6.0 * stretch.velocity_se
+        (segment,) = (segment for segment in found if segment.start <= middle < segment.stop)
+        assert begin - 1e-9 < made.time[segment.start] < begin + 0.15 * (end - begin) + 0.05
+        assert end - 0.15 * (end - begin) - 0.05 < made.time[segment.stop - 1] < end + 1e-9
+        assert abs(segment.velocity - true) < 6.0 * segment.velocity_se
 
 
-def one_stroke(force_of_time, *, duration=10.0, velocity=1e-4, rate=1000.0):
+def one_segment(force_of_time, *, duration=10.0, velocity=1e-4, rate=1000.0):
     made = strokes([(velocity, duration)], dwell=0.3, rate=rate)
     begin = made.plateaus[0][0]
     force = force_of_time(made.time - begin) * (made.velocity != 0)
@@ -90,13 +90,13 @@ def test_settling_is_cut_and_the_mean_is_unbiased(settling):
     errors = []
     for seed in range(40):
         rng = np.random.default_rng(seed)
-        log, begin = one_stroke(
+        log, begin = one_segment(
             lambda tau, rng=rng: 100.0 * (1.0 - np.exp(-np.maximum(tau, 0) / settling)) + rng.standard_normal(len(tau))
         )
-        (stretch,) = steady_stretches(log)
-        assert stretch.settled
-        assert log.time[stretch.start] > begin + 3.0 * settling
-        left = log.force[stretch.start : stretch.stop]
+        (segment,) = steady_segments(log)
+        assert segment.settled
+        assert log.time[segment.start] > begin + 3.0 * settling
+        left = log.force[segment.start : segment.stop]
         errors.append((left.mean() - 100.0) * np.sqrt(len(left)))
     # what is left of the transient is less than the noise of one mean
     assert abs(np.mean(errors)) < 1.0
@@ -104,9 +104,9 @@ def test_settling_is_cut_and_the_mean_is_unbiased(settling):
 
 def test_what_settles_for_most_of_the_stretch_is_said_to_be_unsettled():
     rng = np.random.default_rng(1)
-    log, _ = one_stroke(lambda tau: 100.0 * (1.0 - np.exp(-np.maximum(tau, 0) / 8.0)) + rng.standard_normal(len(tau)))
-    (stretch,) = steady_stretches(log)
-    assert not stretch.settled
+    log, _ = one_segment(lambda tau: 100.0 * (1.0 - np.exp(-np.maximum(tau, 0) / 8.0)) + rng.standard_normal(len(tau)))
+    (segment,) = steady_segments(log)
+    assert not segment.settled
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.95])
@@ -118,9 +118,9 @@ def test_a_stationary_force_is_left_whole(memory):
         shocks = rng.standard_normal(len(time) + 500)
         noise = np.convolve(shocks, memory ** np.arange(400), "valid")[: len(time)] if memory else shocks[: len(time)]
         log = Log(time=time, position=encoder(1e-3 * time, 2.5e-7), force=50.0 + noise)
-        (stretch,) = steady_stretches(log)
-        cuts.append((stretch.start - stretch.onset) / len(time))
-        means.append(log.force[stretch.start : stretch.stop].mean() - 50.0)
+        (segment,) = steady_segments(log)
+        cuts.append((segment.start - segment.onset) / len(time))
+        means.append(log.force[segment.start : segment.stop].mean() - 50.0)
     assert np.mean(cuts) < 0.02
     assert abs(np.mean(means)) < 3.5 * np.std(means) / np.sqrt(len(means))
 
@@ -130,31 +130,31 @@ def test_a_glitch_in_the_force_is_no_settling():
     time = np.arange(4000) / 1000.0
     force = 50.0 + rng.standard_normal(len(time))
     force[700] = 9_999.0
-    (stretch,) = steady_stretches(Log(time=time, position=encoder(1e-3 * time, 2.5e-7), force=force))
-    assert stretch.start == stretch.onset
+    (segment,) = steady_segments(Log(time=time, position=encoder(1e-3 * time, 2.5e-7), force=force))
+    assert segment.start == segment.onset
 
 
 def test_standing_still_and_shaking_are_no_stretch():
     rng = np.random.default_rng(0)
     time = np.arange(5000) / 1000.0
     still = encoder(0.3e-6 * rng.standard_normal(len(time)), 2.5e-7)
-    assert steady_stretches(Log(time=time, position=still)) == []
-    assert steady_stretches(Log(time=time, position=np.zeros(len(time)))) == []
-    assert steady_stretches(Log(time=time, velocity=1e-3 * rng.standard_normal(len(time)))) == []
-    assert steady_stretches(Log(time=time[:5], position=time[:5])) == []
+    assert steady_segments(Log(time=time, position=still)) == []
+    assert steady_segments(Log(time=time, position=np.zeros(len(time)))) == []
+    assert steady_segments(Log(time=time, velocity=1e-3 * rng.standard_normal(len(time)))) == []
+    assert steady_segments(Log(time=time[:5], position=time[:5])) == []
 
 
 @pytest.mark.parametrize("amplitude", [15e-6, 450e-6, 5e-3])
 def test_a_sine_is_hardly_ever_steady(amplitude):
     time = np.arange(40_000) / 4000.0
     log = Log(time=time, position=encoder(amplitude * np.sin(2 * np.pi * 0.5 * time), 2.5e-7))
-    assert sum(len(stretch) for stretch in steady_stretches(log)) < 0.1 * len(time)
-    assert steady_stretches(replace(log, kind="sliding-sine")) == []
+    assert sum(len(segment) for segment in steady_segments(log)) < 0.1 * len(time)
+    assert steady_segments(replace(log, kind="sliding-sine")) == []
 
 
 def test_a_slow_ramp_is_no_stretch():
     time = np.arange(20_000) / 4000.0
-    assert steady_stretches(Log(time=time, position=encoder(0.5 * 6e-3 * time**2, 2.5e-7))) == []
+    assert steady_segments(Log(time=time, position=encoder(0.5 * 6e-3 * time**2, 2.5e-7))) == []
 
 
 def test_what_is_no_number_is_told():
@@ -162,7 +162,7 @@ def test_what_is_no_number_is_told():
     position = 1e-3 * time
     position[42] = np.nan
     with pytest.raises(FricError, match="position is no number at sample 42"):
-        steady_stretches(Log(time=time, position=position))
+        steady_segments(Log(time=time, position=position))
 
 
 @pytest.mark.parametrize("counts", [4, 15, 60, 1800])
@@ -171,7 +171,7 @@ def test_reversals_of_a_sine_through_a_flickering_encoder(counts):
     time = np.arange(40_000) / 4000.0
     true = counts * np.sin(2 * np.pi * 0.5 * time)
     position = 2.5e-7 * np.round(true + 0.2 * rng.standard_normal(len(time)))
-    found = reversals(position)
+    found = find_reversals(position)
     expected = np.arange(10) + 0.5
     assert len(found) == len(expected)
     # within the time that the sine takes for one and a half counts about its crest
@@ -180,7 +180,7 @@ def test_reversals_of_a_sine_through_a_flickering_encoder(counts):
 
 def test_reversal_lies_in_the_middle_of_a_dwell_and_obeys_the_threshold():
     position = np.array([0.0, 1, 2, 3, 3, 3, 3, 3, 2, 1, 0, 1, 0, -5, -5, 0, 5])
-    assert reversals(position, threshold=2.0).tolist() == [5, 13]
-    assert reversals(position, threshold=0.5).tolist() == [5, 10, 11, 13]
-    assert reversals(np.arange(9.0)).tolist() == []
-    assert reversals(np.zeros(9)).tolist() == []
+    assert find_reversals(position, threshold=2.0).tolist() == [5, 13]
+    assert find_reversals(position, threshold=0.5).tolist() == [5, 10, 11, 13]
+    assert find_reversals(np.arange(9.0)).tolist() == []
+    assert find_reversals(np.zeros(9)).tolist() == []

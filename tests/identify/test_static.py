@@ -10,10 +10,10 @@ import pytest
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
-from fric.identify.strokes.static import StaticFit, identify_static
+from fric.identify.static_map.identify import StaticFit, identify_static
 from fric.log import Log
-from tests.identify.recovery import REACH, Recovery
-from tests.identify.strokes import PAPER_SPEEDS, TABLE_1, both_directions, stroke
+from tests.identify.constant_velocity import PAPER_SPEEDS, TABLE_1, both_directions, stroke
+from tests.identify.recovery import QUANTILE, Recovery
 
 NAMES = ("F_c", "F_s", "v_s", "sigma")
 
@@ -63,7 +63,7 @@ def test_intervals_cover_the_truth():
         row = []
         for name, value in truth.items():
             found, (low, high) = _value(fit, name), _limits(fit, name)
-            row.append(REACH * (found - value) / (found - low if value < found else high - found))
+            row.append(QUANTILE * (found - value) / (found - low if value < found else high - found))
         errors.append(row)
     Recovery(tuple(truth), np.array(errors), np.array(linear)).check()
 

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from fric.friction.stribeck import StaticMap
-from fric.identify.strokes.map_fit import excess_variance
-from fric.identify.strokes.profile import profile_interval
-from fric.identify.strokes.stribeck_fit import StribeckProblem
-from tests.identify.strokes import PAPER_SPEEDS, both_directions
+from fric.identify.static_map.map_fit import excess_variance
+from fric.identify.static_map.profile import profile_interval
+from fric.identify.static_map.stribeck_fit import StribeckProblem
+from tests.identify.constant_velocity import PAPER_SPEEDS, both_directions
 
 
 def _problem(v: np.ndarray, F: np.ndarray, delta: float | None = 1.0, offset: bool = False) -> StribeckProblem:

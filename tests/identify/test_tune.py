@@ -187,11 +187,13 @@ def test_files_of_a_tuning_are_a_machine_again(drawn, tuned, tmp_path):
     machine = fric.read_machine(tmp_path / "tuned" / "machine.yaml")
     for name, axis in machine.axes.items():
         new = tuned.machine.axes[name]
-        assert axis.believed.lead == "auto"
-        assert axis.believed.gain == 1.0
+        assert axis.nominal_friction.lead == "auto"
+        assert axis.nominal_friction.gain == 1.0
         assert axis.nominal.T_d == pytest.approx(new.nominal.T_d, rel=1e-4)
         assert pytest.approx(new.nominal.B, rel=1e-4) == axis.observer.B
-        np.testing.assert_allclose(axis.believed.models["gms"].k, new.believed.models["gms"].k, rtol=1e-4)
+        np.testing.assert_allclose(
+            axis.nominal_friction.models["gms"].k, new.nominal_friction.models["gms"].k, rtol=1e-4
+        )
     known = fric.read_identified(tmp_path / "tuned" / "machine.yaml")
     assert {"F_c", "k_1", "T_d", "B"} <= set(known.intervals["x"])
     with pytest.raises(FricError, match="exists"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fric import FricError, Log
-from fric.identify.gms.cycles import find_loops
+from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.virgin_curve import virgin_curve
 from fric.identify.records.prepared import prepared
 from tests.identify.presliding import PAPER, TABLE_1, pair, record
@@ -15,7 +15,7 @@ Z = np.linspace(0.0, 100e-6, 1001)[1:]
 
 
 def loops_of(logs, cycles=None):
-    return [find_loops(record, cycles) for record in prepared(logs)]
+    return [find_cycles(record, cycles) for record in prepared(logs)]
 
 
 def rms(curve):
@@ -71,7 +71,7 @@ def test_a_small_loop_alone_does_not_saturate():
 def test_three_encoder_steps_are_too_few():
     (smooth,) = prepared([record(0.7e-6, step=0.0, noise=0.1)])
     with pytest.raises(FricError, match="steps of the encoder"):
-        find_loops(replace(smooth, motion=replace(smooth.motion, step=0.25e-6)))
+        find_cycles(replace(smooth, motion=replace(smooth.motion, step=0.25e-6)))
 
 
 def test_a_ramp_has_no_cycle():
@@ -81,8 +81,8 @@ def test_a_ramp_has_no_cycle():
 
 
 def test_cycles_are_chosen():
-    (loops,) = loops_of([record(15e-6)], (2, 3))
-    assert len(loops.chosen()) == 2
+    (hysteresis,) = loops_of([record(15e-6)], (2, 3))
+    assert len(hysteresis.chosen()) == 2
     (late,) = loops_of([record(15e-6)], (2, 9))
     assert late.cycles == (2, 4)
     with pytest.raises(FricError, match="cycle 9"):

@@ -41,7 +41,7 @@ def test_a_force_of_unknown_name_is_asked_about_and_not_left_out(tmp_path: Path)
     with pytest.raises(FricError) as error:
         ingest(file, tmp_path / "log.h5")
     assert "'Friction [uN]' and 'Normal [uN]' look like it" in error.value.what
-    assert "--propose" in error.value.mend
+    assert "--propose" in error.value.hint
     assert not (tmp_path / "log.h5").exists()
 
 

@@ -96,7 +96,7 @@ columns:
 
 
 @pytest.mark.parametrize(
-    ("text", "line", "told", "mend"),
+    ("text", "line", "told", "hint"),
     [
         ("columns: {time: {column: 0, unit: s}, force: {column: 1, unit: mm}}", 2, "force cannot be in 'mm'", "N"),
         ("motion: rotary\ncolumns:\n  force: {column: 1, unit: N}", 4, "force cannot be in 'N'", "is it linear?"),
@@ -114,13 +114,13 @@ columns:
         ("colums: {}", 2, "not a key that is known", "fric schema mapping"),
     ],
 )
-def test_a_mapping_that_does_not_fit(tmp_path, text, line, told, mend):
+def test_a_mapping_that_does_not_fit(tmp_path, text, line, told, hint):
     with pytest.raises(FricError) as caught:
         mapping(tmp_path, text + "\n")
     message = str(caught.value)
     assert f"map.yaml, line {line}:" in message
     assert told in message
-    assert mend in message
+    assert hint in message
     assert len(message.splitlines()) <= 2
 
 

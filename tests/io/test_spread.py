@@ -52,10 +52,10 @@ def test_bad_spread_files_are_told_with_their_line(tmp_path, text, told):
 
 
 def test_what_was_identified_is_the_centre_and_the_belief(friction):
-    found = read_identified(MACHINE, believed=[friction])
+    found = read_identified(MACHINE, nominal_files=[friction])
     axis, before = found.machine.axes["x"], read_machine(MACHINE).axes["x"]
     assert axis.friction.static.F_c == 100
-    assert axis.friction == axis.believed.models["gms"]
+    assert axis.friction == axis.nominal_friction.models["gms"]
     assert (axis.plant, axis.load) == (before.plant, 2.0)
     assert found.machine.axes["y"] == read_machine(MACHINE).axes["y"]
     names = {"F_c", "F_s", "offset", "alpha_1", "alpha_2", "alpha_3", "k_1"}
@@ -72,10 +72,10 @@ def test_what_was_identified_is_the_centre_and_the_belief(friction):
 def test_what_was_not_identified_is_as_the_machine_file_says(tmp_path):
     static = FRICTION[: FRICTION.index("gms:")]
     (tmp_path / "x.yaml").write_text(static)
-    axis = read_identified(MACHINE, believed=[f"x={tmp_path / 'x.yaml'}"]).machine.axes["x"]
+    axis = read_identified(MACHINE, nominal_files=[f"x={tmp_path / 'x.yaml'}"]).machine.axes["x"]
     assert axis.friction.static.F_c == 100
     assert axis.friction.k == read_machine(MACHINE).axes["x"].friction.k
-    assert set(axis.believed.models) == {"static"}
+    assert set(axis.nominal_friction.models) == {"static"}
 
 
 def test_the_nominal_plant_is_what_was_identified(tmp_path):

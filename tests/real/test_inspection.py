@@ -9,7 +9,7 @@ import pytest
 import scipy.io
 
 from fric.identify.records.inspection import inspect
-from fric.identify.records.segments import steady_stretches
+from fric.identify.records.segments import steady_segments
 from fric.log import Log
 
 SHARED = Path(__file__).parents[3] / "shared/data"
@@ -33,20 +33,20 @@ def screwdrive(path):
 @pytest.mark.parametrize("rpm", [2, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100, 120, 140, 160, 180, 200])
 def test_screwdrive_records_are_one_stretch_each(rpm, sign):
     log = screwdrive(SHARED / f"screwdrive1/steady_state/0.096kg/{sign}{rpm}.csv")
-    (stretch,) = steady_stretches(log)
-    assert len(stretch) > 0.95 * len(log)
+    (segment,) = steady_segments(log)
+    assert len(segment) > 0.95 * len(log)
     true = rpm * 2 * np.pi / 60 * (-1 if sign else 1)
-    assert abs(stretch.velocity - true) < max(4 * stretch.velocity_se, 0.006 * abs(true))
+    assert abs(segment.velocity - true) < max(4 * segment.velocity_se, 0.006 * abs(true))
     assert inspect(log).kind == "constant-velocity"
 
 
 @pytest.mark.parametrize("rpm", [50, 200])
 def test_screwdrive_start_and_stop_gives_two_strokes(rpm):
     log = screwdrive(SHARED / f"screwdrive1/start_stop/{rpm}.csv")
-    stretches = steady_stretches(log)
-    assert [round(s.velocity * 60 / (2 * np.pi)) for s in stretches] == [rpm, -rpm]
-    for stretch in stretches:
-        spread = np.ptp(log.velocity[stretch.start : stretch.stop]) * 60 / (2 * np.pi)
+    segments = steady_segments(log)
+    assert [round(s.velocity * 60 / (2 * np.pi)) for s in segments] == [rpm, -rpm]
+    for segment in segments:
+        spread = np.ptp(log.velocity[segment.start : segment.stop]) * 60 / (2 * np.pi)
         assert spread < 0.25 * rpm  # no sample of the ramps, which go through all speeds
 
 
@@ -57,16 +57,16 @@ def test_emps_is_a_motion_at_one_kilohertz_with_seven_reversals():
     found = inspect(log)
     assert found.kind == "motion"
     assert found.sampling == pytest.approx(1000.0, rel=1e-4)
-    assert len(found.turns) == 7
-    assert len(found.stretches) == 32
+    assert len(found.reversals) == 7
+    assert len(found.segments) == 32
     assert len(found.speeds) == 6
     acceleration = np.gradient(np.gradient(table["qg"].ravel(), time), time)
-    for stretch in found.stretches:
+    for segment in found.segments:
         # the reference asks for no acceleration anywhere in a stretch, but where the axis lags behind it at the end
-        inside = acceleration[stretch.onset : stretch.stop - 5]
+        inside = acceleration[segment.onset : segment.stop - 5]
         assert np.mean(np.abs(inside) > 0.1) < 0.02
-        mean = log.force[stretch.start : stretch.stop].mean()
-        assert 20.0 < mean * np.sign(stretch.velocity) < 60.0
+        mean = log.force[segment.start : segment.stop].mean()
+        assert 20.0 < mean * np.sign(segment.velocity) < 60.0
 
 
 def test_tribometer_is_a_motion_that_is_good_for_its_loops():
@@ -74,7 +74,7 @@ def test_tribometer_is_a_motion_that_is_good_for_its_loops():
     found = inspect(Log(time=table[:, 0], position=1e-3 * table[:, 2], force=-1e-6 * table[:, 3]))
     assert found.kind == "motion"
     assert found.encoder_step == pytest.approx(1e-7)
-    assert len(found.turns) == 33
+    assert len(found.reversals) == 33
     assert len(found.gaps) == 179
     good = {use.purpose: use.good for use in found.uses}
     assert good == {"static": False, "gms": True, "plant": False}

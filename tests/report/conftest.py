@@ -71,7 +71,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
     schemes = choose_schemes("a,b,c,f")
     later = replace(
         machine,
-        axes={n: replace(a, believed=replace(a.believed, gain=1.0)) for n, a in machine.axes.items()},
+        axes={n: replace(a, nominal_friction=replace(a.nominal_friction, gain=1.0)) for n, a in machine.axes.items()},
     )
     made = {"fric": "0.1.0", "machine": "xy feed table", "command": "fric simulate circle"}
     texts = {

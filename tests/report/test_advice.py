@@ -7,7 +7,7 @@ import pytest
 
 from fric.control.scheme import PAPER_SCHEMES
 from fric.report import advice
-from fric.report.material import Contour, ContourTest
+from fric.report.report_input import Contour, ContourTest
 
 UM = 1e-6
 TABLE_2 = {"a": 22, "b": 7, "c": 6, "d": 8, "e": 5, "f": 3}

@@ -63,10 +63,10 @@ def test_a_machine_file_or_logs_alone_make_no_report() -> None:
 
 
 def test_a_static_map_that_the_gms_file_carries_over_is_no_earlier_date(files: SimpleNamespace) -> None:
-    material = collect([files.static, files.march])
-    assert [item.source for item in material.items] == ["march.yaml"]
-    assert [item.source for item in material.replaced] == ["static.yaml"]
-    assert not material.pairs
+    inputs = collect([files.static, files.march])
+    assert [item.source for item in inputs.items] == ["march.yaml"]
+    assert [item.source for item in inputs.replaced] == ["static.yaml"]
+    assert not inputs.pairs
 
 
 def test_an_open_limit_of_an_interval_is_infinite(files: SimpleNamespace) -> None:
@@ -75,9 +75,9 @@ def test_an_open_limit_of_an_interval_is_infinite(files: SimpleNamespace) -> Non
 
 
 def test_the_numbers_of_a_run_pass_through_a_report_to_the_last_digit(files: SimpleNamespace, tmp_path: Path) -> None:
-    material = collect([files.run, files.march])
+    inputs = collect([files.run, files.march])
     path = tmp_path / "report.html"
-    write_report(path, render_report(material))
+    write_report(path, render_report(inputs))
     again = collect([path])
     runs = {run.scheme.name: run for run in read_runs(files.run)}
     (test,) = again.tests
@@ -86,8 +86,8 @@ def test_the_numbers_of_a_run_pass_through_a_report_to_the_last_digit(files: Sim
         truth = runs[one.scheme.name].circularity
         assert one.glitches == truth.quadrants
         assert (one.glitch, one.rms, one.range) == (truth.glitch, truth.rms, truth.range)
-    assert again.items[0].tree == material.items[0].tree
-    assert read_report(path)["documents"] == as_data(material)["documents"]
+    assert again.items[0].tree == inputs.items[0].tree
+    assert read_report(path)["documents"] == as_data(inputs)["documents"]
     assert contour_test(read_report(path)["tests"][0], "").created == "2026-03-02T08:00:00+00:00"
 
 

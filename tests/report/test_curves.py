@@ -14,7 +14,7 @@ from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError
 from fric.friction.gms import GMS
-from fric.identify.strokes.static import identify_static
+from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs
 from fric.report.collect import collect
 from fric.report.curves import friction_curves, map_band, presliding, virgin_band
@@ -43,24 +43,24 @@ def test_the_virgin_curve_ends_at_F_s_and_begins_with_all_springs(files: SimpleN
 
 
 def test_a_friction_file_alone_gives_the_loops_of_its_model(files: SimpleNamespace) -> None:
-    material = collect([files.march])
-    curves = friction_curves(material, material.items[0])
-    model = GMS.from_sections(material.items[0].sections())
-    for loop in curves.loops:  # Masing: a branch is the virgin curve stretched by two
-        amplitude = loop.position.max()
-        assert loop.model.max() == pytest.approx(float(model.virgin_curve(amplitude)), rel=2e-3)
-        assert loop.measured is None
-    assert presliding(material) == pytest.approx(model.slip_displacements.max())
+    inputs = collect([files.march])
+    curves = friction_curves(inputs, inputs.items[0])
+    model = GMS.from_sections(inputs.items[0].sections())
+    for cycle in curves.hysteresis:  # Masing: a branch is the virgin curve stretched by two
+        amplitude = cycle.position.max()
+        assert cycle.model.max() == pytest.approx(float(model.virgin_curve(amplitude)), rel=2e-3)
+        assert cycle.measured is None
+    assert presliding(inputs) == pytest.approx(model.slip_displacements.max())
     assert not curves.points
 
 
 def test_logs_give_points_and_loops(files: SimpleNamespace) -> None:
-    material = collect([files.march, LOGS / "constant-velocity.h5", LOGS / "presliding-sine.h5"])
-    curves = friction_curves(material, material.items[0])
+    inputs = collect([files.march, LOGS / "constant-velocity.h5", LOGS / "presliding-sine.h5"])
+    curves = friction_curves(inputs, inputs.items[0])
     assert len(curves.points) == 34
     assert curves.measured_virgin is not None
-    assert [loop.name for loop in curves.loops] == ["presliding-sine-01", "presliding-sine-02"]
-    assert all(np.abs(loop.measured).max() > 50 for loop in curves.loops)
+    assert [cycle.name for cycle in curves.hysteresis] == ["presliding-sine-01", "presliding-sine-02"]
+    assert all(np.abs(cycle.measured).max() > 50 for cycle in curves.hysteresis)
 
 
 def test_logs_are_drawn_less_the_part_of_the_plant_that_stands_in_the_file(
@@ -71,8 +71,8 @@ def test_logs_are_drawn_less_the_part_of_the_plant_that_stands_in_the_file(
     logs = read_logs(log)
     fit = identify_static(logs, plant=plant)
     write_document(path, static_tree(fit, logs))
-    material = collect([path, log])
-    curves = friction_curves(material, material.items[0])
+    inputs = collect([path, log])
+    curves = friction_curves(inputs, inputs.items[0])
     assert not curves.notes
     assert curves.fitted
     assert [p.force for p in curves.points] == pytest.approx(

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fric.report.collect import collect
-from fric.report.drift import Change, document_changes, glitch_changes, told
+from fric.report.drift import Change, description, document_changes, glitch_changes
 
 HALF = st.floats(0.01, 10)
 VALUE = st.floats(-100, 100)
@@ -51,8 +51,8 @@ def test_a_limit_that_is_open_decides_nothing_on_its_side() -> None:
 
 
 def test_two_dates_of_one_axis(files: SimpleNamespace) -> None:
-    material = collect([files.september, files.march])  # by date, not by the order given
-    ((before, after),) = material.pairs
+    inputs = collect([files.september, files.march])  # by date, not by the order given
+    ((before, after),) = inputs.pairs
     assert (before.source, after.source) == ("march.yaml", "september.yaml")
     changes = {change.name: change for change in document_changes(before, after)}
     assert changes["F_c"].verdict == "moved"
@@ -61,18 +61,18 @@ def test_two_dates_of_one_axis(files: SimpleNamespace) -> None:
     assert "delta" not in changes  # set by hand
     assert {name for name, change in changes.items() if change.verdict == "moved"} == {"F_c"}
     assert "gms.k_4" in changes
-    assert told(list(changes.values())).startswith("1 of ")
+    assert description(list(changes.values())).startswith("1 of ")
 
 
 def test_the_same_numbers_at_two_dates_are_said_to_be_the_same() -> None:
-    assert told([Change("F_c", "N", 105.0, 105.0, (104, 106), (104, 106))]) == "No number changed."
-    assert told([]) == "The two share no identified number."
+    assert description([Change("F_c", "N", 105.0, 105.0, (104, 106), (104, 106))]) == "No number changed."
+    assert description([]) == "The two share no identified number."
 
 
 def test_the_glitch_of_two_dates(files: SimpleNamespace) -> None:
-    material = collect([files.run, files.later_run])
-    ((before, after),) = material.test_pairs
+    inputs = collect([files.run, files.later_run])
+    ((before, after),) = inputs.test_pairs
     found = {change.name[1]: change for change in glitch_changes(before, after)}
     assert found["a"].relative == pytest.approx(0)
     assert found["c"].relative < -0.5  # a full feedforward leaves next to nothing
-    assert "no" in told(list(found.values())).lower()
+    assert "no" in description(list(found.values())).lower()

@@ -19,7 +19,7 @@ from fric.report.collect import collect
 from fric.report.contours import contour_figure
 from fric.report.curves import friction_curves
 from fric.report.drift import Change
-from fric.report.plots import drift_figure, friction_map, loops, q_filter, virgin_curves
+from fric.report.plots import drift_figure, friction_map, hysteresis, q_filter, virgin_curves
 
 from .conftest import LOGS
 
@@ -77,7 +77,7 @@ def close(found: Any, wanted: Any, rel: float = 1e-6) -> None:
 
 
 @pytest.fixture(scope="module")
-def material(files: SimpleNamespace) -> Any:
+def inputs(files: SimpleNamespace) -> Any:
     return collect([files.march, LOGS / "constant-velocity.h5", LOGS / "presliding-sine.h5"])
 
 
@@ -100,9 +100,9 @@ def test_the_map_is_eq_2_of_the_file(files: SimpleNamespace) -> None:
             assert np.all((np.minimum(low, high) <= y) & (y <= np.maximum(low, high)))
 
 
-def test_measured_strokes_stand_where_they_were_measured(material: Any) -> None:
-    item = material.items[0]
-    found = friction_curves(material, item)
+def test_measured_strokes_stand_where_they_were_measured(inputs: Any) -> None:
+    item = inputs.items[0]
+    found = friction_curves(inputs, item)
     v, F = (np.array([getattr(point, name) for point in found.points]) for name in ("velocity", "force"))
     wide, _ = friction_map(item, found)
 
@@ -116,9 +116,9 @@ def test_measured_strokes_stand_where_they_were_measured(material: Any) -> None:
     each_fails_when_level(wide, check)
 
 
-def test_the_virgin_curve_is_that_of_the_blocks_and_of_the_record(material: Any) -> None:
-    item = material.items[0]
-    found = friction_curves(material, item)
+def test_the_virgin_curve_is_that_of_the_blocks_and_of_the_record(inputs: Any) -> None:
+    item = inputs.items[0]
+    found = friction_curves(inputs, item)
     model = GMS.from_sections(item.sections())
     knots = np.sort(model.slip_displacements)
     measured = found.measured_virgin
@@ -136,33 +136,33 @@ def test_the_virgin_curve_is_that_of_the_blocks_and_of_the_record(material: Any)
         each_fails_when_level(drawn, check)
 
 
-def test_loops_are_the_record_and_its_replay(material: Any) -> None:
-    item = material.items[0]
-    found = friction_curves(material, item)
-    shown = loops(item, found)
+def test_loops_are_the_record_and_its_replay(inputs: Any) -> None:
+    item = inputs.items[0]
+    found = friction_curves(inputs, item)
+    shown = hysteresis(item, found)
     assert len(shown) == 2
-    for drawn, loop in zip(shown, found.loops, strict=True):
+    for drawn, cycle in zip(shown, found.hysteresis, strict=True):
         labelled(drawn)
 
-        def check(drawn: Drawn = drawn, loop: Any = loop) -> None:
+        def check(drawn: Drawn = drawn, cycle: Any = cycle) -> None:
             measured, replayed = [(x, y) for _, _, x, y in curves(drawn)]
             for x, _ in (measured, replayed):
-                close(x, loop.position * 1e6)
-            close(measured[1], loop.measured)
-            close(replayed[1], loop.model)
+                close(x, cycle.position * 1e6)
+            close(measured[1], cycle.measured)
+            close(replayed[1], cycle.model)
 
         each_fails_when_level(drawn, check)
 
 
 def test_loops_of_a_model_alone_are_told_apart(files: SimpleNamespace) -> None:
     alone = collect([files.march])
-    (drawn,) = loops(alone.items[0], friction_curves(alone, alone.items[0]))
-    found = friction_curves(alone, alone.items[0]).loops
+    (drawn,) = hysteresis(alone.items[0], friction_curves(alone, alone.items[0]))
+    found = friction_curves(alone, alone.items[0]).hysteresis
 
     def check() -> None:
-        for (_, _, x, y), loop in zip(curves(drawn), found, strict=True):
-            close(x, loop.position * 1e6)
-            close(y, loop.model)
+        for (_, _, x, y), cycle in zip(curves(drawn), found, strict=True):
+            close(x, cycle.position * 1e6)
+            close(y, cycle.model)
 
     each_fails_when_level(drawn, check)
     assert len({tuple(renderer.glyph.line_dash) for renderer in drawn.model.renderers}) == 3

@@ -95,7 +95,7 @@ def test_a_machine_believes_a_result_as_it_believes_its_file(gms, tmp_path):
     machine = fric.read_machine("virtual-rig")
     by_result = fric.circle(machine.with_belief(x=gms), "a,c,f", revolutions=1)
     by_file = fric.circle(
-        fric.read_machine("virtual-rig", believed=[f"x={tmp_path / 'friction.yaml'}"]), "a,c,f", revolutions=1
+        fric.read_machine("virtual-rig", nominal_files=[f"x={tmp_path / 'friction.yaml'}"]), "a,c,f", revolutions=1
     )
     assert list(by_result.to_frame().index) == ["a", "c", "f"]
     # a file holds six digits, and with them an encoder count falls here or there
@@ -108,7 +108,7 @@ def test_a_machine_believes_a_result_as_it_believes_its_file(gms, tmp_path):
 def test_a_machine_believes_models_plants_and_designs(plant):
     machine = fric.read_machine("virtual-rig")
     axis = machine.with_belief(x=[fric.LuGre.typical(), plant, fric.design_controller(plant)]).axis("x")
-    assert list(axis.believed.models) == ["lugre"]
+    assert list(axis.nominal_friction.models) == ["lugre"]
     assert axis.nominal == plant.belief
     assert axis.cascade != machine.axis("x").cascade
 

@@ -19,7 +19,7 @@ from fric.kernels.plant import WORK
 from fric.kernels.signatures import compiled_step
 from fric.reference import Reference, sine, strokes
 from fric.simulate.axis import _loop_arguments, run_axis
-from fric.simulate.machine import Axis, Believed
+from fric.simulate.machine import Axis, NominalFriction
 from tests.friction.instances import INSTANCES
 from tests.simulate.plain_loop import plain_loop
 
@@ -36,7 +36,9 @@ def test_the_loop_agrees_with_a_plain_one_written_apart(scheme: str, axis: Axis)
     chosen = PAPER_SCHEMES[scheme]
     ahead = np.zeros(len(REVERSALS))
     if chosen.friction:
-        ahead = friction_feedforward(axis.believed.models["gms"], REVERSALS, axis.plant.K_f, axis.believed.gain)
+        ahead = friction_feedforward(
+            axis.nominal_friction.models["gms"], REVERSALS, axis.plant.K_f, axis.nominal_friction.gain
+        )
     position, voltage = plain_loop(axis, REVERSALS, ahead, observer=chosen.observer)
     assert np.abs(position - REVERSALS.position).max() > 1e-6
     run = run_axis(axis, REVERSALS, chosen)
@@ -173,7 +175,7 @@ def test_the_observer_finds_the_friction_that_is_left_to_it() -> None:
     slide = strokes(10e-3, 5e-3, 4000.0)
     middle = slice(1500, 2000)
     for gain in (0.0, 0.6):
-        axis = replace(IDEAL, believed=Believed(IDEAL.believed.models, gain))
+        axis = replace(IDEAL, nominal_friction=NominalFriction(IDEAL.nominal_friction.models, gain))
         run = run_axis(axis, slide, PAPER_SCHEMES["f"])
         # d̂ is what acts on the plant besides u_t: friction less what was fed forward, as a voltage that brakes
         left = float(axis.friction.steady_state(10e-3)) * (1 - gain) / axis.plant.K_f
@@ -197,7 +199,7 @@ def test_an_unstable_loop_is_told_before_the_run_and_a_stable_one_is_not(scheme:
 
 def test_schemes_that_the_axis_cannot_run_are_told() -> None:
     with pytest.raises(FricError, match="believes in none"):
-        run_axis(replace(IDEAL, believed=Believed()), REVERSALS, PAPER_SCHEMES["b"])
+        run_axis(replace(IDEAL, nominal_friction=NominalFriction()), REVERSALS, PAPER_SCHEMES["b"])
     with pytest.raises(FricError, match="has none"):
         run_axis(replace(IDEAL, observer=None), REVERSALS, PAPER_SCHEMES["d"])
     with pytest.raises(FricError, match="sampled at 1000 Hz"):

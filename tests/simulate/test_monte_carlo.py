@@ -66,7 +66,10 @@ def test_processes_that_were_begun_end_with_the_block():
 
 
 def test_more_friction_leaves_more_and_a_false_belief_costs_the_feedforward_alone():
-    exact = {name: replace(axis, believed=replace(axis.believed, gain=1.0)) for name, axis in MACHINE.axes.items()}
+    exact = {
+        name: replace(axis, nominal_friction=replace(axis.nominal_friction, gain=1.0))
+        for name, axis in MACHINE.axes.items()
+    }
     study = Study(replace(MACHINE, axes=exact), AC, SMALL, spreads={"level": Spread(0.7, 1.3)}, only="x")
     found = monte_carlo(study, 12)
     level = np.array([outcome.drawn["x.level"] for outcome in found.outcomes])

@@ -79,33 +79,33 @@ def test_coloured_noise_has_the_size_and_the_memory_that_were_asked_for() -> Non
 
 
 def test_lost_samples_leave_gaps_in_a_time_that_is_stamped_and_jumps_in_one_that_is_not() -> None:
-    told, untold, whole = (
+    told, undetermined, whole = (
         constant_velocity(replace(IDEAL, reality=Reality(clock=clock)), speeds=[0.02], seed=2)[0]
         for clock in (Clock(lost=0.05), Clock(lost=0.05, stamped=False), Clock())
     )
-    assert len(told) == len(untold)
+    assert len(told) == len(undetermined)
     assert len(told) / len(whole) == pytest.approx(0.95, abs=0.02)
     assert set(told.time) < set(whole.time)
-    np.testing.assert_array_equal(told.position, untold.position)
+    np.testing.assert_array_equal(told.position, undetermined.position)
     usual = np.median(np.diff(whole.time))
-    np.testing.assert_allclose(np.diff(untold.time), usual, rtol=1e-6)
+    np.testing.assert_allclose(np.diff(undetermined.time), usual, rtol=1e-6)
     gaps = np.rint(np.diff(told.time) / usual)
     assert gaps.max() > 1
     assert gaps.sum() == len(whole) - 1
 
 
 def test_jitter_moves_the_instants_and_the_time_tells_it_or_not() -> None:
-    told, untold = (
+    told, undetermined = (
         constant_velocity(replace(IDEAL, reality=Reality(clock=Clock(jitter=60e-6, stamped=s))), speeds=[0.02])[0]
         for s in (True, False)
     )
-    np.testing.assert_array_equal(told.position, untold.position)
-    off = told.time - untold.time
+    np.testing.assert_array_equal(told.position, undetermined.position)
+    off = told.time - undetermined.time
     assert off.std() == pytest.approx(60e-6, rel=0.1)
     at_speed = slice(900, 1400)
     straight = np.polyfit(told.time[at_speed], told.position[at_speed], 1)
     assert np.std(told.position[at_speed] - np.polyval(straight, told.time[at_speed])) < 1e-8
-    assert np.std(untold.position[at_speed] - np.polyval(straight, untold.time[at_speed])) > 1e-6
+    assert np.std(undetermined.position[at_speed] - np.polyval(straight, undetermined.time[at_speed])) > 1e-6
 
 
 def test_the_encoder_errs_with_the_pitch_of_its_scale_and_the_controller_follows_it() -> None:

@@ -14,7 +14,7 @@ from fric.friction import models
 from fric.friction.directed import Directed
 from fric.friction.rolling import Rolling
 from fric.friction.stribeck import StaticMap
-from fric.identify.strokes.map_fit import SpeedPoint, fit_map
+from fric.identify.static_map.map_fit import SpeedPoint, fit_map
 from fric.simulate.intervals import draw_within, normals
 from fric.simulate.machine import Machine
 from fric.simulate.spread import DEFAULT_SPREADS, Spread, check_spreads, draw_machine, known_spreads
@@ -79,7 +79,11 @@ def test_what_is_drawn_is_true_and_what_is_believed_stays():
         assert axis.plant != before.plant
         assert axis.friction != before.friction
         assert axis.nominal == before.plant
-        assert (axis.believed, axis.observer, axis.cascade) == (before.believed, before.observer, before.cascade)
+        assert (axis.nominal_friction, axis.observer, axis.cascade) == (
+            before.nominal_friction,
+            before.observer,
+            before.cascade,
+        )
 
 
 def test_the_force_constant_moves_the_same_mass_and_the_mass_leaves_the_force():

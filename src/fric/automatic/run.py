@@ -19,9 +19,9 @@ from fric.documents.yaml import dump, plain, read_tree, write_document
 from fric.errors import FricError
 from fric.io.run import read_glitch_medians
 from fric.output import staged
-from fric.report.material import Contour
+from fric.report.report_input import Contour
 from fric.report.summary import Report, make_report
-from fric.reproduce.workshop import Workshop
+from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result
 from fric.results.circle import QUADRANTS
 from fric.results.diagnose import diagnose
@@ -53,7 +53,7 @@ class AutoResult(Result):
         Where all files are.
     axes
         By axis, which steps were done, and what is missing.
-    told
+    description
         What was guessed or left out.
     steps, made
         Steps there are, and how many had to be run.
@@ -69,7 +69,7 @@ class AutoResult(Result):
 
     folder: Path
     axes: dict[str, dict[str, list[str]]]
-    told: list[str]
+    description: list[str]
     steps: int
     made: int
     page: Report | None
@@ -80,17 +80,17 @@ class AutoResult(Result):
     @property
     def warnings(self) -> Sequence[str]:
         """What was guessed or left out."""
-        return self.told
+        return self.description
 
     @cached_property
     def document(self) -> dict[str, Any]:
         """Report, axes, and the verdict."""
         report = str(self.folder / "report.html") if self.page else None
-        return {"report": report, "axes": self.axes, "verdict": self.verdict(), "warnings": list(self.told)}
+        return {"report": report, "axes": self.axes, "verdict": self.verdict(), "warnings": list(self.description)}
 
     def verdict(self) -> dict[str, Any]:
         """Return the scheme to use, its glitch, and whether that is to be trusted, and why not."""
-        tests = self.page.material.tests if self.page else ()
+        tests = self.page.inputs.tests if self.page else ()
         why = [f"{text} is not as predicted" for text in self.disagreements]
         if not self.compared:
             why.append("there is no measured circle to hold the simulation against")
@@ -110,7 +110,7 @@ class AutoResult(Result):
             chosen = within[0] if within else min(contours, key=_upper)
             if not within:
                 why.append(f"no scheme surely stays within {readable(self.tolerance, 'm')}")
-        wrong = [str(notice) for item in self.page.material.items for notice in _wrong(item)]
+        wrong = [str(notice) for item in self.page.inputs.items for notice in _wrong(item)]
         if chosen is None:
             return NOTHING | {"why": [*why, *wrong]}
         limits = None if chosen.glitch_ci95 is None else list(chosen.glitch_ci95)
@@ -152,7 +152,7 @@ class _Session:
 
     def __init__(self, folder: Path, run: Run, say: Callable[[str], None]) -> None:
         self.folder, self.run, self.say = folder, run, say
-        self.shop = Workshop(folder)
+        self.shop = StepCache(folder)
         self.script = ["#!/bin/sh", "# What `fric auto` ran, to be run again by hand."]
         self.script += ["set -eu", f"cd {shlex.quote(str(Path.cwd()))}"]
         self.steps = self.made = 0
@@ -163,12 +163,12 @@ class _Session:
         if not one.ready:
             return False
         self.steps += 1
-        told = shlex.join(["fric", *one.words])
+        text = shlex.join(["fric", *one.words])
         for path in one.leaves:
             path.parent.mkdir(parents=True, exist_ok=True)
 
         def make() -> None:
-            self.say(f"$ {told}")
+            self.say(f"$ {text}")
             self.run(one.words)
 
         try:
@@ -177,9 +177,9 @@ class _Session:
             )
         except FricError as error:
             self.failed[one.name] = str(error).replace("\n", " ")
-            self.script.append(f"# failed: {told}")
+            self.script.append(f"# failed: {text}")
             return False
-        self.script.append(told)
+        self.script.append(text)
         return True
 
     def write(self, tree: dict[str, Any], path: Path) -> None:
@@ -237,7 +237,9 @@ def auto(
     found = find_sources(map(Path, logs), mapping)
     found.circles += [Path(one) for one in circles]
     if not (found.logs or found.circles):
-        raise FricError("there is no log in these files", mend="\n".join(found.told) or "Give logs, or their folder.")
+        raise FricError(
+            "there is no log in these files", hint="\n".join(found.description) or "Give logs, or their folder."
+        )
     session = _Session(folder, run, say)
     axes = _identify(session, found)
     given = located(Path(machine), "machine") if machine else None
@@ -252,11 +254,11 @@ def auto(
         session.take(step("report", ["report", *read, "-o", target], read, [target]))
         page = make_report(*pages)
     session.close()
-    told = {name: {"done": one["done"], "missing": one["missing"]} for name, one in axes.items()}
+    words = {name: {"done": one["done"], "missing": one["missing"]} for name, one in axes.items()}
     failed = [f"{name}: {text}" for name, text in session.failed.items() if name.partition(":")[0] not in axes]
     allowed = None if tolerance is None else in_si(tolerance, "position")
     return AutoResult(
-        folder, told, found.told + failed, session.steps, session.made, page, disagreements, compared, allowed
+        folder, words, found.description + failed, session.steps, session.made, page, disagreements, compared, allowed
     )
 
 
@@ -267,7 +269,7 @@ def _identify(session: _Session, found: Sources) -> dict[str, dict[str, Any]]:
         if session.take(one):
             logs.append(left)
         else:
-            found.told.append(f"{one.name}: {session.failed.get(one.name, 'failed')}")
+            found.description.append(f"{one.name}: {session.failed.get(one.name, 'failed')}")
     axes: dict[str, dict[str, Any]] = {}
     for name in sorted({one.axis for one in logs}):
         own = [one for one in logs if one.axis == name]
@@ -322,14 +324,16 @@ def _circles(
         test = diagnose(found.circles[0]).found.test
         more += ["--radius", f"{test.radius!r} m", "--velocity", f"{test.feed!r} m/s"]
     session.take(circle_step(machine, session.folder, *more, reads=reads))
-    told: list[str] = []
+    text: list[str] = []
     for circle in found.circles:
         if session.take(diagnosis_step(circle, machine, session.folder, reads)):
             held = diagnose(circle, machine=machine).held
-            told += [f"{circle.name} at {name}" for name in QUADRANTS if held and not held.agrees.get(name, True)]
+            text += [f"{circle.name} at {name}" for name in QUADRANTS if held and not held.agrees.get(name, True)]
     if found.circles and session.take(tune_step(found.circles, machine, session.folder, reads)):
-        found.told.append(f"what the controllers believe was refitted to the circles: {session.folder / 'tuned'}")
-    return told, bool(found.circles)
+        found.description.append(
+            f"what the controllers believe was refitted to the circles: {session.folder / 'tuned'}"
+        )
+    return text, bool(found.circles)
 
 
 def _known(axis: dict[str, Any]) -> bool:

@@ -60,7 +60,7 @@ class Sources:
         Files with records.
     circles
         Circle tests, and runs.
-    told
+    description
         What was guessed, left out, or cannot be read.
     copies
         Foreign files whose records another file holds already.
@@ -70,7 +70,7 @@ class Sources:
 
     logs: list[Source] = field(default_factory=list)
     circles: list[Path] = field(default_factory=list)
-    told: list[str] = field(default_factory=list)
+    description: list[str] = field(default_factory=list)
     copies: list[Path] = field(default_factory=list)
     guessed: dict[str, list[Path]] = field(default_factory=dict)
 
@@ -102,9 +102,9 @@ def find_sources(given: Iterable[Path], mapping: str | None = None) -> Sources:
         elif kind is None and path.suffix.lower() in FOREIGN:
             _foreign(path, mapping, found, seen)
     if found.copies:
-        found.told.append(f"left out, since other files hold the same samples: {_first(found.copies)}")
+        found.description.append(f"left out, since other files hold the same samples: {_first(found.copies)}")
     for name, files in found.guessed.items():
-        found.told.append(f"read with the bundled mapping '{name}', the only one that fits: {_first(files)}")
+        found.description.append(f"read with the bundled mapping '{name}', the only one that fits: {_first(files)}")
     return found
 
 
@@ -135,9 +135,9 @@ def _own(path: Path) -> str | None:
 
 
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
-    told = [inspect(record) for record in records]
-    uses = frozenset(use.purpose for one in told for use in one.uses if use.good)
-    return Source(path, records[0].axis, records[0].motion, frozenset(str(one.kind) for one in told), uses, mapping)
+    text = [inspect(record) for record in records]
+    uses = frozenset(use.purpose for one in text for use in one.uses if use.good)
+    return Source(path, records[0].axis, records[0].motion, frozenset(str(one.kind) for one in text), uses, mapping)
 
 
 def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]) -> None:
@@ -156,8 +156,8 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
             if "" in fitting:  # the header says it: nothing is guessed
                 break
     if len(fitting) != 1:
-        told = f"the mappings {', '.join(fitting)} all fit: give one with --map" if fitting else why
-        found.told.append(f"{path} is left out: {told}")
+        text = f"the mappings {', '.join(fitting)} all fit: give one with --map" if fitting else why
+        found.description.append(f"{path} is left out: {text}")
         return
     ((chosen, records),) = fitting.items()
     if any(_same(record, known) for record in records for known in seen):

@@ -68,8 +68,8 @@ def prepare_streams() -> None:
 
 def _spelled(error: UnicodeError) -> tuple[str, int]:
     assert isinstance(error, UnicodeEncodeError)
-    told = error.object[error.start : error.end].translate(SPELLED)
-    return told.encode(error.encoding, "replace").decode(error.encoding), error.end
+    text = error.object[error.start : error.end].translate(SPELLED)
+    return text.encode(error.encoding, "replace").decode(error.encoding), error.end
 
 
 MOST = 1000

@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import BelievedFriction, Gain, Json, Lead, MachineFile, SchemesFile, lead_given
+from fric.cli.options import Gain, Json, Lead, MachineFile, NominalFiles, SchemesFile, lead_given
 
 
 def export(
@@ -24,7 +24,7 @@ def export(
         str, typer.Option("--part", help="compensation; or machine, the axis itself, to try a controller on.")
     ] = "compensation",
     single: Annotated[bool, typer.Option("--float", help="Single precision (c).")] = False,
-    friction: BelievedFriction = None,
+    friction: NominalFiles = None,
     gain: Gain = None,
     lead: Lead = None,
     schemes: SchemesFile = None,
@@ -43,7 +43,8 @@ def export(
     """
     finish(
         lambda advance: fric.export_axis(
-            target, machine, axis=axis, scheme=scheme, part=part, single=single, believed=friction or (), gain=gain,
+            target, machine, axis=axis, scheme=scheme, part=part, single=single,
+            nominal_files=friction or (), gain=gain,
             lead=lead_given(lead), known=schemes, trial=output / "trial" if trial else None, advance=advance,
         ),
         json=json, force=force, doing="LinuxCNC" if trial else "", into=output,

@@ -26,7 +26,7 @@ SchemeNames = Annotated[str, typer.Option("--scheme", help="A scheme's name, sev
 SchemesFile = Annotated[
     Path | None, typer.Option("--schemes", metavar="SCHEMES.yaml", help="Schemes of your own; else the paper's.")
 ]
-BelievedFriction = Annotated[
+NominalFiles = Annotated[
     list[str] | None,
     typer.Option(
         "--friction",

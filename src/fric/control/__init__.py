@@ -46,5 +46,5 @@ def block_type(name: str) -> type[ControlBlock]:
     if name not in (found := _loaded()):
         found = blocks()
     if name not in found:
-        raise FricError(f"there is no control block '{name}'", mend=f"There are {', '.join(found)}.")
+        raise FricError(f"there is no control block '{name}'", hint=f"There are {', '.join(found)}.")
     return found[name]

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.control.base import ControlBlock, Setting
-from fric.control.reversal_pulse import believed
+from fric.control.reversal_pulse import nominal_friction
 from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
@@ -92,11 +92,11 @@ class Adaptive(ControlBlock):
 
     def packed(self, setting: Setting) -> NDArray[np.float64]:
         """Return rates, bounds, the filter and both models along the reference [V]."""
-        model, reference = believed(setting, self.name), setting.reference
+        model, reference = nominal_friction(setting, self.name), setting.reference
         if reference is None or not hasattr(model, "k"):
             raise FricError(
                 "'adaptive' follows the stiffness of slip blocks along a reference, and there is none",
-                mend="Identify them: fric identify gms.",
+                hint="Identify them: fric identify gms.",
             )
         motion, rows = reference.ahead(setting.lead), []
         for share in (SOFT, STIFF):

@@ -135,7 +135,7 @@ class ControlBlock(ABC):
         known = {parameter.name: parameter for parameter in cls.parameters}
         for name, value in values.items():
             if name not in known:
-                raise FricError(f"the block '{cls.name}' has no '{name}'", mend=f"It has {', '.join(known) or 'none'}.")
+                raise FricError(f"the block '{cls.name}' has no '{name}'", hint=f"It has {', '.join(known) or 'none'}.")
             if not known[name].lower <= value <= known[name].upper:
                 raise FricError(
                     f"{name} of '{cls.name}' is {value:g}, but {known[name].doc} lies between {known[name].lower:g} "

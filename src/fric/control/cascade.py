@@ -92,7 +92,7 @@ class Cascade(ControlBlock):
         for name in ("K_v", "K_p", "K_i", "velocity_filter", "sampling", "limit"):
             value = getattr(self, name)
             if not (value > 0 or (name == "K_i" and value == 0)):
-                raise FricError(f"{name} of the controller is {value:g}", mend=f"{name} is a positive number.")
+                raise FricError(f"{name} of the controller is {value:g}", hint=f"{name} is a positive number.")
 
     @property
     def T_s(self) -> float:

@@ -104,7 +104,7 @@ class GainScheduled(ControlBlock):
         if model is None:
             raise FricError(
                 "the gains of 'gain-scheduled' follow the friction's slip blocks, and the controller believes in none",
-                mend="Identify them: fric identify gms.",
+                hint="Identify them: fric identify gms.",
             )
         alpha, k = np.array(model.alpha), np.array(model.k)  # type: ignore[attr-defined]
         ends = SOFTER * 2.0 * alpha * float(model.static.F_s) / k  # type: ignore[attr-defined]

@@ -134,7 +134,7 @@ class DisturbanceObserver(ControlBlock):
         if not (self.A >= 0 and self.B > 0):
             raise FricError(
                 f"the nominal plant with A = {self.A:g} 1/s and B = {self.B:g} m/(s²·V) has no stable inverse",
-                mend="Give an A of 0 or more and a positive B.",
+                hint="Give an A of 0 or more and a positive B.",
             )
 
     @classmethod
@@ -173,7 +173,7 @@ def _discrete(q: QFilter, A: float, B: float, sampling: float) -> DiscreteObserv
     if not q.cutoff < sampling / 2:
         raise FricError(
             f"a cutoff of {q.cutoff:g} Hz does not fit a sampling rate of {sampling:g} Hz",
-            mend="Choose a cutoff below half the sampling rate.",
+            hint="Choose a cutoff below half the sampling rate.",
         )
     poles, zeros = q.poles, q.zeros
     # n equal poles are found from rounded coefficients to the n-th root of the rounding
@@ -181,7 +181,7 @@ def _discrete(q: QFilter, A: float, B: float, sampling: float) -> DiscreteObserv
     if q.cutoff < lowest:
         raise FricError(
             f"a cutoff of {q.cutoff:g} Hz is too low for {q.name} at a sampling rate of {sampling:g} Hz",
-            mend=f"Choose a cutoff above {lowest:.2g} Hz.",
+            hint=f"Choose a cutoff above {lowest:.2g} Hz.",
         )
     unit_gain = float(np.real(np.prod(-poles) / np.prod(-zeros)))
     return DiscreteObserver(

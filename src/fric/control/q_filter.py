@@ -61,9 +61,9 @@ class QFilter:
 
     def __post_init__(self) -> None:
         if self.name not in Q_FILTERS:
-            raise FricError(f"'{self.name}' is no Q-filter", mend=f"Known are {', '.join(Q_FILTERS)}.")
+            raise FricError(f"'{self.name}' is no Q-filter", hint=f"Known are {', '.join(Q_FILTERS)}.")
         if not self.cutoff > 0:
-            raise FricError(f"the cutoff of Q is {self.cutoff:g} Hz", mend="Give a positive frequency.")
+            raise FricError(f"the cutoff of Q is {self.cutoff:g} Hz", hint="Give a positive frequency.")
 
     @classmethod
     def of_bandwidth(cls, name: str, bandwidth: float) -> QFilter:

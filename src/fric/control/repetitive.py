@@ -92,7 +92,7 @@ class Repetitive(ControlBlock):
         period = 0.0 if setting.reference is None else setting.reference.period * setting.sampling
         if period == 0.0:
             raise FricError(
-                "a repetitive controller needs a motion that repeats", mend="Take it for circles of two revolutions."
+                "a repetitive controller needs a motion that repeats", hint="Take it for circles of two revolutions."
             )
         if period < 2 * ROOM:
             raise FricError(f"the motion repeats after {period:.0f} samples, and the filters are {TAPS} long")

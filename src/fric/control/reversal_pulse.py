@@ -95,7 +95,7 @@ class ReversalPulse(ControlBlock):
     @classmethod
     def designed(cls, setting: Setting) -> Self:
         """Return the pulse that fits the friction that the controller believes in."""
-        model = believed(setting, cls.name)
+        model = nominal_friction(setting, cls.name)
         pulse = fitted(model, setting.sampling)
         slow, middle, fast = (setting.gain / setting.K_f * one for one in pulse[:3])
         return cls(slow, middle, fast, pulse[3])
@@ -103,7 +103,7 @@ class ReversalPulse(ControlBlock):
     def packed(self, setting: Setting) -> NDArray[np.float64]:
         """Return the accelerations, the amplitudes, the table and the decay in a sample."""
         v = np.geomspace(1e-4, 1.0, ENTRIES)
-        model = believed(setting, self.name)
+        model = nominal_friction(setting, self.name)
         table = setting.gain / setting.K_f * np.asarray(model.steady_state(v))
         head = [*ACCELERATIONS[:2], self.slow, self.middle, self.fast, setting.T_s]
         return np.concatenate([head, v, table, [np.exp(-setting.T_s / self.decay)]])
@@ -113,14 +113,14 @@ class ReversalPulse(ControlBlock):
         return np.zeros(3)
 
 
-def believed(setting: Setting, name: str) -> FrictionModel:
+def nominal_friction(setting: Setting, name: str) -> FrictionModel:
     """Return the richest friction that the controller believes in; raise a `FricError` where it believes in none."""
     for model in ("gms", "static", *setting.models):
         if model in setting.models:
             return setting.models[model]
     raise FricError(
         f"'{name}' goes by the friction that was identified, and the controller believes in none",
-        mend="Identify it: fric identify gms.",
+        hint="Identify it: fric identify gms.",
     )
 
 

@@ -62,17 +62,17 @@ class Scheme:
         if (kind := block_type(self.controller).kind) != "controller":
             raise FricError(
                 f"scheme {self.name} asks for '{self.controller}' as its controller, which is of the kind {kind}",
-                mend="Name it among the blocks.",
+                hint="Name it among the blocks.",
             )
         if len(self.blocks) >= BLOCKS:
             raise FricError(
-                f"scheme {self.name} has {len(self.blocks)} blocks", mend=f"A loop has room for {BLOCKS - 1}."
+                f"scheme {self.name} has {len(self.blocks)} blocks", hint=f"A loop has room for {BLOCKS - 1}."
             )
         for block in self.block_types:
             if block.kind == "controller":
                 raise FricError(
                     f"scheme {self.name} names the controller '{block.name}' among its blocks",
-                    mend=f"Write it as controller: {block.name}.",
+                    hint=f"Write it as controller: {block.name}.",
                 )
 
     @property
@@ -152,6 +152,6 @@ def choose_schemes(asked: str, known: Mapping[str, Scheme] | None = None) -> lis
     for name in names:
         if name not in known:
             raise FricError(
-                f"there is no scheme '{name}'", mend=f"{near(name, known)}There are {', '.join(known)}, and all."
+                f"there is no scheme '{name}'", hint=f"{near(name, known)}There are {', '.join(known)}, and all."
             )
     return [known[name] for name in names]

@@ -93,14 +93,14 @@ def design_block(
 
     own = next(one for one in kind.parameters if one.name == kind.tuned)
     found = largest_that_keeps(keeps, np.geomspace(own.lower, own.upper, TRIED), 1e-4)
-    told = f"the peak sensitivity of the whole loop, {decibel(peak_sensitivity):.3g} dB"
+    text = f"the peak sensitivity of the whole loop, {decibel(peak_sensitivity):.3g} dB"
     if found == 0.0:
         raise FricError(
-            f"'{kind.name}' misses {told}, at the smallest {kind.tuned} already",
-            mend="Lower the gains of the controller, or ask for a larger peak sensitivity.",
+            f"'{kind.name}' misses {text}, at the smallest {kind.tuned} already",
+            hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
         )
     value, reason = (
-        (own.upper, "limited by no margin, but by its bound") if found == inf else (_down(found), f"limited by {told}")
+        (own.upper, "limited by no margin, but by its bound") if found == inf else (_down(found), f"limited by {text}")
     )
     loop, blocks = whole(block := kind.tuned_to(value, setting))
     return BlockDesign(block, loop.margins(blocks), reason, loop.response(blocks))

@@ -45,7 +45,7 @@ class Requirement:
         if not (0 < self.phase_margin < pi and 1 < self.gain_margin < inf):
             raise FricError(
                 f"{np.degrees(self.phase_margin):.3g}° and {decibel(self.gain_margin):.3g} dB are no margins",
-                mend="Give a phase margin between 0° and 180°, and a gain margin above 0 dB.",
+                hint="Give a phase margin between 0° and 180°, and a gain margin above 0 dB.",
             )
 
     def met(self, found: Margins) -> bool:
@@ -96,7 +96,7 @@ def assess_cascade(plant: LinearPlant, cascade: Cascade) -> CascadeDesign:
     loop = SampledLoop(plant, cascade)
     for stable, name in ((loop.velocity_stable, "velocity"), (loop.stable, "position")):
         if not stable:
-            raise FricError(f"the {name} loop is unstable with {_gains(cascade)}", mend="Lower the gains.")
+            raise FricError(f"the {name} loop is unstable with {_gains(cascade)}", hint="Lower the gains.")
     velocity, position, whole = (margins(L, loop.nyquist) for L in (loop.velocity, loop.position, loop.input))
     return CascadeDesign(plant, cascade, velocity, position, whole)
 
@@ -143,7 +143,7 @@ def design_cascade(
     asked = requirement or Requirement()
     for name, value in (("corner ratio", corner_ratio), ("separation", separation)):
         if not (value >= 1 and isfinite(value)):
-            raise FricError(f"a {name} of {value:g} makes no cascade", mend=f"Give a {name} of 1 or more.")
+            raise FricError(f"a {name} of {value:g} makes no cascade", hint=f"Give a {name} of 1 or more.")
 
     def with_crossover(f_c: float) -> Cascade:
         rate = 2 * pi * f_c
@@ -160,7 +160,7 @@ def design_cascade(
     if not 0 < crossover < sampling / 2:
         raise FricError(
             f"a crossover of {crossover:g} Hz does not fit a sampling rate of {sampling:g} Hz",
-            mend="Give one between 0 and half the sampling rate.",
+            hint="Give one between 0 and half the sampling rate.",
         )
 
     def nearest() -> Cascade | None:
@@ -211,12 +211,12 @@ def _checked(
             return design
         complaint = f"{' and '.join(missed)}, where {_wanted(asked)} are asked"
     held = nearest()
-    mend = (
+    hint = (
         f"The nearest that holds is {_gains(held, rounded_down)}."
         if held
         else "No gains of this ratio hold; ask for smaller margins, or for a lower corner of the PI."
     )
-    raise FricError(complaint, mend=mend)
+    raise FricError(complaint, hint=hint)
 
 
 def _velocity_holds(plant: LinearPlant, cascade: Cascade, asked: Requirement) -> bool:
@@ -282,7 +282,7 @@ def _out_of_reach(plant: LinearPlant, tried: list[Cascade], asked: Requirement, 
     phase, gain = np.degrees(best[0]), decibel(best[1])
     return FricError(
         f"no gain gives the {name} loop {_wanted(asked)}",
-        mend=f"The nearest that holds is a phase margin of {phase:.1f}° with a gain margin of {gain:.1f} dB."
+        hint=f"The nearest that holds is a phase margin of {phase:.1f}° with a gain margin of {gain:.1f} dB."
         if best[0]
         else "No gain makes it stable.",
     )
@@ -292,6 +292,6 @@ def _wanted(asked: Requirement) -> str:
     return f"{np.degrees(asked.phase_margin):.3g}° and {decibel(asked.gain_margin):.3g} dB"
 
 
-def _gains(cascade: Cascade, told: Callable[[float], str] = "{:.4g}".format) -> str:
-    K_i = told(cascade.K_i) if cascade.K_i else "0"
-    return f"K_p {told(cascade.K_p)}, K_i {K_i}, K_v {told(cascade.K_v)} (SI)"
+def _gains(cascade: Cascade, text: Callable[[float], str] = "{:.4g}".format) -> str:
+    K_i = text(cascade.K_i) if cascade.K_i else "0"
+    return f"K_p {text(cascade.K_p)}, K_i {K_i}, K_v {text(cascade.K_v)} (SI)"

@@ -52,7 +52,7 @@ class Margins:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the margins as a document has them, in degrees and decibels; what is infinite is left out."""
-        told: dict[str, tuple[float, str]] = {
+        text: dict[str, tuple[float, str]] = {
             "phase_margin": (float(np.degrees(self.phase_margin)), "deg"),
             "gain_margin": (decibel(self.gain_margin), "dB"),
             "gain_reduction": (decibel(self.gain_reduction) if self.gain_reduction else float("inf"), "dB"),
@@ -62,7 +62,7 @@ class Margins:
             "peak_frequency": (self.peak_frequency, "Hz"),
             "bandwidth": (self.bandwidth, "Hz"),
         }
-        return {name: {"value": value, "unit": unit} for name, (value, unit) in told.items() if np.isfinite(value)}
+        return {name: {"value": value, "unit": unit} for name, (value, unit) in text.items() if np.isfinite(value)}
 
 
 @dataclass(frozen=True)

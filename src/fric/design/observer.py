@@ -171,17 +171,17 @@ def design_observer(
     """
     if not peak_sensitivity > 1:
         raise FricError(
-            f"no loop has a peak sensitivity of {decibel(peak_sensitivity):.3g} dB", mend="Give one above 0 dB."
+            f"no loop has a peak sensitivity of {decibel(peak_sensitivity):.3g} dB", hint="Give one above 0 dB."
         )
     nyquist = cascade.sampling / 2
     Delta = perturbation or model_perturbation(plant, nyquist)
     whole = WholeLoop(plant, cascade, Delta)
     without = whole.peak()
     if without > peak_sensitivity:
-        told = "is unstable" if without == inf else f"has a peak sensitivity of {decibel(without):.1f} dB"
+        text = "is unstable" if without == inf else f"has a peak sensitivity of {decibel(without):.1f} dB"
         raise FricError(
-            f"the loop {told} without any observer, where {decibel(peak_sensitivity):.3g} dB is asked",
-            mend="Lower the gains of the controller, or ask for a larger peak sensitivity.",
+            f"the loop {text} without any observer, where {decibel(peak_sensitivity):.3g} dB is asked",
+            hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
         )
     robust = robust_limit(Delta, filter)
     sensitive = _sensitive_limit(whole, filter, peak_sensitivity)
@@ -193,7 +193,7 @@ def design_observer(
     if not bounds:
         raise FricError(
             "nothing limits Q: the response shows no unmodelled dynamics, and the loop is insensitive at every cutoff",
-            mend="Give the cutoff.",
+            hint="Give the cutoff.",
         )
     why = min(bounds, key=bounds.__getitem__)
     if cutoff is None:
@@ -203,7 +203,7 @@ def design_observer(
         if cutoff > bounds[why] * (1 + 1e-6):
             raise FricError(
                 f"a cutoff of {cutoff:.4g} Hz is beyond the limit by {why}",
-                mend=f"The nearest that holds is {rounded_down(bounds[why])} Hz.",
+                hint=f"The nearest that holds is {rounded_down(bounds[why])} Hz.",
             )
     observer = DisturbanceObserver(q, plant.A, plant.B)
     return ObserverDesign(
@@ -224,7 +224,7 @@ def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> 
     if limit == 0.0:
         raise FricError(
             f"an observer of {tried[0]:.3g} Hz already misses the peak sensitivity that is asked",
-            mend="Lower the gains of the controller, or ask for a larger peak sensitivity.",
+            hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
         )
     return None if limit == inf else QFilter(filter, limit)
 

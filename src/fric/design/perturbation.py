@@ -55,7 +55,7 @@ class Resonance:
         if not (self.frequency > 0 and 0 < self.damping < 1 and self.share != 0):
             raise FricError(
                 f"{self.frequency:g} Hz with damping {self.damping:g} and share {self.share:g} is no resonance",
-                mend="Give a positive frequency, a damping between 0 and 1, and a share other than 0.",
+                hint="Give a positive frequency, a damping between 0 and 1, and a share other than 0.",
             )
 
     def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -152,7 +152,7 @@ def measured_perturbation(
     """
     f = np.asarray(response.frequency, float)
     if f.size == 0 or f[0] <= 0:
-        raise FricError("a frequency is not positive", where=response.where, mend="Leave the row of 0 Hz out.")
+        raise FricError("a frequency is not positive", where=response.where, hint="Leave the row of 0 Hz out.")
     G_m = response.magnitude * np.exp(1j * response.phase)
     s = 2j * np.pi * f
     G_n = plant.B / (s * (s + plant.A))
@@ -165,7 +165,7 @@ def measured_perturbation(
                 raise FricError(
                     "a coherence is not above 0 and at most 1",
                     where=response.where,
-                    mend="Leave these frequencies out.",
+                    hint="Leave these frequencies out.",
                 )
             deviation = np.sqrt((1 - coherence) / (2 * averages * coherence))
     radius = CIRCLE_95 * deviation * np.abs(G_m / G_n)

@@ -40,6 +40,6 @@ def document_schema(type_name: str) -> dict[str, Any]:
     if type_name not in types:
         raise FricError(
             f"there is no document type '{type_name}'",
-            mend=f"{near(type_name, types)}The types are {', '.join(types)}.",
+            hint=f"{near(type_name, types)}The types are {', '.join(types)}.",
         )
     return types[type_name].json_schema()

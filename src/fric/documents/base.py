@@ -70,7 +70,7 @@ class Quantity(Part):
         if len(pairs) != (len(self.value) if isinstance(self.value, list) else 1) or any(
             not isinstance(pair, list) or len(pair) != 2 for pair in pairs
         ):
-            raise FricError("ci95 does not fit the value", mend="Give [low, high], one such pair per value.")
+            raise FricError("ci95 does not fit the value", hint="Give [low, high], one such pair per value.")
         ends = [[-inf if low is None else low, inf if high is None else high] for low, high in pairs]
         return ends if vector else ends[0]
 
@@ -128,7 +128,7 @@ def nested(kind: Any, given: Any, name: str) -> Any:
     try:
         return TypeAdapter(kind).validate_python(given)
     except ValidationError as error:
-        told = [
+        text = [
             InitErrorDetails(
                 type=PydanticCustomError("nested", "{told}", {"told": one["msg"]}) if "ctx" in one else one["type"],
                 loc=(name, *one["loc"]),
@@ -136,13 +136,13 @@ def nested(kind: Any, given: Any, name: str) -> Any:
             )
             for one in error.errors()
         ]
-        raise ValidationError.from_exception_data(name, told) from None
+        raise ValidationError.from_exception_data(name, text) from None
 
 
 def warned(notices: Iterable[str]) -> dict[str, Any]:
     """Return the ``warnings`` and ``warnings_coded`` of a document; each text stands once."""
-    told = list(dict.fromkeys(Notice.of(text) for text in notices))
-    return {"warnings": [str(one) for one in told], "warnings_coded": [one.as_dict() for one in told]}
+    words = list(dict.fromkeys(Notice.of(text) for text in notices))
+    return {"warnings": [str(one) for one in words], "warnings_coded": [one.as_dict() for one in words]}
 
 
 HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provenance")
@@ -208,9 +208,9 @@ class Document(Part):
 
     def retold(self) -> tuple[Notice, ...]:
         """Return the doubts of this document for what builds upon it, each with where it is from; notes stay here."""
-        told = [one for one in self.notices() if one.severity != "note"]
+        text = [one for one in self.notices() if one.severity != "note"]
         of = f"{self.type} of axis {axis}" if (axis := getattr(self, "axis", "")) else self.type
-        return tuple(one if _RETOLD.match(one) else Notice(f"{of}: {one}", one.code, one.severity) for one in told)
+        return tuple(one if _RETOLD.match(one) else Notice(f"{of}: {one}", one.code, one.severity) for one in text)
 
     def tree(self) -> dict[str, Any]:
         """Return what was given, as plain values in the order of a file, ready to be written or printed."""
@@ -266,5 +266,5 @@ def quantities(given: Mapping[str, Any], dimensions: dict[str, str], motion: Mot
             found[name] = quantity.si(dimensions[name], motion)
         except FricError as error:
             place = f"{where}.{name}" if where else name
-            raise ValueError(f"{place}: {error.what}\n{error.mend}") from None
+            raise ValueError(f"{place}: {error.what}\n{error.hint}") from None
     return found

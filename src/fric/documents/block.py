@@ -55,7 +55,7 @@ class BlockDocument(Document):
         try:
             self.values()
         except FricError as error:
-            raise ValueError(f"{error.what}\n{error.mend}") from None
+            raise ValueError(f"{error.what}\n{error.hint}") from None
         return self
 
     def values(self) -> dict[str, float]:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from fric.drive.plant import Plant
     from fric.identify.gms.fit import GMSFit
     from fric.identify.replay.replay_fit import ReplayFit
-    from fric.identify.strokes.map_fit import MapFit
-    from fric.identify.strokes.static import StaticFit
+    from fric.identify.static_map.identify import StaticFit
+    from fric.identify.static_map.map_fit import MapFit
 
 AT_SPEED = {"velocity": "velocity", "force": "force"}
 
@@ -76,7 +76,7 @@ class FrictionDocument(OfAxis):
                 name: {
                     "type": "object",
                     "description": str(model.__doc__).partition("\n")[0],
-                    "properties": {p: {"$ref": "#/$defs/Quantity", "description": told} for p, told in units.items()},
+                    "properties": {p: {"$ref": "#/$defs/Quantity", "description": text} for p, text in units.items()},
                     "additionalProperties": False,
                 },
                 f"{name}_fit": {"$ref": "#/$defs/Fit", "description": f"how well {name} fits"},
@@ -160,7 +160,7 @@ def given_static(document: FrictionDocument) -> GivenStatic:
     if not document.section("static"):
         raise FricError(
             f"the friction of axis {document.axis} holds no static map",
-            mend="Make one with `fric identify static`, or leave --static out.",
+            hint="Make one with `fric identify static`, or leave --static out.",
         )
     try:
         forward = StaticMap.from_sections({"static": document.estimates("static")})
@@ -183,7 +183,7 @@ def friction_and_load(document: FrictionDocument, model: str | None, record: str
     if model is None:
         model = found[0] if len(found) == 1 else "static" if not found else None
     if model is None:
-        raise FricError(f"the friction file holds {', '.join(found)}", mend="Name one with --model.")
+        raise FricError(f"the friction file holds {', '.join(found)}", hint="Name one with --model.")
     friction = document.friction(model)
     own = next((one.offset for one in document.fit_of(model).records or () if one.record == record), None)
     if own is not None:
@@ -205,7 +205,7 @@ def parse_parameters(model: str, given: Iterable[str], motion: Motion) -> dict[s
     for text in given:
         name, _, value = text.partition("=")
         if name not in declared:
-            raise FricError(f"{model} has no parameter '{name}'", mend=f"It has {', '.join(declared)}.")
+            raise FricError(f"{model} has no parameter '{name}'", hint=f"It has {', '.join(declared)}.")
         found[name] = parse(value, declared[name].dimension, motion)
     return found
 
@@ -214,16 +214,16 @@ def static_tree(fit: StaticFit, logs: Sequence[Log]) -> dict[str, Any]:
     """Return the friction document of an identified static map, ready to be written or printed."""
     force = si_unit("force", fit.motion)
     content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion}
-    told: dict[str, Any] = {"points": len(fit.points), "method": fit.method} | _used(fit.plant, fit.motion, "damping")
+    text: dict[str, Any] = {"points": len(fit.points), "method": fit.method} | _used(fit.plant, fit.motion, "damping")
     if fit.static is not None:
         content["static"] = fit.static.estimates
-        told |= _quality(fit.static, force)
+        text |= _quality(fit.static, force)
     if fit.negative is not None:
         content["static_negative"] = fit.negative.estimates
-        told["negative"] = _quality(fit.negative, force)
+        text["negative"] = _quality(fit.negative, force)
     if fit.at_speed:
         content["at_speed"] = fit.at_speed
-    return FrictionDocument.made(content | {"fit": told}, notices=fit.warnings, logs=logs).tree()
+    return FrictionDocument.made(content | {"fit": text}, notices=fit.warnings, logs=logs).tree()
 
 
 def _used(plant: Plant | None, motion: Motion, *taken: str) -> dict[str, Any]:
@@ -255,7 +255,7 @@ def gms_tree(fit: GMSFit, logs: Sequence[Log], given: GivenStatic | None = None)
         )
         for record in fit.records
     ]
-    told = {
+    text = {
         "rmse": Estimate(fit.rmse, force),
         "alpha_sum": fit.alpha_sum,
         "virgin_curve_rmse": Estimate(fit.curve_rmse, force),
@@ -263,11 +263,11 @@ def gms_tree(fit: GMSFit, logs: Sequence[Log], given: GivenStatic | None = None)
         "method": fit.method,
         "records": records,
     } | _used(fit.records[0].record.done.plant, fit.motion, "inertia", "damping")
-    told |= known(covariance=fit.covariance)
+    text |= known(covariance=fit.covariance)
     content = {"axis": fit.axis, "motion": fit.motion} | (
         given.document.content("static", "static_negative", "fit") if given else {"static": _plateau(fit)}
     )
-    content |= {"gms": {"alpha": fit.alpha, "k": fit.k, "C": fit.C}, "gms_fit": told}
+    content |= {"gms": {"alpha": fit.alpha, "k": fit.k, "C": fit.C}, "gms_fit": text}
     return _built_upon(given.document if given else None, content, fit.warnings, logs)
 
 

@@ -41,16 +41,16 @@ class Identified:
     warnings: tuple[str, ...]
 
 
-def read_identified(path: Path, *, believed: Iterable[str] = (), **instead: Any) -> Identified:
+def read_identified(path: Path, *, nominal_files: Iterable[str] = (), **instead: Any) -> Identified:
     """Read a machine file with the intervals of what was identified of it.
 
-    What is identified of an axis is what its controller believes: the friction file given in ``believed``, or that of
-    its feedforward, and the nominal plant; what these do not tell, and an axis without them, is as the machine file
+    What is identified of an axis is what its controller believes: the friction file given in ``nominal_files``, or that
+    of its feedforward, and the nominal plant; what these do not tell, and an axis without them, is as the machine file
     says that it is.
 
     Parameters
     ----------
-    path, believed, instead
+    path, nominal_files, instead
         As in `fric.documents.machine_files.read_machine`.
 
     Raises
@@ -58,12 +58,12 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), **instead: Any)
     FricError
         As `read_machine`; and when no parameter has an interval.
     """
-    believed = tuple(believed)
-    machine = read_machine(path, believed=believed, **instead)
+    nominal_files = tuple(nominal_files)
+    machine = read_machine(path, nominal_files=nominal_files, **instead)
     intervals: dict[str, Intervals] = {}
     covariances: dict[str, Sequence[Covariance]] = {}
     axes, warnings = dict(machine.axes), []
-    for name, part in read_machine_document(path, believed).axes.items():
+    for name, part in read_machine_document(path, nominal_files).axes.items():
         own = part.feedforward.friction
         friction = _merged(part.friction, own) if own else part.friction
         model, axis = true_friction(friction), machine.axes[name]
@@ -91,7 +91,7 @@ def read_identified(path: Path, *, believed: Iterable[str] = (), **instead: Any)
         raise FricError(
             NO_INTERVAL,
             where=str(path),
-            mend="Give the files that `fric identify` wrote: --friction x=FRICTION.yaml, or in the machine file.",
+            hint="Give the files that `fric identify` wrote: --friction x=FRICTION.yaml, or in the machine file.",
         )
     return Identified(replace(machine, axes=axes), intervals, covariances, tuple(warnings))
 

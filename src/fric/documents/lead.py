@@ -23,5 +23,5 @@ def lead_of(given: LeadGiven) -> Lead | None:
         return given
     lead = float(given.si("time", "linear"))
     if lead < 0.0:
-        raise FricError(f"the lead of the feedforward is {lead:g} s", mend="Give 0 or more, or auto.")
+        raise FricError(f"the lead of the feedforward is {lead:g} s", hint="Give 0 or more, or auto.")
     return lead

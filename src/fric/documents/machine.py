@@ -19,7 +19,7 @@ from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.friction import FrictionModel
 from fric.notice import Notice
-from fric.simulate.machine import Axis, Believed, Machine, Published
+from fric.simulate.machine import Axis, Machine, NominalFriction, Published
 from fric.simulate.reality.flaws import NONE
 from fric.units import Motion
 
@@ -208,15 +208,15 @@ class MachineDocument(Document):
             for part in (axis.plant, axis.nominal, axis.controller, axis.observer, axis.friction,
                          axis.feedforward.friction)
         )  # fmt: skip
-        told = [one for part in parts if isinstance(part, Document) for one in part.retold()]
-        return tuple(dict.fromkeys([*super().retold(), *told]))
+        text = [one for part in parts if isinstance(part, Document) for one in part.retold()]
+        return tuple(dict.fromkeys([*super().retold(), *text]))
 
 
 def _axis(name: str, part: AxisPart) -> Axis:
     motion = part.motion
     try:
         plant = part.plant.plant(motion)
-        believed = part.feedforward.friction or part.friction
+        nominal_friction = part.feedforward.friction or part.friction
         gain = part.feedforward.values(motion).get("gain", 1.0)
         nominal = part.nominal.plant(motion) if part.nominal else None
         G_n = nominal or plant
@@ -229,7 +229,9 @@ def _axis(name: str, part: AxisPart) -> Axis:
             load=float(part.friction.estimates("static")["offset"])
             if "offset" in (part.friction.static or {})
             else 0.0,
-            believed=Believed(believed_models(believed), gain, lead_of(part.feedforward.lead) or 0.0),
+            nominal_friction=NominalFriction(
+                nominal_models(nominal_friction), gain, lead_of(part.feedforward.lead) or 0.0
+            ),
             nominal=nominal,
             observer=part.observer.observer(motion, G_n.A, G_n.B) if part.observer else None,
             encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),
@@ -248,12 +250,12 @@ def _block(axis: str, name: str, given: BlockDocument | dict[str, Quantity], mot
         try:
             return block_values(name, given, motion, f"blocks.{name}")
         except ValueError as error:
-            what, _, mend = str(error).partition("\n")
-            raise FricError(what, mend=mend) from None
+            what, _, hint = str(error).partition("\n")
+            raise FricError(what, hint=hint) from None
     if (given.block, given.axis, given.motion) != (name, axis, motion):
         raise FricError(
             f"blocks.{name}: the file is the block '{given.block}' of the {given.motion} axis {given.axis}",
-            mend=f"Name the file of '{name}' on this axis.",
+            hint=f"Name the file of '{name}' on this axis.",
         )
     return given.values()
 
@@ -264,10 +266,10 @@ def true_friction(document: FrictionDocument) -> FrictionModel:
     for name in ("rolling", "gms", *given, "static"):
         if name in given or (name == "static" and document.static):
             return document.friction(name)
-    raise FricError(f"there is no friction model for axis {document.axis}", mend="Give 'static' and 'gms'.")
+    raise FricError(f"there is no friction model for axis {document.axis}", hint="Give 'static' and 'gms'.")
 
 
-def believed_models(document: FrictionDocument) -> dict[str, FrictionModel]:
+def nominal_models(document: FrictionDocument) -> dict[str, FrictionModel]:
     """Return every model of a friction file that a controller can feed forward, by name."""
     names = (["static"] if document.static else []) + [name for name in document.model_names() if name != "rolling"]
     return {name: document.friction(name) for name in names}

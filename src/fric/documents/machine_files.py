@@ -20,7 +20,7 @@ from fric.errors import FricError
 from fric.notice import Notice
 from fric.simulate.machine import Machine
 
-BELIEVED: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {
+NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {
     "plant": PlantDocument,
     "controller": ControllerDocument,
     "observer": ObserverDocument,
@@ -33,7 +33,7 @@ BELIEVED: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {
 def read_machine(
     path: Path,
     *,
-    believed: Iterable[str] = (),
+    nominal_files: Iterable[str] = (),
     gain: float | None = None,
     lead: Lead | None = None,
     friction_model: str | None = None,
@@ -44,7 +44,7 @@ def read_machine(
     ----------
     path
         The machine file.
-    believed
+    nominal_files
         Files that its controllers use instead, each as ``AXIS=FILE.yaml``: friction to feed forward, a nominal
         plant, a controller, an observer, a control block. What the axis truly is stays as it is.
     gain
@@ -59,7 +59,7 @@ def read_machine(
     FricError
         When a file does not read, a value is missing, of the wrong unit or not physical, or a part is of another axis.
     """
-    document = read_machine_document(path, believed)
+    document = read_machine_document(path, nominal_files)
     try:
         machine = document.machine()
         if friction_model is not None:
@@ -69,27 +69,30 @@ def read_machine(
     except FricError as error:
         raise error.at(str(path)) from None
     instead: dict[str, Any] = {key: value for key, value in (("gain", gain), ("lead", lead)) if value is not None}
-    axes = {name: replace(axis, believed=replace(axis.believed, **instead)) for name, axis in machine.axes.items()}
+    axes = {
+        name: replace(axis, nominal_friction=replace(axis.nominal_friction, **instead))
+        for name, axis in machine.axes.items()
+    }
     return replace(machine, axes=axes)
 
 
-def read_machine_document(path: Path, believed: Iterable[str] = ()) -> MachineDocument:
+def read_machine_document(path: Path, nominal_files: Iterable[str] = ()) -> MachineDocument:
     """Read a machine file as a document, with the files that its controllers use instead in their places."""
     document = read_document(path, MachineDocument)
     axes = dict(document.axes)
-    for given in believed:
+    for given in nominal_files:
         name, equals, file = given.partition("=")
         if not equals:
-            raise FricError(f"'{given}' does not say which axis it is for", mend="Write it as x=FRICTION.yaml.")
+            raise FricError(f"'{given}' does not say which axis it is for", hint="Write it as x=FRICTION.yaml.")
         if name not in axes:
-            raise FricError(f"the machine has no axis '{name}'", mend=f"Its axes are {', '.join(axes)}.")
-        kind, part = _believed(Path(file))
+            raise FricError(f"the machine has no axis '{name}'", hint=f"Its axes are {', '.join(axes)}.")
+        kind, part = _nominal_document(Path(file))
         if (part.axis, part.motion) != (name, axes[name].motion):
             raise FricError(
                 f"is the {kind} of the {part.motion} axis {part.axis}, "
                 f"and axis {name} of the machine is {axes[name].motion}",
                 where=file,
-                mend=f"Give the {kind} file of this axis.",
+                hint=f"Give the {kind} file of this axis.",
             )
         if isinstance(part, BlockDocument):
             update: dict[str, object] = {"blocks": axes[name].blocks | {part.block: part}}
@@ -105,19 +108,19 @@ def axis_notices(document: MachineDocument, name: str) -> tuple[Notice, ...]:
     """Return what the files that an axis of a machine is made of say of themselves, each notice once."""
     axis = document.axes.get(name)
     parts = [] if axis is None else [*vars(axis).values(), *vars(axis.feedforward).values()]
-    told = [notice for part in parts if isinstance(part, Document) for notice in part.notices()]
-    return tuple(dict.fromkeys([*document.notices(), *told]))
+    text = [notice for part in parts if isinstance(part, Document) for notice in part.notices()]
+    return tuple(dict.fromkeys([*document.notices(), *text]))
 
 
-def _believed(file: Path) -> tuple[str, AxisDocument | FrictionDocument | BlockDocument]:
+def _nominal_document(file: Path) -> tuple[str, AxisDocument | FrictionDocument | BlockDocument]:
     tree = read_tree(file)
     kind = str(tree.get("fric", "") if hasattr(tree, "get") else "").partition("/")[0]
-    if kind not in BELIEVED:
+    if kind not in NOMINAL_DOCUMENTS:
         raise FricError(
             f"is no file that a controller uses: its first line says 'fric: {kind}'"
             if kind
             else "is no file of fric's",
             where=str(file),
-            mend=f"Give one of {', '.join(BELIEVED)}.",
+            hint=f"Give one of {', '.join(NOMINAL_DOCUMENTS)}.",
         )
-    return kind, read_document(file, BELIEVED[kind])
+    return kind, read_document(file, NOMINAL_DOCUMENTS[kind])

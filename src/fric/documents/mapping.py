@@ -29,7 +29,7 @@ def filled(template: str, fields: Mapping[str, str], where: str) -> str:
 
     def value(match: re.Match[str]) -> str:
         if match[1] not in fields:
-            raise FricError(f"there is no field '{{{match[1]}}}'", where=where, mend=f"Fields are {', '.join(fields)}.")
+            raise FricError(f"there is no field '{{{match[1]}}}'", where=where, hint=f"Fields are {', '.join(fields)}.")
         return fields[match[1]]
 
     return FIELD.sub(value, template)
@@ -98,8 +98,8 @@ class MappingDocument(Document):
             try:
                 self._check(name, channel, known)
             except FricError as error:
-                told = PydanticCustomError("mapping", "{told}", {"told": f"{error.what}\n{error.mend}"})
-                errors.append({"type": told, "loc": ("columns", name), "input": None})
+                text = PydanticCustomError("mapping", "{told}", {"told": f"{error.what}\n{error.hint}"})
+                errors.append({"type": text, "loc": ("columns", name), "input": None})
         if errors:
             raise ValidationError.from_exception_data("mapping", errors)
         return self
@@ -109,14 +109,14 @@ class MappingDocument(Document):
             if not is_circle_channel(name):
                 raise FricError(
                     f"'{name}' is not a channel of a circle test",
-                    mend="Channels are time, x.reference, x.position, x.input, x.force, for y too; angle, deviation.",
+                    hint="Channels are time, x.reference, x.position, x.input, x.force, for y too; angle, deviation.",
                 )  # fmt: skip
         elif name not in known:
-            raise FricError(f"'{name}' is not a channel", mend=f"Channels are {', '.join(known)}.")
+            raise FricError(f"'{name}' is not a channel", hint=f"Channels are {', '.join(known)}.")
         if name != "time" and (channel.rate or channel.period):
-            raise FricError("rate and period are of the time", mend="Name a column, or give a value.")
+            raise FricError("rate and period are of the time", hint="Name a column, or give a value.")
         if name == "time" and (channel.value or channel.sign):
-            raise FricError("has no sign and no single value", mend="Name its column, or give rate or period.")
+            raise FricError("has no sign and no single value", hint="Name its column, or give rate or period.")
         motions: tuple[Motion, ...] = (self.motion,) if self.motion else ("linear", "rotary")
         dimension = channel_dimension("ball-bar.deviation" if (self.kind, name) == (CIRCLE, "deviation") else name)
         checks = (
@@ -151,7 +151,7 @@ class MappingDocument(Document):
             raise FricError(
                 f"the name '{own['stem']}' is not made like '{self.file}'",
                 where=where,
-                mend="Mend `file:` in the mapping, or ingest such files on their own.",
+                hint="Mend `file:` in the mapping, or ingest such files on their own.",
             )
         return {**own, **dict(zip(names, found, strict=True))}
 

@@ -20,8 +20,8 @@ from fric.log import FrequencyResponse, Log
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    from fric.identify.dynamics.plant import FrictionInfluence, PlantFit, ResponseFit
-    from fric.identify.dynamics.rigid_body import MotionFit
+    from fric.identify.plant.identify import FrictionInfluence, PlantFit, ResponseFit
+    from fric.identify.plant.rigid_body import MotionFit
 
 
 class PlantPart(Physical):
@@ -59,7 +59,7 @@ class PlantPart(Physical):
         if "B" not in values:
             raise FricError(
                 "the acceleration per volt B is not given",
-                mend="Identify the plant again from a log with input, or with --force-constant.",
+                hint="Identify the plant again from a log with input, or with --force-constant.",
             )
         return values
 
@@ -75,7 +75,7 @@ class PlantPart(Physical):
         if "K_f" not in values:
             raise FricError(
                 "the force constant K_f is not given",
-                mend="Add 'K_f: {value: 548, unit: N/V}' from the drive's data sheet, or identify it with a force log.",
+                hint="Add 'K_f: {value: 548, unit: N/V}' from the drive's data sheet, or identify it with a force log.",
             )
         values.pop("force_filter", None)
         return Plant(**values)
@@ -190,7 +190,7 @@ class PlantDocument(AxisDocument, PlantPart):
         if not levels:
             raise FricError(
                 "the plant file holds no Coulomb friction",
-                mend="Give a friction file with --friction, or identify the plant from an ordinary motion.",
+                hint="Give a friction file with --friction, or identify the plant from an ordinary motion.",
             )
         level = sum(levels) / len(levels)
         load = values.get("offset", 0.0)
@@ -219,12 +219,12 @@ def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Log | FrequencyRespo
     records
         The records that it was found from.
     """
-    from fric.identify.dynamics.rigid_body import MotionFit  # with SciPy's signal processing: not for who reads a plant
+    from fric.identify.plant.rigid_body import MotionFit  # with SciPy's signal processing: not for who reads a plant
 
-    estimates, told = (
+    estimates, text = (
         (fit.plant, _of_motion(fit)) if isinstance(fit, MotionFit) else (fit.estimates, _of_responses(fit))
     )
-    content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion, "fit": told}
+    content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion, "fit": text}
     content |= {name: estimates[name] for name in PlantPart.dimensions if name in estimates}
     if not isinstance(fit, MotionFit) and fit.second_mass is not None:
         second = {name: estimate.as_dict() for name, estimate in fit.second_mass.items()}
@@ -253,7 +253,7 @@ def _response(fit: ResponseFit, motion: Motion) -> dict[str, Any]:
     f = measured.table.frequency[fit.used]
     return known(
         record=measured.table.name,
-        estimate=measured.told,
+        estimate=measured.description,
         lines=len(f),
         left_out=int(np.count_nonzero(~fit.used)),
         lowest=Estimate(float(f.min()), "Hz"),

@@ -33,7 +33,7 @@ class SchemePart(Part):
         try:
             self.scheme("")
         except FricError as error:
-            raise ValueError(f"{error.what}\n{error.mend}") from None
+            raise ValueError(f"{error.what}\n{error.hint}") from None
         return self
 
     def scheme(self, name: str) -> Scheme:
@@ -45,7 +45,7 @@ class SchemePart(Part):
             return {}
         given, unit = self.peak_sensitivity.value, self.peak_sensitivity.unit
         if isinstance(given, list) or unit not in {"dB", "1"} or not given > (0.0 if unit == "dB" else 1.0):
-            raise FricError("peak_sensitivity is no gain above 1", mend="Write it as '6 dB'.")
+            raise FricError("peak_sensitivity is no gain above 1", hint="Write it as '6 dB'.")
         return {"peak_sensitivity": 10 ** (given / 20) if unit == "dB" else given}
 
 

@@ -25,7 +25,7 @@ class SpreadPart(Part):
         """Return the spread."""
         limits = self.factor.si("ratio", "linear")
         if not isinstance(limits.value, tuple) or len(limits.value) != 2:
-            raise FricError("a spread has a lower and an upper factor", mend="Give them as value: [0.7, 1.3].")
+            raise FricError("a spread has a lower and an upper factor", hint="Give them as value: [0.7, 1.3].")
         return Spread(*limits.value, self.distribution, limits.source)
 
 
@@ -44,7 +44,7 @@ class SpreadDocument(Document):
             try:
                 check_spreads({name: part.spread()})
             except FricError as error:
-                raise ValueError(f"spreads.{name}: {error.what}\n{error.mend}") from None
+                raise ValueError(f"spreads.{name}: {error.what}\n{error.hint}") from None
         return self
 
     def read(self) -> dict[str, Spread]:

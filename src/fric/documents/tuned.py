@@ -101,7 +101,7 @@ def friction_tree(one: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str, 
     estimates, axis = one.estimates, one.axis
     assert estimates is not None  # of what is improved
     K_f = one.nominal.K_f
-    told = {
+    text = {
         "rmse": Estimate(one.after.rms * K_f, "N"),
         "method": "circles: voltage balance, " + ("full shape" if one.full else "level, stiffness, C and T_d"),
         "covariance": estimates.covariance,
@@ -109,7 +109,7 @@ def friction_tree(one: TunedAxis, tests: Sequence[MeasuredCircle]) -> dict[str, 
     content: dict[str, Any] = {"axis": axis.name, "motion": axis.motion, "static": estimates.static}
     if estimates.negative is not None:
         content["static_negative"] = estimates.negative
-    content |= {"gms": estimates.gms, "gms_fit": told}
+    content |= {"gms": estimates.gms, "gms_fit": text}
     return FrictionDocument.made(content, notices=one.warnings, also=_sources(tests)).tree()
 
 

@@ -46,16 +46,16 @@ def read_document(path: Path, model: type[D]) -> D:
     path = located(Path(path), model.type)
     tree = read_tree(path)
     if not isinstance(tree, CommentedMap):
-        raise FricError("is no YAML document", where=str(path), mend=f"Start it with 'fric: {model.type_name()}'.")
+        raise FricError("is no YAML document", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
     found = tree.get("fric")
     if found is None:
-        raise FricError("does not say what it is", where=str(path), mend=f"Start it with 'fric: {model.type_name()}'.")
+        raise FricError("does not say what it is", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
     if found != model.type_name():
         raise FricError(f"holds {found}, not {model.type_name()}", where=str(path))
     try:
         return model.model_validate(plain(tree), context={"folder": path.parent})
     except ValidationError as error:
-        raise _told(error, tree, path, model) from None
+        raise _described(error, tree, path, model) from None
     except FricError as error:
         raise error.at(str(path)) from None
 
@@ -106,7 +106,7 @@ def plain(tree: Any) -> Any:
         nodes += 1
         if nodes > MOST_NODES or depth > MOST_DEPTH:
             raise FricError(
-                f"holds over {MOST_NODES} values, or nests deeper than {MOST_DEPTH}", mend="Write it without aliases."
+                f"holds over {MOST_NODES} values, or nests deeper than {MOST_DEPTH}", hint="Write it without aliases."
             )
         if isinstance(node, Mapping):
             return {str(key): taken(value, depth + 1) for key, value in node.items()}
@@ -137,7 +137,7 @@ def _styled(tree: Any, depth: int = 0) -> Any:
     return float(f"{tree:.6g}") if isinstance(tree, float) else tree
 
 
-def _told(error: ValidationError, tree: CommentedMap, path: Path, model: type[Document]) -> FricError:
+def _described(error: ValidationError, tree: CommentedMap, path: Path, model: type[Document]) -> FricError:
     """Turn the first complaint of the schema into a line with its place in the file."""
     # a misspelled key is also a missing one: the first is what the user sees
     complaint = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
@@ -160,13 +160,13 @@ def _told(error: ValidationError, tree: CommentedMap, path: Path, model: type[Do
         except (KeyError, IndexError, ValueError, AttributeError, TypeError):
             break
     where = f"{path}, line {line}" if line else str(path)
-    what, _, mend = message.partition("\n")
+    what, _, hint = message.partition("\n")
     schema = f"`fric schema {model.type}` lists the keys."
     if complaint["type"] == "extra_forbidden":
-        what, mend = "is not a key that is known here", near(place[-1], _keys(model.model_json_schema())) + schema
+        what, hint = "is not a key that is known here", near(place[-1], _keys(model.model_json_schema())) + schema
     elif complaint["type"] in {"model_type", "dict_type"}:
-        what, mend = "takes keys, as in {key: value}, and not one value", schema
-    return FricError(f"{'.'.join(place)}: {what}" if place else what, where=where, mend=mend)
+        what, hint = "takes keys, as in {key: value}, and not one value", schema
+    return FricError(f"{'.'.join(place)}: {what}" if place else what, where=where, hint=hint)
 
 
 def _keys(schema: Any) -> set[str]:

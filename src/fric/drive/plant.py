@@ -41,7 +41,7 @@ class LinearPlant:
         for field in fields(self):
             value = getattr(self, field.name)
             if not (value > 0 or (field.name in {"A", "T_d"} and value == 0) or _signed(field.name, value)):
-                raise FricError(f"{field.name} of the plant is {value:g}", mend=f"{field.name} is a positive number.")
+                raise FricError(f"{field.name} of the plant is {value:g}", hint=f"{field.name} is a positive number.")
 
     def transport_delay(self, sampling: float) -> float:
         """Return the delay of eq. (1) without the hold of a controller that samples at ``sampling`` [Hz], in s.
@@ -55,7 +55,7 @@ class LinearPlant:
         if delay < -1e-12:
             raise FricError(
                 f"the delay T_d of {self.T_d:g} s is shorter than half a sample ({0.5 / sampling:g} s)",
-                mend="T_d is what a measured response shows, the hold of the controller's output included.",
+                hint="T_d is what a measured response shows, the hold of the controller's output included.",
             )
         return max(delay, 0.0)
 

@@ -54,7 +54,7 @@ class Resonance:
         if not (self.frequency > 0 and 0 < self.ratio < 1 and self.damping >= 0):
             raise FricError(
                 f"a second mass with resonance {self.frequency:g} Hz, ratio {self.ratio:g} and damping "
-                f"{self.damping:g} is not physical", mend="The ratio is between 0 and 1, the others are positive.",
+                f"{self.damping:g} is not physical", hint="The ratio is between 0 and 1, the others are positive.",
             )  # fmt: skip
 
     @property

@@ -33,7 +33,7 @@ class Encoder:
 
     def __post_init__(self) -> None:
         if not self.resolution >= 0:
-            raise FricError(f"the encoder's resolution is {self.resolution:g}", mend="Give a positive length, or 0.")
+            raise FricError(f"the encoder's resolution is {self.resolution:g}", hint="Give a positive length, or 0.")
 
     def read(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the position as the encoder tells it [m], of the same shape."""

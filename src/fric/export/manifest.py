@@ -34,7 +34,7 @@ def manifest(
         name: hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
         for name, content in files.items()
     }
-    told = list(notices)
+    text = list(notices)
     return {
         "fric": "export/1",
         "version": fric.__version__,
@@ -49,8 +49,8 @@ def manifest(
         "blocks": [{"name": b.title, "kind": b.kind, "parameters": b.parameters.tolist()} for b in part.blocks],
         "files": digests,
         "sources": list(sources),
-        "warnings": [str(one) for one in told],
-        "warnings_coded": [one.as_dict() for one in told],
+        "warnings": [str(one) for one in text],
+        "warnings_coded": [one.as_dict() for one in text],
     }
 
 

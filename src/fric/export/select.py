@@ -37,7 +37,7 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
         raise FricError(
             f"scheme {scheme.name} puts '{controller.name}' in place of the controller, and fric exports what is added "
             "to a controller",
-            mend="Choose a scheme whose controller is the cascade.",
+            hint="Choose a scheme whose controller is the cascade.",
         )
     nominal, cascade = axis.nominal or axis.plant, axis.cascade
     friction = setting.friction

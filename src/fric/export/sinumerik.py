@@ -140,7 +140,7 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
         When the axis is not linear: the circle that is simulated is of two linear axes.
     """
     if part.motion != "linear":
-        raise FricError("the target sinumerik is for linear axes", mend="Export to c or st.")
+        raise FricError("the target sinumerik is for linear axes", hint="Export to c or st.")
     axis = machine.axis(part.axis)
     pulse = fitted(axis, part)
     per_minute = 6e4  # mm/min in m/s

@@ -86,7 +86,7 @@ def xlsx_files(part: Part) -> Files:
     try:
         from openpyxl import Workbook
     except ImportError:
-        raise FricError("a workbook needs openpyxl", mend="pip install 'fric[xlsx]'.") from None
+        raise FricError("a workbook needs openpyxl", hint="pip install 'fric[xlsx]'.") from None
     book = Workbook()
     sheet = book.active
     assert sheet is not None

@@ -124,10 +124,10 @@ def require_linuxcnc() -> None:
     """Raise a `FricError` where LinuxCNC is not installed, or its components may not be."""
     for word, package in (("linuxcnc", "linuxcnc-uspace"), ("halcompile", "linuxcnc-uspace-dev")):
         if shutil.which(word) is None:
-            raise FricError(f"a trial needs {word}, which is not installed", mend=f"apt-get install {package}.")
+            raise FricError(f"a trial needs {word}, which is not installed", hint=f"apt-get install {package}.")
     if os.geteuid() != 0:
         raise FricError(
-            "a trial installs components into LinuxCNC's own folder, which needs root", mend="Run it with sudo."
+            "a trial installs components into LinuxCNC's own folder, which needs root", hint="Run it with sudo."
         )
 
 
@@ -167,8 +167,8 @@ def try_in_linuxcnc(
     for component in sorted(folder.glob("*.comp")):
         done = subprocess.run(["halcompile", "--install", component.name], cwd=folder, capture_output=True, text=True)
         if done.returncode:
-            told = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
-            raise FricError(f"halcompile refuses the component: {told}", where=str(component))
+            text = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
+            raise FricError(f"halcompile refuses the component: {text}", where=str(component))
     chosen = trial_schemes(scheme)
 
     def session(one: Scheme) -> list[Arc]:
@@ -209,9 +209,9 @@ def _recorded(machine: Machine, on: Scheme, exported: Scheme, folder: Path) -> N
     (place / "log.txt").write_text(done.stdout + done.stderr)
     lost, trace = place / "lost.txt", place / "trace.txt"
     if not (lost.exists() and trace.exists()):
-        told = [line for line in (done.stdout + done.stderr).splitlines() if line.startswith("session:")]
+        text = [line for line in (done.stdout + done.stderr).splitlines() if line.startswith("session:")]
         raise FricError(
-            f"LinuxCNC did not finish: {told[0] if told else done.stderr.strip()[-160:]}", where=str(place / "log.txt")
+            f"LinuxCNC did not finish: {text[0] if text else done.stderr.strip()[-160:]}", where=str(place / "log.txt")
         )
     return read_trace(trace, int(lost.read_text()))
 
@@ -227,7 +227,7 @@ def read_trace(trace: Path, lost: int) -> NDArray[np.float64]:
     rows = np.loadtxt(trace, ndmin=2)
     if lost or not len(rows) or np.any(np.diff(rows[:, 0]) != 1):
         raise FricError(
-            f"the sampler lost rows ({lost} overruns)", where=str(trace), mend="Run the trial alone on the computer."
+            f"the sampler lost rows ({lost} overruns)", where=str(trace), hint="Run the trial alone on the computer."
         )
     return rows
 

@@ -36,8 +36,8 @@ def bode_figure(loops: Iterable[Loop], nyquist: float, lowest: float = 0.5) -> F
         phase.axhline(-180.0, color=GREY, linewidth=0.8)
         for n, loop in enumerate(loops):
             L, found, color = loop.response(f), loop.margins, look(n)["color"]
-            told = f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
-            gain.semilogx(f, 20 * np.log10(np.abs(L)), **look(n), label=told)
+            text = f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
+            gain.semilogx(f, 20 * np.log10(np.abs(L)), **look(n), label=text)
             phase.semilogx(f, unwrapped(L), **look(n))
             if lowest < found.phase_crossover <= nyquist:
                 gain.vlines(found.phase_crossover, -decibel(found.gain_margin), 0.0, color=color, linewidth=2.4)

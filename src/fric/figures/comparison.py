@@ -21,7 +21,7 @@ def draw_comparison(comparison: Comparison) -> Figure:
     motion = comparison.records[0].log.motion
     force, length = si_unit("force", motion), si_unit("position", motion)
     with new_figure(7.0, 3.6) as figure:
-        bars, loops = figure.subplots(1, 2, width_ratios=[1.0, 1.3])
+        bars, hysteresis = figure.subplots(1, 2, width_ratios=[1.0, 1.3])
         place = np.arange(len(scores))[::-1]
         bars.barh(place + 0.2, [s.rms for s in scores], 0.38, color=BLUE, label="all samples scored")
         bars.barh(place - 0.2, [s.rms_near for s in scores], 0.38, color=VERMILION, label="near reversals")
@@ -36,16 +36,16 @@ def draw_comparison(comparison: Comparison) -> Figure:
         number = next(n for n, rest in enumerate(scores[0].residual) if np.isfinite(rest).any())
         record = comparison.records[number]
         shown = np.isfinite(scores[0].residual[number])
-        turns = record.turns[shown[np.minimum(record.turns, len(shown) - 1)]]
-        if len(turns) > 2:
+        reversals = record.reversals[shown[np.minimum(record.reversals, len(shown) - 1)]]
+        if len(reversals) > 2:
             within = np.arange(len(shown))
-            shown &= (within >= turns[0]) & (within <= turns[2])
+            shown &= (within >= reversals[0]) & (within <= reversals[2])
         z = record.motion.position[shown]
         scale, unit = prefixed(float(np.ptp(z)), length)
         z = scale * (z - 0.5 * (z.min() + z.max()))
-        loops.plot(z, record.force[shown], color=GREY, lw=2.5, alpha=0.5, label="measured")
+        hysteresis.plot(z, record.force[shown], color=GREY, lw=2.5, alpha=0.5, label="measured")
         for n, score in enumerate(scores):
-            loops.plot(z, (record.force - score.residual[number])[shown], **look(n), lw=0.9, label=score.name)
-        loops.set(xlabel=f"position about the middle [{unit}]", ylabel=f"force [{force}]", title=record.log.name)
-        loops.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+            hysteresis.plot(z, (record.force - score.residual[number])[shown], **look(n), lw=0.9, label=score.name)
+        hysteresis.set(xlabel=f"position about the middle [{unit}]", ylabel=f"force [{force}]", title=record.log.name)
+        hysteresis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         return figure

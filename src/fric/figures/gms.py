@@ -1,4 +1,4 @@
-"""Pre-sliding loops, virgin curve, and replay: Figs. 4 and 5 of the paper."""
+"""Pre-sliding cycles, virgin curve, and replay: Figs. 4 and 5 of the paper."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.gms.cycles import Loops
+    from fric.identify.gms.cycles import HysteresisCycles
     from fric.identify.gms.fit import GMSFit
     from fric.identify.replay.measured import Replay
 
@@ -33,14 +33,14 @@ def draw_gms(fit: GMSFit) -> Figure:
     fit
         What `fric.identify.gms.identify.identify_gms` found.
     """
-    loops = sorted(fit.loops, key=lambda one: one.amplitude)
+    hysteresis = sorted(fit.hysteresis, key=lambda one: one.amplitude)
     rows = 2 + len(fit.records)
     with new_figure(7.4, 5.6 + 1.5 * len(fit.records)) as figure:
-        grid = figure.add_gridspec(rows, 2 * len(loops), height_ratios=[2.2, 2.2, *[1.2] * len(fit.records)])
+        grid = figure.add_gridspec(rows, 2 * len(hysteresis), height_ratios=[2.2, 2.2, *[1.2] * len(fit.records)])
         force = prefixed(fit.static.F_s, si_unit("force", fit.motion))
-        for n, one in enumerate(loops):
-            _loop(figure.add_subplot(grid[0, 2 * n : 2 * n + 2]), fit, one, force)
-        middle = len(loops)
+        for n, one in enumerate(hysteresis):
+            _cycle(figure.add_subplot(grid[0, 2 * n : 2 * n + 2]), fit, one, force)
+        middle = len(hysteresis)
         _curve(figure.add_subplot(grid[1, :middle]), fit, force, logarithmic=False)
         _curve(figure.add_subplot(grid[1, middle:]), fit, force, logarithmic=True)
         for n, record in enumerate(fit.records):
@@ -48,25 +48,25 @@ def draw_gms(fit: GMSFit) -> Figure:
         return figure
 
 
-def _loop(axes: Axes, fit: GMSFit, loops: Loops, force: Scale) -> None:
+def _cycle(axes: Axes, fit: GMSFit, hysteresis: HysteresisCycles, force: Scale) -> None:
     """Draw one record, with what is selected of it in colour."""
-    length = prefixed(loops.amplitude, si_unit("position", fit.motion))
-    middle = 0.5 * (loops.motion.position.max() + loops.motion.position.min())
-    far = abs(middle) > 2.0 * loops.amplitude
-    z, F = (loops.motion.position - middle * far) * length[0], loops.force * force[0]
+    length = prefixed(hysteresis.amplitude, si_unit("position", fit.motion))
+    middle = 0.5 * (hysteresis.motion.position.max() + hysteresis.motion.position.min())
+    far = abs(middle) > 2.0 * hysteresis.amplitude
+    z, F = (hysteresis.motion.position - middle * far) * length[0], hysteresis.force * force[0]
     axes.plot(z, F, color=GREY, lw=0.6, label="record")
     ends = dict(fit.curve.record)
-    start = max((end for end in ends.values() if end < 0.95 * ends.get(loops.name, np.inf)), default=0.0)
+    start = max((end for end in ends.values() if end < 0.95 * ends.get(hysteresis.name, np.inf)), default=0.0)
     label: str | None = "selected"
-    for first, turn, last in loops.chosen() if loops.name in ends else []:
-        for a, b in ((first, turn), (turn, last)):
+    for first, reversal, last in hysteresis.chosen() if hysteresis.name in ends else []:
+        for a, b in ((first, reversal), (reversal, last)):
             part = slice(a, b + 1)
-            way = 0.5 * np.abs(loops.motion.position[part] - loops.motion.position[a])
-            chosen = way >= start
+            travel = 0.5 * np.abs(hysteresis.motion.position[part] - hysteresis.motion.position[a])
+            chosen = travel >= start
             axes.plot(z[part][chosen], F[part][chosen], color=VERMILION, lw=0.9, label=label)
             label = None
     place = "position from the middle" if far else "position"
-    axes.set(xlabel=f"{place} [{length[1]}]", ylabel=f"friction [{force[1]}]", title=loops.name)
+    axes.set(xlabel=f"{place} [{length[1]}]", ylabel=f"friction [{force[1]}]", title=hysteresis.name)
     axes.legend(loc="center")
 
 

@@ -28,7 +28,7 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
         Glitch of the nominal machine by scheme [m], drawn as a diamond.
     """
     schemes, glitches = found.study.schemes, found.glitches * 1e6
-    told = found.distributions()
+    text = found.distributions()
     places = np.arange(len(schemes))
     with new_figure(6.3, 1.3 + 0.42 * len(schemes)) as figure:
         left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1))
@@ -44,7 +44,7 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
                 left.plot([median], [place], "|", color="white", markersize=6, markeredgewidth=1.6)
             if nominal and scheme.name in nominal:
                 left.plot(nominal[scheme.name] * 1e6, place, "D", color=VERMILION, markersize=4)
-            share = told[scheme.name].best * 100
+            share = text[scheme.name].best * 100
             right.barh(place, share, height=0.5, color=BLUE)
             right.text(share + 2, place, f"{share:.0f} %", va="center", fontsize=7, color=GREY)
         left.set_yticks(places, [f"({scheme.name}) {scheme.title}" for scheme in schemes])

@@ -38,8 +38,8 @@ def nyquist_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
         axes.plot(-1, 0, "+", color=BLACK, markersize=10, markeredgewidth=1.6)
         for n, loop in enumerate(loops):
             L, found, color = loop.response(f), loop.margins, look(n)["color"]
-            told = f"{loop.title}: M_s {decibel(found.peak_sensitivity):.1f} dB".replace("M_s", "$M_s$")
-            axes.plot(L.real, L.imag, **look(n), label=told)
+            text = f"{loop.title}: M_s {decibel(found.peak_sensitivity):.1f} dB".replace("M_s", "$M_s$")
+            axes.plot(L.real, L.imag, **look(n), label=text)
             radius = 1 / found.peak_sensitivity
             axes.plot(-1 + radius * np.cos(arc), radius * np.sin(arc), ":", color=color, linewidth=1.0)
             if np.isfinite(found.phase_crossover):
@@ -80,8 +80,8 @@ def nichols_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
         axes.plot(-180, 0, "+", color=BLACK, markersize=10, markeredgewidth=1.6)
         for n, loop in enumerate(loops):
             L, found, color = loop.response(f), loop.margins, look(n)["color"]
-            told = f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
-            axes.plot(unwrapped(L), 20 * np.log10(np.abs(L)), **look(n), label=told)
+            text = f"{loop.title}: {np.degrees(found.phase_margin):.1f}°, {decibel(found.gain_margin):.1f} dB"
+            axes.plot(unwrapped(L), 20 * np.log10(np.abs(L)), **look(n), label=text)
             if np.isfinite(found.phase_crossover):
                 axes.vlines(-180, -decibel(found.gain_margin), 0, color=color, linewidth=2.4, zorder=_front(found))
                 axes.plot(-180, -decibel(found.gain_margin), "s", color=color, markersize=4)

@@ -29,9 +29,11 @@ def path_figure(runs: Sequence[PathRun]) -> Figure:
     with new_figure(8.4, 1.6 + 0.75 * len(runs)) as figure:
         plan, along = figure.subplots(1, 2, width_ratios=(1, 2))
         plan.plot(*(1e3 * first.traces[name].reference for name in names), color=GREY)
-        for n, turn in enumerate(first.contour.reversals, 1):
-            plan.plot(1e3 * turn.x, 1e3 * turn.y, "o", color=VERMILION, markersize=4)
-            plan.annotate(str(n), (1e3 * turn.x, 1e3 * turn.y), textcoords="offset points", xytext=(4, 4), fontsize=7)
+        for n, reversal in enumerate(first.contour.reversals, 1):
+            plan.plot(1e3 * reversal.x, 1e3 * reversal.y, "o", color=VERMILION, markersize=4)
+            plan.annotate(
+                str(n), (1e3 * reversal.x, 1e3 * reversal.y), textcoords="offset points", xytext=(4, 4), fontsize=7
+            )
         plan.set_aspect("equal", adjustable="box")
         plan.set_xlabel(f"{names[0]} [mm]")
         plan.set_ylabel(f"{names[1]} [mm]")

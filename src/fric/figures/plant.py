@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.dynamics.plant import PlantFit, ResponseFit
-    from fric.identify.dynamics.rigid_body import MotionFit
+    from fric.identify.plant.identify import PlantFit, ResponseFit
+    from fric.identify.plant.rigid_body import MotionFit
 
 MARKERS = "osD^v"
 
@@ -30,7 +30,7 @@ def draw_plant(fit: PlantFit) -> Figure:
     Parameters
     ----------
     fit
-        What `fric.identify.dynamics.plant.identify_plant` found.
+        What `fric.identify.plant.identify.identify_plant` found.
     """
     compared = fit.friction.compared
     with new_figure(7.2 if compared else 6.3, 5.6) as figure:
@@ -158,7 +158,7 @@ def draw_motion(fit: MotionFit) -> Figure:
     Parameters
     ----------
     fit
-        What `fric.identify.dynamics.rigid_body.identify_motion` found.
+        What `fric.identify.plant.rigid_body.identify_motion` found.
     """
     unit = si_unit("force", fit.motion) if fit.channel == "force" else "V"
     with new_figure(6.3, 4.2) as figure:
@@ -174,7 +174,7 @@ def draw_motion(fit: MotionFit) -> Figure:
             bottom.plot(t, fit.measured[part] - fit.fitted[part], color=GREY, linewidth=0.8)
         quantity = "force" if fit.channel == "force" else "input"
         top.set(ylabel=f"{quantity} [{unit.replace('*', '·')}]")
-        top.set_title(_told(fit), loc="left")
+        top.set_title(_described(fit), loc="left")
         top.legend(ncols=2, loc="upper right", bbox_to_anchor=(1.0, 1.12), borderaxespad=0.0)
         title = f"relative error {100 * fit.relative_error:.2f} %, autocorrelation {fit.autocorrelation:.2f}"
         bottom.set(xlabel="time [s]", ylabel=f"residual [{unit.replace('*', '·')}]", title=title)
@@ -187,7 +187,7 @@ def _runs(time: NDArray[np.float64]) -> list[tuple[int, int]]:
     return list(pairwise(cuts))
 
 
-def _told(fit: MotionFit) -> str:
+def _described(fit: MotionFit) -> str:
     names = ["M", "F_v", "F_c"] if "F_v" in fit.estimates else ["M", "F_c_positive", "F_c_negative"]
     return ", ".join(
         f"{name} {float(fit.estimates[name]):.4g} {fit.estimates[name].unit.replace('*', '·')}" for name in names

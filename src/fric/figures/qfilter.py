@@ -36,12 +36,14 @@ def q_filter_figure(design: ObserverDesign) -> Figure:
             axes.fill_between(
                 Delta.frequency, edge, inverse, color=GREY, alpha=0.35, linewidth=0, label="95 % confidence"
             )
-        axes.semilogx(f, 20 * np.log10(np.abs(q.response(f))), color=BLUE, linewidth=1.8, label=_told("Q", q.cutoff))
+        axes.semilogx(
+            f, 20 * np.log10(np.abs(q.response(f))), color=BLUE, linewidth=1.8, label=_described("Q", q.cutoff)
+        )
         limits = (("eq. (8)", design.robust.q, VERMILION, "--"), ("peak sensitivity", design.sensitive, ORANGE, "-."))
         for why, limit, color, line in limits:
             if limit is not None and abs(limit.cutoff / q.cutoff - 1) > 1e-6:
                 axes.semilogx(
-                    f, 20 * np.log10(np.abs(limit.response(f))), line, color=color, label=_told(why, limit.cutoff)
+                    f, 20 * np.log10(np.abs(limit.response(f))), line, color=color, label=_described(why, limit.cutoff)
                 )
         if design.robust.q is not None:
             axes.plot(design.robust.frequency, -20 * np.log10(design.robust.size), "o", color=VERMILION, markersize=5)
@@ -56,5 +58,5 @@ def q_filter_figure(design: ObserverDesign) -> Figure:
     return figure
 
 
-def _told(what: str, cutoff: float) -> str:
+def _described(what: str, cutoff: float) -> str:
     return f"{what}, cutoff {cutoff:.3g} Hz"

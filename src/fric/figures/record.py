@@ -93,14 +93,14 @@ def _draw_log(row: Figure, log: Log, found: Inspection) -> None:
         factor, unit = prefixed(_size(values), log.unit(name))
         axis.plot(*thinned(log.time, values * factor), color=BLUE, linewidth=0.9)
         axis.set_ylabel(f"{name} [{unit}]")
-        for stretch in found.stretches:
-            axis.axvspan(log.time[stretch.start], log.time[stretch.stop - 1], color=ORANGE, alpha=0.25, linewidth=0)
-        if name == "position" and 0 < len(found.turns) <= 400:
-            turns = np.array(found.turns)
-            axis.plot(log.time[turns], values[turns] * factor, ".", color=VERMILION, markersize=4)
+        for segment in found.segments:
+            axis.axvspan(log.time[segment.start], log.time[segment.stop - 1], color=ORANGE, alpha=0.25, linewidth=0)
+        if name == "position" and 0 < len(found.reversals) <= 400:
+            reversals = np.array(found.reversals)
+            axis.plot(log.time[reversals], values[reversals] * factor, ".", color=VERMILION, markersize=4)
     axes[-1].set_xlabel("time [s]")
-    row_note = [f"orange: {len(found.stretches)} stretches at constant velocity"] if found.stretches else []
-    row_note += [f"dots: {len(found.turns)} reversals"] if log.position is not None and found.turns else []
+    row_note = [f"orange: {len(found.segments)} segments at constant velocity"] if found.segments else []
+    row_note += [f"dots: {len(found.reversals)} reversals"] if log.position is not None and found.reversals else []
     axes[0].set_title(", ".join(row_note), fontsize=8, loc="left", color=GREY)
     _draw_relation(right.subplots(1, 1), log, found)
 
@@ -111,7 +111,7 @@ def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
         x, y, names = _velocity(log), log.position, ("velocity", "position")
         y = log.time if y is None else y
         names = names if log.position is not None else ("velocity", "time")
-    elif found.stretches or log.position is None or found.kind in {"sliding-sine", "frequency-response"}:
+    elif found.segments or log.position is None or found.kind in {"sliding-sine", "frequency-response"}:
         x, y, names = _velocity(log), log.force, ("velocity", "force")
     else:
         x, y, names = log.position, log.force, ("position", "force")
@@ -128,9 +128,9 @@ def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
         markersize=1,
     )
     if names == ("velocity", "force"):
-        v = np.array([s.velocity for s in found.stretches])
-        F = np.array([np.median(y[s.start : s.stop]) for s in found.stretches])
-        axis.plot(v * fx, F * fy, "o", color=VERMILION, markersize=4, label="median of a stretch")
+        v = np.array([s.velocity for s in found.segments])
+        F = np.array([np.median(y[s.start : s.stop]) for s in found.segments])
+        axis.plot(v * fx, F * fy, "o", color=VERMILION, markersize=4, label="median of a segment")
         if len(v):
             axis.legend(loc="best")
     axis.set(xlabel=f"{names[0]} [{ux}]", ylabel=f"{names[1]} [{uy}]")
@@ -149,22 +149,22 @@ def _overview(pairs: list[tuple[Log | FrequencyResponse, Inspection | ResponseIn
     logs = [(log, found) for log, found in pairs if isinstance(log, Log)]
     with new_figure(7.4, 3.8) as figure:
         left, right = figure.subplots(1, 2)
-        stretches = [
+        segments = [
             (s.velocity, float(np.median(log.force[s.start : s.stop])), s.settled)
             for log, found in logs
             if log.force is not None
-            for s in getattr(found, "stretches", ())
+            for s in getattr(found, "segments", ())
         ]
         motion = logs[0][0].motion if logs else "linear"
-        v, F = np.array([s[0] for s in stretches]), np.array([s[1] for s in stretches])
-        settled = np.array([s[2] for s in stretches], dtype=bool)
+        v, F = np.array([s[0] for s in segments]), np.array([s[1] for s in segments])
+        settled = np.array([s[2] for s in segments], dtype=bool)
         fv, uv = prefixed(_size(v), si_unit("velocity", motion))
         fF, uF = prefixed(_size(F), si_unit("force", motion))
         left.plot(v[settled] * fv, F[settled] * fF, "o", color=BLUE, markersize=4, label="settled")
         if (~settled).any():
             left.plot(v[~settled] * fv, F[~settled] * fF, "x", color=VERMILION, markersize=5, label="not settled")
             left.legend()
-        left.set(xlabel=f"velocity [{uv}]", ylabel=f"force, median of a stretch [{uF}]")
+        left.set(xlabel=f"velocity [{uv}]", ylabel=f"force, median of a segment [{uF}]")
         left.set_title(f"{len(v)} stretches of {len(pairs)} records", fontsize=9, loc="left")
         paths = [(log.position - log.position[0] if log.position is not None else log.velocity) for log, _ in logs]
         positions = all(log.position is not None for log, _ in logs)

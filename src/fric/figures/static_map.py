@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.strokes.map_fit import MapFit, SpeedPoint
-    from fric.identify.strokes.static import StaticFit
+    from fric.identify.static_map.identify import StaticFit
+    from fric.identify.static_map.map_fit import MapFit, SpeedPoint
 
 _VELOCITY_SCALES = {"linear": (1e3, "mm/s"), "rotary": (1.0, "rad/s")}
 
@@ -29,7 +29,7 @@ def draw_static_map(fit: StaticFit) -> Figure:
     Parameters
     ----------
     fit
-        What `fric.identify.strokes.static.identify_static` found.
+        What `fric.identify.static_map.identify.identify_static` found.
     """
     scale, unit = _VELOCITY_SCALES[fit.motion]
     peak = max(abs(point.force) for point in fit.points)

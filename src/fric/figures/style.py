@@ -69,7 +69,7 @@ def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
     ending = path.suffix.lstrip(".").lower()
     if ending not in {"png", "svg", "pdf"}:
         raise FricError(
-            f"'{path.suffix}' is no figure format", where=str(path), mend="End the name in .png, .svg or .pdf."
+            f"'{path.suffix}' is no figure format", where=str(path), hint="End the name in .png, .svg or .pdf."
         )
     with mpl.rc_context(STYLE), staged(path, force=force) as draft:
         metadata = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None

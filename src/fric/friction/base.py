@@ -119,14 +119,14 @@ class FrictionModel(ABC):
         missing = [p.name for p in cls.parameters if p.name not in section and p.name not in optional]
         if missing:
             raise FricError(
-                f"the friction has no {', '.join(missing)} in '{cls.name}'", mend=f"fric identify {cls.name} finds it."
+                f"the friction has no {', '.join(missing)} in '{cls.name}'", hint=f"fric identify {cls.name} finds it."
             )
         given = {key: estimate.value for key, estimate in section.items() if key in wanted}
         for p in cls.parameters:
             if p.per_block and isinstance(one := given.get(p.name, ()), float):
                 given[p.name] = (one,)
             elif not p.per_block and isinstance(given.get(p.name), tuple):
-                raise FricError(f"{p.name} of '{cls.name}' has several values, and there is one", mend=f"{p.doc}.")
+                raise FricError(f"{p.name} of '{cls.name}' has several values, and there is one", hint=f"{p.doc}.")
         for p in cls.parameters:
             values = given.get(p.name, ())
             if not all(p.lower <= value <= p.upper for value in (values if isinstance(values, tuple) else (values,))):

@@ -59,12 +59,12 @@ class OnBlocks(OnStaticMap):
         if not self.alpha or len(self.alpha) != len(self.k):
             raise FricError(
                 f"{self.name} has {len(self.alpha)} alpha and {len(self.k)} k",
-                mend="Give one of each for every block.",
+                hint="Give one of each for every block.",
             )
         if not (min(self.alpha) >= 0 and abs(sum(self.alpha) - 1) <= 1e-6):
             raise FricError(
                 f"alpha of {self.name} is {', '.join(f'{a:g}' for a in self.alpha)}, which sums to {sum(self.alpha):g}",
-                mend="The shares of the blocks are 0 or more and sum to 1.",
+                hint="The shares of the blocks are 0 or more and sum to 1.",
             )
         if not all(k > 0 for k in self.k):
             raise FricError(f"k of {self.name} must be positive")

@@ -10,7 +10,7 @@ import numpy as np
 from numba import types
 
 from fric.friction.base import FrictionModel, Parameter, Property
-from fric.kernels.increments import turn
+from fric.kernels.increments import reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def _advance(F: float, dz: float, F_c: float, sigma_0: float, n: float) -> float
 @compiled_step
 def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
     F_c, sigma_0, n, sigma = parameters[0], parameters[1], parameters[2], parameters[3]
-    before, _ = turn(state[0], v, dt)
+    before, _ = reversal(state[0], v, dt)
     F = _advance(state[1], before, F_c, sigma_0, n)
     F = _advance(F, dz - before, F_c, sigma_0, n)
     state[0], state[1] = v, F

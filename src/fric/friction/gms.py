@@ -13,7 +13,7 @@ from fric.errors import FricError
 from fric.friction.base import Parameter, Property
 from fric.friction.blocks import OnBlocks
 from fric.friction.stribeck import stribeck_level
-from fric.kernels.increments import relax, turn
+from fric.kernels.increments import relax, reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class _Course(NamedTuple):
     """A motion without reversal, over which speed and Stribeck level go linearly in time."""
 
-    way: float  # m
+    travel: float  # m
     dt: float  # s
     v_0: float  # m/s, without sign
     v_1: float
@@ -51,7 +51,7 @@ def _slipped(u: float, alpha: float, k: float, C: float, left: float, pull: floa
     ``left`` and ``pull`` are the relaxation over the whole course. Where one of the two rates becomes the smaller in
     place of the other, the course is split.
     """
-    relaxed, stretched = left * u + alpha * pull, u + k * course.way
+    relaxed, stretched = left * u + alpha * pull, u + k * course.travel
     load = min(relaxed, stretched)
     excess_0 = C * (alpha * course.s_0 - u) - k * course.v_0 * course.s_0  # of relaxation over stretching, times s
     reached = stretched if excess_0 > 0.0 else relaxed
@@ -61,10 +61,10 @@ def _slipped(u: float, alpha: float, k: float, C: float, left: float, pull: floa
         first, second = _part(course, 0.0, x), _part(course, x, 1.0)
         if excess_0 > 0.0:
             left, pull = relax(second.s_0, second.s_1, C, second.dt)
-            load = min(load, left * (u + k * first.way) + alpha * pull)
+            load = min(load, left * (u + k * first.travel) + alpha * pull)
         else:
             left, pull = relax(first.s_0, first.s_1, C, first.dt)
-            load = min(load, left * u + alpha * pull + k * second.way)
+            load = min(load, left * u + alpha * pull + k * second.travel)
     return load
 
 
@@ -77,14 +77,14 @@ def _advance(direction: float, course: _Course, state: NDArray[np.float64], para
     for i in range(blocks):
         alpha, k = parameters[6 + i], parameters[6 + blocks + i]
         u = direction * state[2 + i]
-        stretched = u + k * course.way
+        stretched = u + k * course.travel
         if state[2 + blocks + i] == direction:
             relaxed = left * u + alpha * pull
             if C * (alpha * s_high - min(u, relaxed)) < k * vs_low:  # the usual case, for speed: it is never stretched
                 u = min(relaxed, stretched)
             else:
                 u = _slipped(u, alpha, k, C, left, pull, course)
-        elif course.way > 0.0:
+        elif course.travel > 0.0:
             before, after = alpha * course.s_0 - u, alpha * course.s_1 - stretched
             if before > 0.0 and after > 0.0:
                 u = stretched
@@ -106,7 +106,7 @@ def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters
     blocks = (parameters.size - 6) // 2
     v_0, s_0 = state[0], state[1]
     s_1 = stribeck_level(v, F_c, F_s, v_s, delta)
-    overshoot, before = turn(v_0, v, dt)
+    overshoot, before = reversal(v_0, v, dt)
     if before > 0.0:
         until_turn = _Course(abs(overshoot), before, abs(v_0), 0.0, s_0, F_s)
         _advance(copysign(1.0, v_0), until_turn, state, parameters)

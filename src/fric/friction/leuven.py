@@ -12,7 +12,7 @@ from numba import types
 from fric.friction.base import Parameter, Property
 from fric.friction.blocks import OnBlocks
 from fric.friction.stribeck import stribeck_level
-from fric.kernels.increments import turn
+from fric.kernels.increments import reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters
     F_c, F_s, v_s, delta, sigma = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     sigma_1, n = parameters[5], parameters[6]
     s_0, s = stribeck_level(state[0], F_c, F_s, v_s, delta), stribeck_level(v, F_c, F_s, v_s, delta)
-    before, _ = turn(state[0], v, dt)
+    before, _ = reversal(state[0], v, dt)
     if before != 0.0:
         _advance(before, 0.5 * (s_0 + F_s), state, parameters)
         s_0 = F_s

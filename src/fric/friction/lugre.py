@@ -10,7 +10,7 @@ import numpy as np
 
 from fric.friction.base import Parameter, Property
 from fric.friction.stribeck import OnStaticMap, stribeck_level
-from fric.kernels.increments import relax, turn
+from fric.kernels.increments import relax, reversal
 from fric.kernels.signatures import Step, compiled_step
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters
     sigma_0, sigma_1 = parameters[5], parameters[6]
     s_0, F = state[1], state[2]
     s_1 = stribeck_level(v, F_c, F_s, v_s, delta)
-    before, _ = turn(state[0], v, dt)
+    before, _ = reversal(state[0], v, dt)
     if before != 0.0:
         left, pull = relax(s_0, F_s, sigma_0, abs(before))
         F = left * F + copysign(pull, before)

@@ -10,7 +10,7 @@ from numba import types
 
 from fric.errors import FricError
 from fric.friction.base import FrictionModel, Parameter, Property
-from fric.kernels.increments import turn
+from fric.kernels.increments import reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def _advance(dz: float, state: NDArray[np.float64], parameters: NDArray[np.float
 
 @compiled_step
 def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
-    before, _ = turn(state[0], v, dt)
+    before, _ = reversal(state[0], v, dt)
     if before != 0.0:
         _advance(before, state, parameters)
     state[0] = v
@@ -81,7 +81,7 @@ class MaxwellSlip(FrictionModel):
     def __post_init__(self) -> None:
         if not self.W or len(self.W) != len(self.k):
             raise FricError(
-                f"maxwell_slip has {len(self.W)} W and {len(self.k)} k", mend="Give one of each for every block."
+                f"maxwell_slip has {len(self.W)} W and {len(self.k)} k", hint="Give one of each for every block."
             )
         if not (min(self.W) >= 0 and all(k > 0 for k in self.k)):
             raise FricError("W of maxwell_slip must not be negative, and k must be positive")

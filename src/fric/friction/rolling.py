@@ -83,10 +83,10 @@ class Rolling(GMS):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not len(self.amplitude) == len(self.pitch) == len(self.phase):
-            raise FricError("amplitude, pitch and phase of 'rolling' differ in length", mend="Give one each per wave.")
+            raise FricError("amplitude, pitch and phase of 'rolling' differ in length", hint="Give one each per wave.")
         if sum(map(abs, self.amplitude)) >= 1 or any(pitch <= 0 for pitch in self.pitch):
             raise FricError(
-                "the amplitudes of 'rolling' reach 1, or a pitch is not positive", mend="Some per cent are usual."
+                "the amplitudes of 'rolling' reach 1, or a pitch is not positive", hint="Some per cent are usual."
             )
 
     @classmethod

@@ -63,11 +63,11 @@ class Clock:
             if steps[n] == 0:
                 raise FricError(
                     f"the stamp {now:.9g} s is repeated", where=self._place(int(rows[n])),
-                    mend="Log the time with more digits, or map it by its rate, as in `time: {rate: 4 kHz}`.",
+                    hint="Log the time with more digits, or map it by its rate, as in `time: {rate: 4 kHz}`.",
                 )  # fmt: skip
             raise FricError(
                 f"time runs backwards, from {now - steps[n]:.9g} s to {now:.9g} s", where=self._place(int(rows[n])),
-                mend="Split the file there, one record a file.",
+                hint="Split the file there, one record a file.",
             )  # fmt: skip
         self._last = float(time[-1])
         self.samples += len(time)
@@ -114,20 +114,20 @@ class Clock:
         slower = (mean > RATES_DIFFER * usual) & (short > RATES_DIFFER * usual)
         faster = (mean * RATES_DIFFER < usual) & (long * RATES_DIFFER < usual)
         for odd in (slower, faster):
-            stretch = odd & (np.append(odd[1:], False) | np.append(False, odd[:-1]) | (windows > 1))
-            if not stretch.any():
+            segment = odd & (np.append(odd[1:], False) | np.append(False, odd[:-1]) | (windows > 1))
+            if not segment.any():
                 continue
-            n = int(np.argmax(stretch))
-            edge = int(rows[n if n else np.argmin(stretch)])
-            told = f"{1 / mean[n]:.4g} Hz there, {1 / usual:.4g} Hz elsewhere"
+            n = int(np.argmax(segment))
+            edge = int(rows[n if n else np.argmin(segment)])
+            text = f"{1 / mean[n]:.4g} Hz there, {1 / usual:.4g} Hz elsewhere"
             spent = mean * windows
-            share = float(spent[stretch].sum() / spent.sum())
-            if share > ODD_SHARE or stretch[0] or stretch[-1]:
+            share = float(spent[segment].sum() / spent.sum())
+            if share > ODD_SHARE or segment[0] or segment[-1]:
                 raise FricError(
-                    f"two sampling rates in one record: {told}", where=f"{self._place(edge)} (about)",
-                    mend="Split the file there, one record a rate.",
+                    f"two sampling rates in one record: {text}", where=f"{self._place(edge)} (about)",
+                    hint="Split the file there, one record a rate.",
                 )  # fmt: skip
-            return f"{self._place(edge)} (about): samples are missing at a regular pace, {told}"
+            return f"{self._place(edge)} (about): samples are missing at a regular pace, {text}"
         return ""
 
 

@@ -71,7 +71,7 @@ class Plan:
             found["phase"] = np.unwrap(found["phase"])
         return found
 
-    def told(self) -> dict[str, str]:
+    def description(self) -> dict[str, str]:
         """Return each channel with the column that it is read from."""
         return {
             channel: "" if origin.column is None else self.names[origin.column]
@@ -123,12 +123,12 @@ def plan(
     needed = ("frequency", "magnitude", "phase") if response else ("time",)
     for name in needed:
         if name not in origins:
-            raise FricError(f"no column is {name}", where=where, mend=_hint(table, name))
+            raise FricError(f"no column is {name}", where=where, hint=_hint(table, name))
     if not response and not {"position", "velocity"} & origins.keys():
-        raise FricError("no column is position or velocity", where=where, mend=_hint(table, "position"))
+        raise FricError("no column is position or velocity", where=where, hint=_hint(table, "position"))
     wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
     if not wanted:
-        raise FricError("no channel is read from a column", where=where, mend="Name the column of one at least.")
+        raise FricError("no channel is read from a column", where=where, hint="Name the column of one at least.")
     names = tuple(column.name for column in table.columns)
     stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
     return Plan(chosen, origins, wanted, names, response, stated)
@@ -170,7 +170,7 @@ def origin_of(table: Table, name: str, channel: Channel, motion: Motion, fields:
         given = parsed(channel.period, "time") if channel.period else parsed(channel.rate or "", "frequency")
         period = given if channel.period or not given else 1 / given
         if not (math.isfinite(period) and period > 0):
-            raise FricError("the sampling period is not above zero", where=where, mend="Mend `rate` or `period`.")
+            raise FricError("the sampling period is not above zero", where=where, hint="Mend `rate` or `period`.")
         return Origin(None, period)
     column = _column(table, channel.column, name, fields)
     if channel.scale is not None:
@@ -179,7 +179,7 @@ def origin_of(table: Table, name: str, channel: Channel, motion: Motion, fields:
     if unit is None:
         raise FricError(
             f"column '{table.columns[column].name}' ({name}) has no unit", where=where,
-            mend=f"Write it into the header, as '{name} [{si_unit(dimension, motion)}]', or say `unit:` in a mapping.",
+            hint=f"Write it into the header, as '{name} [{si_unit(dimension, motion)}]', or say `unit:` in a mapping.",
         )  # fmt: skip
     decibel = _DECIBEL.fullmatch(unit.strip())
     if decibel:
@@ -187,11 +187,11 @@ def origin_of(table: Table, name: str, channel: Channel, motion: Motion, fields:
     try:
         return Origin(column, sign * factor(unit, dimension, motion), decibel is not None)
     except FricError as error:
-        mend = error.mend
-        if "scale" not in mend:
-            mend += f' Or say what one logged unit is, as in scale: "12.5 {si_unit(dimension, motion)}".'
+        hint = error.hint
+        if "scale" not in hint:
+            hint += f' Or say what one logged unit is, as in scale: "12.5 {si_unit(dimension, motion)}".'
         where = f"{where}, column '{table.columns[column].name}'"
-        raise FricError(error.what, where=where, mend=mend) from None
+        raise FricError(error.what, where=where, hint=hint) from None
 
 
 def _column(table: Table, wanted: Any, name: str, fields: Mapping[str, str]) -> int:

@@ -91,21 +91,21 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
     if found != RUN:
         raise FricError(
             f"holds {found}, not {FORMAT} or {RUN}", where=str(path),
-            mend="Read the trace with `fric ingest --kind circle`, or give a file of `fric simulate circle -o`.",
+            hint="Read the trace with `fric ingest --kind circle`, or give a file of `fric simulate circle -o`.",
         )  # fmt: skip
     runs = [run for run in read_runs(path) if isinstance(run, CircleRun)]
     names = ", ".join(run.scheme.name for run in runs)
     if not runs:
-        raise FricError("holds no circle", where=str(path), mend="Give a file of `fric simulate circle -o`.")
+        raise FricError("holds no circle", where=str(path), hint="Give a file of `fric simulate circle -o`.")
     if scheme is not None:
         runs = [run for run in runs if run.scheme.name == scheme]
         if not runs:
-            raise FricError(f"holds no scheme '{scheme}'", where=str(path), mend=f"Its schemes are {names}.")
+            raise FricError(f"holds no scheme '{scheme}'", where=str(path), hint=f"Its schemes are {names}.")
     return [measured_from_run(run, str(path)) for run in runs]
 
 
 def _read(group: h5py.Group, source: str) -> MeasuredCircle:
-    told = {key: text(group.attrs, key) for key in OWN if key in group.attrs and key != "source"}
+    words = {key: text(group.attrs, key) for key in OWN if key in group.attrs and key != "source"}
     axes = {
         name: AxisTrace(**{channel: column(part, channel) for channel in CHANNELS if channel in part})
         for name, part in sorted(
@@ -114,10 +114,10 @@ def _read(group: h5py.Group, source: str) -> MeasuredCircle:
         )
     }
     bar = {key: column(group, key) for key in BALL_BAR if key in group}
-    told["instrument"] = cast(Instrument, told.get("instrument", ""))
+    words["instrument"] = cast(Instrument, words.get("instrument", ""))
     return MeasuredCircle(
         float(group.attrs["radius"]), float(group.attrs["feed"]), int(group.attrs["direction"]), axes,
-        source=source, **cast(Any, {**bar, **told}),
+        source=source, **cast(Any, {**bar, **words}),
     )  # fmt: skip
 
 
@@ -136,7 +136,7 @@ def choose_circles(paths: Iterable[Path], scheme: str | None = None) -> list[Mea
         if _is_run(path) and len(tests) > 1:
             raise FricError(
                 f"holds {len(tests)} schemes", where=str(path),
-                mend=f"Say which one: --scheme {' or '.join(schemes)}.",
+                hint=f"Say which one: --scheme {' or '.join(schemes)}.",
             )  # fmt: skip
         found += tests
     return found

@@ -55,7 +55,7 @@ def circle_plan(
     FricError
         When there are no two axes and no ball bar, or there is no time.
     """
-    told: list[Notice] = []
+    warnings: list[Notice] = []
     if mapping is not None:
         channels = dict(mapping.columns)
     else:
@@ -76,20 +76,20 @@ def circle_plan(
             raise FricError(
                 f"holds the position of {' and '.join(whole) or 'no axis'}, and a circle test takes two axes, or angle "
                 "and deviation of a ball bar",
-                where=where, mend=f"The columns are {columns}. Name them as in 'x_ref [mm]', 'x_pos [mm]', or in a "
+                where=where, hint=f"The columns are {columns}. Name them as in 'x_ref [mm]', 'x_pos [mm]', or in a "
                 "mapping (--map) with `kind: circle` as x.reference, x.position.",
             )  # fmt: skip
         if "time" not in origins:
             raise FricError(
                 "no column is time", where=where,
-                mend="Say the rate: --sampling \"4 kHz\", or in a mapping `time: {rate: 4 kHz}`.",
+                hint="Say the rate: --sampling \"4 kHz\", or in a mapping `time: {rate: 4 kHz}`.",
             )  # fmt: skip
         if not any(name.endswith(".reference") for name in origins):
             text = f"{where}: no reference was found: lag is not told, and a glitch is placed by the measured circle"
-            told.append(Notice(text, "no-reference", "note"))
+            warnings.append(Notice(text, "no-reference", "note"))
     wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
     stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
-    return Plan("linear", origins, wanted, tuple(column.name for column in table.columns), False, stated), told
+    return Plan("linear", origins, wanted, tuple(column.name for column in table.columns), False, stated), warnings
 
 
 def _by_header(table: Table) -> dict[str, Channel]:
@@ -157,7 +157,7 @@ def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice
     if sampling is None:
         raise FricError(
             "has no header and no time", where=str(table.path),
-            mend="Say its rate, as in --sampling \"4 kHz\"; or what its columns are in a mapping (--map).",
+            hint="Say its rate, as in --sampling \"4 kHz\"; or what its columns are in a mapping (--map).",
         )  # fmt: skip
     first_column = 1 if numbered else 0
     radii = {
@@ -169,7 +169,7 @@ def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice
     if not pairs:
         raise FricError(
             "has no header, and no two neighbouring columns run on a circle", where=str(table.path),
-            mend="Say what its columns are in a mapping (--map) with `kind: circle`.",
+            hint="Say what its columns are in a mapping (--map) with `kind: circle`.",
         )  # fmt: skip
     reference, position = (pairs[0], pairs[-1]) if len(pairs) > 1 else (None, pairs[0])
     origins = {"time": Origin(0, 1.0 / sampling) if numbered else Origin(None, 1.0 / sampling)}

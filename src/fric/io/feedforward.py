@@ -47,5 +47,5 @@ def read_feedforward(path: Path) -> dict[str, NDArray[np.float64]]:
     with open_file(path) as file:
         found = str(file.attrs.get("fric", "nothing of fric's"))
         if found != FORMAT:
-            raise FricError(f"holds {found}, not {FORMAT}", where=str(path), mend="Give a file of `fric learn -o`.")
+            raise FricError(f"holds {found}, not {FORMAT}", where=str(path), hint="Give a file of `fric learn -o`.")
         return {name: column(group, "voltage") for name, group in file.items()}

@@ -51,7 +51,7 @@ class LogWriter:
                 raise FricError(
                     f"the file holds the {file.attrs['motion']} axis {file.attrs['axis']}, "
                     f"and the new record is of the {motion} axis {axis}",
-                    mend="Keep each axis in a file of its own, or say --axis.",
+                    hint="Keep each axis in a file of its own, or say --axis.",
                 )
         else:
             file.attrs.update({"fric": FORMAT, "axis": axis, "motion": motion})
@@ -160,7 +160,7 @@ def check_format(file: h5py.File, path: Path) -> None:
     found = text(file.attrs, "fric", "nothing of fric's")
     if found != FORMAT:
         raise FricError(
-            f"holds {found}, not {FORMAT}", where=str(path), mend="Give a log file that `fric ingest` wrote."
+            f"holds {found}, not {FORMAT}", where=str(path), hint="Give a log file that `fric ingest` wrote."
         )
 
 
@@ -178,7 +178,7 @@ def read_records(path: Path) -> list[Log | FrequencyResponse]:
         motion = cast(Motion, text(file.attrs, "motion"))
         common = {"axis": text(file.attrs, "axis"), "motion": motion}
         if motion not in {"linear", "rotary"} or not isinstance(file.get("records"), h5py.Group) or not file["records"]:
-            raise FricError("holds no record", where=str(path), mend="Add one with `fric ingest --append`.")
+            raise FricError("holds no record", where=str(path), hint="Add one with `fric ingest --append`.")
         return [_read(name, group, common, path) for name, group in file["records"].items()]
 
 
@@ -190,8 +190,8 @@ def read_logs(paths: Iterable[Path] | Path) -> list[Log]:
         raise FricError("holds no record in time", where=", ".join(map(str, paths)))
     axes = {(log.axis, log.motion) for log in logs}
     if len(axes) > 1:
-        told = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
-        raise FricError(f"the logs are of different axes: {told}", mend="Identify one axis at a time.")
+        text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
+        raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")
     return logs
 
 
@@ -206,7 +206,7 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
         return values if unit in SI_UNITS[dimension] else values * factor(unit, dimension, motion)
 
     if not isinstance(group, h5py.Group):
-        raise FricError(f"is damaged: record '{name}' is no group", where=str(path), mend="Make it again.")
+        raise FricError(f"is damaged: record '{name}' is no group", where=str(path), hint="Make it again.")
     if "frequency" in group:
         table = {key: column(key, dimension) for key, dimension in RESPONSE_DIMENSIONS.items()}
         return FrequencyResponse(**cast(Any, table), **attributes)
@@ -216,6 +216,6 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
     channels = {channel: column(channel, channel_dimension(channel)) for channel in CHANNELS}
     if channels["time"] is None:
         raise FricError(f"record '{name}' has no time", where=str(path))
-    told = text(group.attrs, "dropped", "0")
-    dropped = int(told) if told.isdigit() else 0
+    words = text(group.attrs, "dropped", "0")
+    dropped = int(words) if words.isdigit() else 0
     return Log(**cast(Any, channels), kind=kind, dropped=dropped, **attributes)

@@ -137,7 +137,7 @@ def ingest(
     if not sources:
         raise FricError("there is no file to ingest")
     if kind is not None and kind not in KINDS:
-        raise FricError(f"'{kind}' is not a kind of record", mend=f"Kinds are {', '.join(KINDS)}.")
+        raise FricError(f"'{kind}' is not a kind of record", hint=f"Kinds are {', '.join(KINDS)}.")
     held = header_of(output) if append and output.exists() else None
     with ThreadPoolExecutor(1) as beside:  # digests are taken while the file is read
         session = _Session(mapping, kind, axis, motion, bad_cells, progress or (lambda _: None), beside, window)
@@ -188,8 +188,8 @@ def _together(refused: Sequence[FricError], files: int) -> FricError:
     if len(refused) == 1:
         return refused[0]
     lines = [f"{error.where}: {error.what}" if error.where else error.what for error in refused]
-    mends = list(dict.fromkeys(error.mend for error in refused if error.mend))
-    return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), mend=" ".join(mends[:2]))
+    mends = list(dict.fromkeys(error.hint for error in refused if error.hint))
+    return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), hint=" ".join(mends[:2]))
 
 
 def refuse_foreign_name(output: Path) -> None:
@@ -197,7 +197,7 @@ def refuse_foreign_name(output: Path) -> None:
     if output.suffix.lower() in FOREIGN:
         raise FricError(
             f"what is written is HDF5, and the name ends in {output.suffix}", where=str(output),
-            mend=f"Call it {output.with_suffix('.h5').name}.",
+            hint=f"Call it {output.with_suffix('.h5').name}.",
         )  # fmt: skip
 
 
@@ -253,7 +253,7 @@ class _Session:
             if own != (axis, motion):
                 raise FricError(
                     f"is of the {own[1]} axis {own[0]}, and the log file of the {motion} axis {axis}", where=str(path),
-                    mend="Keep each axis in a file of its own, or say --axis.",
+                    hint="Keep each axis in a file of its own, or say --axis.",
                 )  # fmt: skip
             if "name" in table.said and (same := _digest(table, digest)) in self.known:
                 self.skipped.append((f"{path}, record '{table.said['name']}'", self.known[same]))
@@ -272,7 +272,7 @@ class _Session:
             }[against]
             raise FricError(
                 what, where=self.records[0].source if len(self.records) == 1 else f"{len(self.records)} records",
-                mend=f"Say `sign: -1` for the {against} in the mapping; or `sign: 1`, if it is meant so.",
+                hint=f"Say `sign: -1` for the {against} in the mapping; or `sign: 1`, if it is meant so.",
             )  # fmt: skip
 
     def _fields(self, table: Table) -> dict[str, str]:
@@ -306,9 +306,9 @@ class _Session:
             self._progress(block.size)
         if samples < 2:
             inside = "" if self._window == EVERYTHING else " between --from and --to"
-            raise FricError(f"has {samples} samples{inside}", where=str(table.path), mend="A log needs two at least.")
-        if told := clock.stop():
-            self.warnings.append(told)
+            raise FricError(f"has {samples} samples{inside}", where=str(table.path), hint="A log needs two at least.")
+        if text := clock.stop():
+            self.warnings.append(text)
         self._stated |= chosen.stated
         total = dropped + int(said.get("dropped", 0))
         sha256 = _digest(table, digest)
@@ -316,7 +316,7 @@ class _Session:
         if dropped:
             self.warnings.append(f"{table.path}: {dropped} of {samples + dropped} samples dropped: a cell is no number")
         left_out = tuple(column.name for n, column in enumerate(table.columns) if n not in chosen.wanted)
-        return IngestedRecord(record.name, source, sha256, kind, samples, total, chosen.told(), left_out)
+        return IngestedRecord(record.name, source, sha256, kind, samples, total, chosen.description(), left_out)
 
     def _inside(self, channels: dict[str, Values]) -> dict[str, Values]:
         """Return the samples whose time is inside the window."""

@@ -136,8 +136,8 @@ def ingest_circles(
         for table in tables(source, mapping.format if mapping else None):
             fields = {"stem": source.stem, "name": source.name, **table.constants}
             fields = mapping.fields(fields, str(source)) if mapping else fields
-            chosen, told = circle_plan(table, mapping, stated.sampling, fields)
-            warnings += told
+            chosen, text = circle_plan(table, mapping, stated.sampling, fields)
+            warnings += text
             channels = _whole(table, chosen, bad_cells == "drop", progress or (lambda _: None))
             samples += len(next(iter(channels.values())))
             for test in _tests(channels, stated, str(source), digest):
@@ -174,7 +174,7 @@ def _tests(
     if not circles:
         raise FricError(
             "there is no whole circle in it", where=source,
-            mend="Record a whole revolution at steady feed, of both axes that make the circle.",
+            hint="Record a whole revolution at steady feed, of both axes that make the circle.",
         )  # fmt: skip
     for n, circle in enumerate(circles, start=1):
         axes = {
@@ -207,18 +207,18 @@ def _ball_bar(
 ) -> MeasuredCircle:
     angle = np.unwrap(channels["angle"])
     if stated.radius is None:
-        raise FricError("a ball bar's deviation does not tell the radius", where=source, mend='Say --radius "150 mm".')
+        raise FricError("a ball bar's deviation does not tell the radius", where=source, hint='Say --radius "150 mm".')
     feed = stated.feed
     if feed is None and "time" in channels:
         time = channels["time"]
         feed = rounded(abs(float(np.median(np.diff(angle) / np.diff(time)))) * stated.radius)
     if feed is None:
-        raise FricError("a ball bar's deviation does not tell the feed", where=source, mend='Say --feed "100 mm/s".')
+        raise FricError("a ball bar's deviation does not tell the feed", where=source, hint='Say --feed "100 mm/s".')
     turned = float(angle[-1] - angle[0])
     if abs(turned) < 2 * pi - 0.02:
         raise FricError(
             f"the angle covers {np.degrees(abs(turned)):.0f}°, and a whole revolution is needed", where=source,
-            mend="Is its unit right? Record a revolution and more.",
+            hint="Is its unit right? Record a revolution and more.",
         )  # fmt: skip
     return MeasuredCircle(
         stated.radius, feed, stated.direction or (1 if turned > 0 else -1), angle=angle,

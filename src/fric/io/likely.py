@@ -63,10 +63,10 @@ def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int
     for n, column in enumerate(table.columns):
         if n in taken:
             continue
-        told = named_as(column)
-        if told == channel:
+        text = named_as(column)
+        if text == channel:
             by_name.append(n)
-        elif told is None and measures(column, channel):
+        elif text is None and measures(column, channel):
             by_unit.append(n)
     return by_name + by_unit
 
@@ -98,5 +98,5 @@ def refuse_left_out(table: Table, origins: Collection[str], taken: Collection[in
         raise FricError(
             f"no column is named {channel}, and {listed} {'looks' if len(found) == 1 else 'look'} like it",
             where=str(table.path),
-            mend="Say in a mapping (--map) which is what and which is left out; --propose MAP.yaml writes one to edit.",
+            hint="Say in a mapping (--map) which is what and which is left out; --propose MAP.yaml writes one to edit.",
         )

@@ -53,7 +53,7 @@ def _of_circle(path: Path) -> RecordedPath:
     ]  # fmt: skip
     first, second = traces[:2]
     if first is None or second is None or first.reference is None or second.reference is None:
-        raise FricError("holds no reference of two axes", mend="Record where the axes were asked to be.")
+        raise FricError("holds no reference of two axes", hint="Record where the axes were asked to be.")
     if len(first.time) != len(second.time) or not np.allclose(first.time, second.time):
         raise FricError("has axes that were recorded at different times")
     return RecordedPath(first.time, first.reference, second.reference)
@@ -70,7 +70,7 @@ def _columns(path: Path) -> dict[str, NDArray[np.float64]]:
         unit = table.columns[column].unit
         if unit is None:
             raise FricError(
-                f"column '{table.columns[column].name}' has no unit", where=str(path), mend="Head it 'x [mm], y [mm]'."
+                f"column '{table.columns[column].name}' has no unit", where=str(path), hint="Head it 'x [mm], y [mm]'."
             )
         scales.append(factor(unit, "time" if name == "time" else "position"))
     blocks = [block.columns for block in table.read(columns)]
@@ -81,5 +81,5 @@ def _columns(path: Path) -> dict[str, NDArray[np.float64]]:
     wrong = ~np.all(np.isfinite(np.array(list(found.values()))), axis=0)
     if wrong.any():
         row = int(np.flatnonzero(wrong)[0])
-        raise FricError("a cell is no number", where=table.place(row), mend="Give every point all its numbers.")
+        raise FricError("a cell is no number", where=table.place(row), hint="Give every point all its numbers.")
     return found

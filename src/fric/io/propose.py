@@ -41,7 +41,7 @@ def proposal(paths: Sequence[Path]) -> str:
         if [c.name for c in other.columns] != [c.name for c in first.columns]:
             raise FricError(
                 f"has the columns {other.listed(8)}, and {paths[0].name} has {first.listed(8)}", where=str(path),
-                mend="Propose a mapping for files of one kind at a time.",
+                hint="Propose a mapping for files of one kind at a time.",
             )  # fmt: skip
     chosen, others = _chosen(first)
     motion = _motion([first.columns[n] for n in chosen.values()])
@@ -138,6 +138,6 @@ def _line(table: Table, channel: str, n: int, others: Sequence[int], motion: Mot
     else:
         unit, why = 'unit: "?"', f"the file gives no unit: as {si}"
     beside = [f"'{table.columns[k].name}'" for k in others]
-    told = why + (f"; or {', '.join(beside)}" if beside else "")
-    told += "; add sign: -1 where it counts the other way" if channel == "force" else ""
-    return [f"  {channel}: {{column: {named}, {unit}}}      # {told}"]
+    text = why + (f"; or {', '.join(beside)}" if beside else "")
+    text += "; add sign: -1 where it counts the other way" if channel == "force" else ""
+    return [f"  {channel}: {{column: {named}, {unit}}}      # {text}"]

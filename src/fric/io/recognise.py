@@ -47,6 +47,6 @@ def recognise(path: Path) -> str:
         raise FricError(
             "is no file of fric's",
             where=str(path),
-            mend="Give run files, log files, or YAML documents that fric wrote; `fric ingest` reads foreign logs.",
+            hint="Give run files, log files, or YAML documents that fric wrote; `fric ingest` reads foreign logs.",
         )
     return found

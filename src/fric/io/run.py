@@ -94,11 +94,11 @@ def write_runs(
 
 
 def _write_monte_carlo(group: h5py.Group, many: MonteCarlo) -> None:
-    told = monte_carlo_document(many)
-    group.attrs.update({key: json.dumps(told.pop(key)) for key in ("spreads", "from_intervals")})
-    group.attrs["warnings"] = "\n".join(told.pop("warnings"))
-    schemes = told.pop("schemes")
-    group.attrs.update(told | {"schemes": list(schemes)})
+    text = monte_carlo_document(many)
+    group.attrs.update({key: json.dumps(text.pop(key)) for key in ("spreads", "from_intervals")})
+    group.attrs["warnings"] = "\n".join(text.pop("warnings"))
+    schemes = text.pop("schemes")
+    group.attrs.update(text | {"schemes": list(schemes)})
     _write(group, "quadrants", many.quadrants, "m")
     for key in next(iter(schemes.values())):
         group.attrs[key] = np.array([one[key] for one in schemes.values()], float)
@@ -109,7 +109,7 @@ def _write_monte_carlo(group: h5py.Group, many: MonteCarlo) -> None:
 
 def _write_circle(group: h5py.Group, run: CircleRun) -> None:
     found = run.circularity
-    group.attrs.update(_told(run.circle))
+    group.attrs.update(_described(run.circle))
     group.attrs.update({"quadrants": found.quadrants, "radial_rms": found.rms, "radial_range": found.range})
     _write(group, "angle", found.angle, "rad")
     _write(group, "error", found.error, "m")
@@ -123,7 +123,9 @@ def _write_path(group: h5py.Group, run: PathRun) -> None:
     _write(group, "points", np.column_stack([run.path.x, run.path.y]), "m")
     if isinstance(run.path, RecordedPath):
         _write(group, "time", run.path.time, "s")
-    group["reversals"] = np.array([(turn.axis, turn.x, turn.y, turn.glitch) for turn in found.reversals], REVERSAL)
+    group["reversals"] = np.array(
+        [(reversal.axis, reversal.x, reversal.y, reversal.glitch) for reversal in found.reversals], REVERSAL
+    )
 
 
 def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
@@ -141,11 +143,11 @@ def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
     FricError
         When it is no run file, or cut short.
     """
-    with open_file(path, mend=AGAIN) as file:
+    with open_file(path, hint=AGAIN) as file:
         found = text(file.attrs, "fric", "nothing of fric's")
         if found != FORMAT:
             raise FricError(
-                f"holds {found}, not {FORMAT}", where=str(path), mend="Give a file of `fric simulate circle`."
+                f"holds {found}, not {FORMAT}", where=str(path), hint="Give a file of `fric simulate circle`."
             )
         with foreign(path, AGAIN, lacking=True):
             return [_read(name, group, traces) for name, group in file.items() if name != MONTE_CARLO]
@@ -153,9 +155,9 @@ def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
 
 def read_run_provenance(path: Path) -> dict[str, Any]:
     """Return what made a run file: ``fric``, ``created``, ``command``, ``machine``; empty where it does not say."""
-    with open_file(path, mend=AGAIN) as file:
-        told = json.loads(text(file.attrs, "provenance") or "{}")
-    return told if isinstance(told, dict) else {}
+    with open_file(path, hint=AGAIN) as file:
+        words = json.loads(text(file.attrs, "provenance") or "{}")
+    return words if isinstance(words, dict) else {}
 
 
 def read_glitch_intervals(path: Path) -> dict[str, tuple[float, float]]:
@@ -163,7 +165,7 @@ def read_glitch_intervals(path: Path) -> dict[str, tuple[float, float]]:
 
     Empty where the file tells of one machine alone; a scheme that ran on none of them is left out.
     """
-    with open_file(path, mend=AGAIN) as file, foreign(path, AGAIN, lacking=True):
+    with open_file(path, hint=AGAIN) as file, foreign(path, AGAIN, lacking=True):
         if MONTE_CARLO not in file:
             return {}
         attributes = file[MONTE_CARLO].attrs
@@ -176,12 +178,12 @@ def read_glitch_intervals(path: Path) -> dict[str, tuple[float, float]]:
 
 def read_glitch_medians(path: Path) -> dict[str, float]:
     """Return the median of the glitch over the machines that were drawn [m], by scheme; empty where there are none."""
-    with open_file(path, mend=AGAIN) as file, foreign(path, AGAIN, lacking=True):
+    with open_file(path, hint=AGAIN) as file, foreign(path, AGAIN, lacking=True):
         attributes = file[MONTE_CARLO].attrs if MONTE_CARLO in file else {"schemes": (), "median": ()}
         return {str(name): float(one) for name, one in zip(attributes["schemes"], attributes["median"], strict=True)}
 
 
-def _told(thing: Circle) -> dict[str, Any]:
+def _described(thing: Circle) -> dict[str, Any]:
     values = {field.name: getattr(thing, field.name) for field in fields(thing)}
     return {key: value for key, value in values.items() if value is not None}
 

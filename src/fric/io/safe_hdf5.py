@@ -26,7 +26,7 @@ SMALL = 1 << 20
 
 @contextmanager
 def open_file(
-    path: Path, what: str = "is no whole HDF5 file (cut short?)", mend: str = "Make it again with `fric ingest`."
+    path: Path, what: str = "is no whole HDF5 file (cut short?)", hint: str = "Make it again with `fric ingest`."
 ) -> Iterator[h5py.File]:
     """Open an HDF5 file for reading, with errors a user can act on; what h5py raises in it is damage of the file.
 
@@ -43,9 +43,9 @@ def open_file(
         raise FricError("may not be read", where=str(path)) from None
     except Exception:  # whatever h5py meets in a damaged file
         if what.startswith("is no whole HDF5") and path.suffix.lower() not in {".h5", ".hdf5"}:
-            what, mend = "is no log file of fric's", "Read it with `fric ingest` first, and give the log file."
-        raise FricError(what, where=str(path), mend=mend) from None
-    with foreign(path, mend), file:
+            what, hint = "is no log file of fric's", "Read it with `fric ingest` first, and give the log file."
+        raise FricError(what, where=str(path), hint=hint) from None
+    with foreign(path, hint), file:
         _check(file, path)
         yield file
 
@@ -59,12 +59,12 @@ def _check(file: h5py.File, path: Path) -> None:
         if depth > MOST_DEPTH or len(seen) > MOST_OBJECTS:
             raise FricError(
                 f"nests deeper than {MOST_DEPTH} groups or holds over {MOST_OBJECTS} objects", where=str(path),
-                mend="Export the log again.",
+                hint="Export the log again.",
             )  # fmt: skip
         for name in group:
             where = f"{path}, '{printable(f'{group.name}/{name}'.replace('//', '/'), 80)}'"
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                raise FricError("is a link, which may lead to another file", where=where, mend="Store the data itself.")
+                raise FricError("is a link, which may lead to another file", where=where, hint="Store the data itself.")
             node = group[name]
             mark = h5py.h5o.get_info(node.id).addr
             if mark in seen:
@@ -78,11 +78,11 @@ def _check(file: h5py.File, path: Path) -> None:
 
 def _check_dataset(data: h5py.Dataset, where: str) -> None:
     if data.is_virtual or data.external:
-        raise FricError("takes its values from another file", where=where, mend="Store the data itself.")
+        raise FricError("takes its values from another file", where=where, hint="Store the data itself.")
     stored, declared = data.id.get_storage_size(), data.size * data.dtype.itemsize if data.size else 0
     if declared > max(SMALL, MOST_PACKED * stored):
         raise FricError(
-            f"declares {declared / 1e6:.3g} MB and stores {stored / 1e6:.3g} MB", where=where, mend="Export it again."
+            f"declares {declared / 1e6:.3g} MB and stores {stored / 1e6:.3g} MB", where=where, hint="Export it again."
         )
 
 
@@ -97,15 +97,15 @@ def column(group: h5py.Group, name: str, *, ndim: int = 1) -> NDArray[np.float64
     data = group.get(name)
     where = f"{group.file.filename}, '{printable(f'{group.name}/{name}', 80)}'"
     if not isinstance(data, h5py.Dataset):
-        raise FricError("is damaged: there is no such dataset", where=where, mend="Make the file again.")
+        raise FricError("is damaged: there is no such dataset", where=where, hint="Make the file again.")
     if data.shape is None or len(data.shape) != ndim or data.dtype.kind not in "fiub":
-        told = "nothing" if data.shape is None else f"{len(data.shape)} dimensions of {data.dtype}"
-        raise FricError(f"is damaged: it has {told}, not {ndim} of numbers", where=where, mend="Make the file again.")
+        text = "nothing" if data.shape is None else f"{len(data.shape)} dimensions of {data.dtype}"
+        raise FricError(f"is damaged: it has {text}, not {ndim} of numbers", where=where, hint="Make the file again.")
     return np.asarray(data[...], np.float64)
 
 
 def text(attributes: Any, name: str, otherwise: str = "") -> str:
     """Return an attribute that is a text; one that is not there, or no text, as ``otherwise``."""
     value = attributes.get(name, otherwise)
-    told = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-    return told.encode("utf-8", "replace").decode("utf-8")  # h5py reads what is no UTF-8 as surrogates
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return text.encode("utf-8", "replace").decode("utf-8")  # h5py reads what is no UTF-8 as surrogates

@@ -41,12 +41,12 @@ HEAD = len(Guideway._fields)
 
 
 @compiled(types.float64(*[types.float64] * 4), makes_arrays=False)
-def aged(age: float, way: float, dt: float, distance: float) -> float:
+def aged(age: float, travel: float, dt: float, distance: float) -> float:
     """Return the age of a contact [s] after a way [m] in a time [s], exact at even speed.
 
     ``dθ/dt = 1 - θ·|v|/distance``, the ageing law of rate-and-state friction.
     """
-    x = way / distance
+    x = travel / distance
     renewed = -np.expm1(-x)
     return age * exp(-x) + dt * (renewed / x if x > 1e-9 else 1.0 - 0.5 * x)
 

@@ -28,7 +28,7 @@ def relax(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, fl
 
 
 @compiled("Tuple((f8, f8))(f8, f8, f8)", makes_arrays=False)
-def turn(v_0: float, v: float, dt: float) -> tuple[float, float]:
+def reversal(v_0: float, v: float, dt: float) -> tuple[float, float]:
     """Return the path [m] and the time [s] before the motion turns in a step; zeros where it does not.
 
     The velocity goes linearly from v_0 to v, and the motion turns where that is zero.

@@ -133,8 +133,8 @@ def _step(
             F = friction(0.0, copysign(1e-300, free), h, state, parameters)
         ahead = free - push * F
         if not ahead * course > 0.0:
-            way = 0.5 * h * v * v / (v - ahead) if v != 0.0 else 0.0
-            return Instant(start.z + way, 0.0, free / push)
+            travel = 0.5 * h * v * v / (v - ahead) if v != 0.0 else 0.0
+            return Instant(start.z + travel, 0.0, free / push)
     dz = 0.5 * h * (v + ahead)
     F_1 = friction(dz, ahead, h, state, parameters)
     return Instant(start.z + dz, free - (0.5 * push) * (F + F_1), F_1)

@@ -74,10 +74,10 @@ def second_mass_step(
     mass, load, before = parameters[_MASS], parameters[_LOAD], state[VELOCITY]
     pulled = (state[SPRING] - state[FRICTION] - load) / mass
     ahead = before + dt * pulled
-    way = 0.5 * dt * (before + ahead)
+    travel = 0.5 * dt * (before + ahead)
     if table:
-        state[FRICTION] = inner(way, ahead, dt, behind, own)
-    state[STRETCH] += dz - way
+        state[FRICTION] = inner(travel, ahead, dt, behind, own)
+    state[STRETCH] += dz - travel
     state[SPRING] = spring_force(state[STRETCH], v - ahead, parameters)
     state[VELOCITY] = before + 0.5 * dt * (pulled + (state[SPRING] - state[FRICTION] - load) / mass)
     return force + state[SPRING]

@@ -14,7 +14,7 @@ from fric.units import readable
 
 if TYPE_CHECKING:
     from fric.control.scheme import Scheme
-    from fric.report.material import Contour, ContourTest
+    from fric.report.report_input import Contour, ContourTest
 
 EARNED = 0.05
 """Share of the uncompensated glitch by which a scheme must be better before its further effort is worth it."""
@@ -147,9 +147,9 @@ def on_many_machines(contours: Sequence[Contour], chosen: Contour) -> list[str]:
     if chosen.glitch_ci95 is None:
         return []
     low, high = (readable(limit, "m") for limit in chosen.glitch_ci95)
-    told = f"On 95 % of the machines that were drawn around this one, {named(chosen)} leaves between {low} and {high}"
+    text = f"On 95 % of the machines that were drawn around this one, {named(chosen)} leaves between {low} and {high}"
     by_limit = all(one.glitch_ci95 is not None for one in contours)
-    return [told + ("; schemes are compared by that upper limit." if by_limit else ".")]
+    return [text + ("; schemes are compared by that upper limit." if by_limit else ".")]
 
 
 def peak(contour: Contour) -> float:

@@ -82,9 +82,9 @@ def legend(plot: Any, place: str = "bottom_right") -> None:
     plot.legend.spacing, plot.legend.padding = 0, 4
 
 
-def hover(plot: Any, renderers: Sequence[Any], told: Sequence[tuple[str, str]]) -> None:
+def hover(plot: Any, renderers: Sequence[Any], text: Sequence[tuple[str, str]]) -> None:
     """Tell the numbers under the pointer."""
-    plot.add_tools(HoverTool(renderers=list(renderers), tooltips=list(told)))
+    plot.add_tools(HoverTool(renderers=list(renderers), tooltips=list(text)))
 
 
 def curve(plot: Any, x: ArrayLike, y: ArrayLike, color: str = BLUE, label: str = "", **given: Any) -> Any:

@@ -19,7 +19,7 @@ from fric.io.hdf5 import read_records
 from fric.io.recognise import recognise
 from fric.io.report import FORMAT, read_report
 from fric.io.run import read_glitch_intervals, read_run_provenance, read_runs
-from fric.report.material import KINDS, Contour, ContourTest, Item, Material
+from fric.report.report_input import KINDS, Contour, ContourTest, Item, ReportInput
 from fric.simulate.circle import CircleRun
 from fric.simulate.path import PathRun
 
@@ -34,7 +34,7 @@ BINS = 720
 """Parts of a contour; its least and its greatest error in each are kept, so that no spike is thinned away."""
 
 
-def collect(paths: Iterable[Path]) -> Material:
+def collect(paths: Iterable[Path]) -> ReportInput:
     """Read what a report is made of; each file is recognised by its content.
 
     Run files, log files, documents of friction, plant, controller and observer, and earlier reports, which carry what
@@ -68,12 +68,12 @@ def collect(paths: Iterable[Path]) -> Material:
             raise FricError(
                 f"holds {found}, which a report has no place for",
                 where=str(path),
-                mend="Give runs, logs, earlier reports, and documents of friction, plant, controller and observer.",
+                hint="Give runs, logs, earlier reports, and documents of friction, plant, controller and observer.",
             )
     if not items and not tests:
         raise FricError(
             "there is nothing to report but logs",
-            mend="Give a friction file of `fric identify` or a run file of `fric simulate circle` too.",
+            hint="Give a friction file of `fric identify` or a run file of `fric simulate circle` too.",
         )
     return _sorted(items, tests, records)
 
@@ -86,7 +86,7 @@ def _item(source: str, tree: Mapping[str, Any]) -> Item:
 
 def _sorted(
     items: Sequence[Item], tests: Sequence[ContourTest], records: Sequence[Log | FrequencyResponse]
-) -> Material:
+) -> ReportInput:
     """Tell what is newest from what came before it."""
     newest, pairs, replaced = [], [], []
     for kind in KINDS:
@@ -102,7 +102,7 @@ def _sorted(
         runs = _by_date([test for test in tests if test.same == same])
         last_tests.append(runs[-1])
         test_pairs += [(earlier, runs[-1]) for earlier in runs[:-1]]
-    return Material(
+    return ReportInput(
         tuple(newest), tuple(last_tests), tuple(records), tuple(pairs), tuple(test_pairs), tuple(replaced)
     )  # fmt: skip
 
@@ -125,7 +125,9 @@ def _test(source: str, provenance: Mapping[str, Any], runs: Sequence[CircleRun |
         circle = first.circle
         return ContourTest(source, provenance, circle.feed, circle.radius, circle.direction, QUADRANTS, tuple(contours))
     turns = first.contour.reversals
-    labels = tuple(f"{'xy'[turn.axis]} at ({turn.x * 1e3:.3g}, {turn.y * 1e3:.3g}) mm" for turn in turns)
+    labels = tuple(
+        f"{'xy'[reversal.axis]} at ({reversal.x * 1e3:.3g}, {reversal.y * 1e3:.3g}) mm" for reversal in turns
+    )
     paths = [_path(run) for run in runs if isinstance(run, PathRun)]
     return ContourTest(source, provenance, first.path.feed, None, 1, labels, tuple(paths))
 
@@ -145,7 +147,7 @@ def _circle(run: CircleRun) -> Contour:
 
 def _path(run: PathRun) -> Contour:
     found = run.contour
-    glitches = tuple(turn.glitch for turn in found.reversals)
+    glitches = tuple(reversal.glitch for reversal in found.reversals)
     return Contour(
         run.scheme, glitches, found.glitch, found.rms, found.range, *thinned(found.station, found.error), run.warnings
     )  # fmt: skip
@@ -165,12 +167,12 @@ def thinned(
     return place[chosen], error[chosen]
 
 
-def as_data(material: Material) -> dict[str, Any]:
+def as_data(inputs: ReportInput) -> dict[str, Any]:
     """Return what a report is made of as plain data, which stands in its page and `contour_test` reads again."""
     return {
         "fric": FORMAT,
-        "documents": [{"source": item.source, "tree": plain(item.tree)} for item in material.items],
-        "tests": [_test_data(test) for test in material.tests],
+        "documents": [{"source": item.source, "tree": plain(item.tree)} for item in inputs.items],
+        "tests": [_test_data(test) for test in inputs.tests],
     }
 
 

@@ -14,7 +14,7 @@ from fric.report.canvas import legend as place_legend
 from fric.units import readable
 
 if TYPE_CHECKING:
-    from fric.report.material import Contour, ContourTest
+    from fric.report.report_input import Contour, ContourTest
 
 
 def colour(n: int) -> str:

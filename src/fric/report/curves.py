@@ -16,20 +16,20 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.gms.cycles import Loops, find_loops
+from fric.identify.gms.cycles import HysteresisCycles, find_cycles
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
 from fric.identify.records.prepared import prepared
-from fric.identify.strokes.static import steady_points
+from fric.identify.static_map.identify import steady_points
 from fric.log import Log
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.estimate import Covariance, Estimate
-    from fric.identify.strokes.map_fit import SpeedPoint
-    from fric.report.material import Item, Material
+    from fric.identify.static_map.map_fit import SpeedPoint
+    from fric.report.report_input import Item, ReportInput
 
-LOOP_POINTS = 1500
+CYCLE_POINTS = 1500
 """Points of a loop that are drawn."""
 
 
@@ -44,7 +44,7 @@ class Band:
 
 
 @dataclass(frozen=True, eq=False)
-class Loop:
+class HysteresisCycle:
     """A pre-sliding loop: displacement [m], measured force (None without a log) and that of the model [N]."""
 
     name: str
@@ -72,8 +72,8 @@ class FrictionCurves:
         That of the logs.
     knots
         Slip displacement of each block [m] and the force there [N].
-    loops
-        Pre-sliding loops.
+    hysteresis
+        Pre-sliding cycles.
     notes
         Why something is not drawn.
     """
@@ -84,21 +84,21 @@ class FrictionCurves:
     virgin: Band | None = None
     measured_virgin: VirginCurve | None = None
     knots: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
-    loops: tuple[Loop, ...] = ()
+    hysteresis: tuple[HysteresisCycle, ...] = ()
     notes: tuple[str, ...] = ()
 
 
-def friction_curves(material: Material, item: Item) -> FrictionCurves:
+def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     """Return what can be drawn of a friction document: alone, and with the logs of its axis."""
     sections = item.sections()
     static = {name: content for name, content in sections.items() if name in {"static", "static_negative"}}
     logs = [
-        log for log in material.records if isinstance(log, Log) and (log.axis, log.motion) == (item.axis, item.motion)
+        log for log in inputs.records if isinstance(log, Log) and (log.axis, log.motion) == (item.axis, item.motion)
     ]
     strokes = [log for log in logs if log.kind == "constant-velocity"]
     waves = [log for log in logs if log.kind == "presliding-sine"]
     assert isinstance(item.document, FrictionDocument)
-    plant, notes = _plant(material, item, item.document.fit_of("static")) if strokes else (None, [])
+    plant, notes = _plant(inputs, item, item.document.fit_of("static")) if strokes else (None, [])
     points: tuple[SpeedPoint, ...] = ()
     if static and strokes and not notes:
         offset = float(sections["static"]["offset"]) if "offset" in sections["static"] else 0.0
@@ -112,15 +112,15 @@ def friction_curves(material: Material, item: Item) -> FrictionCurves:
     if "gms" not in sections:
         return FrictionCurves(maps, points, bool(together), notes=tuple(notes))
     model = GMS.from_sections(sections)
-    plant, without = _plant(material, item, item.document.fit_of("gms")) if waves else (None, [])
+    plant, without = _plant(inputs, item, item.document.fit_of("gms")) if waves else (None, [])
     notes = list(dict.fromkeys(notes + without))
-    loops, curve = ((), None) if without else _measured(waves, plant, model)
-    reach = 1.6 * float(model.slip_displacements.max())
-    reach = max(reach, float(curve.displacement[-1])) if curve is not None else reach
+    hysteresis, curve = ((), None) if without else _measured(waves, plant, model)
+    longest = 1.6 * float(model.slip_displacements.max())
+    longest = max(longest, float(curve.displacement[-1])) if curve is not None else longest
     knots = np.sort(model.slip_displacements)
     return FrictionCurves(
-        maps, points, bool(together), virgin_band(sections, reach), curve, (knots, model.virgin_curve(knots)),
-        loops or model_loops(model), tuple(notes),
+        maps, points, bool(together), virgin_band(sections, longest), curve, (knots, model.virgin_curve(knots)),
+        hysteresis or model_cycles(model), tuple(notes),
     )  # fmt: skip
 
 
@@ -128,11 +128,11 @@ def _direction(name: str, static: Mapping[str, object]) -> str:
     return "both" if len(static) == 1 else "negative" if name.endswith("negative") else "positive"
 
 
-def _plant(material: Material, item: Item, fit: Fit) -> tuple[Plant | None, list[str]]:
+def _plant(inputs: ReportInput, item: Item, fit: Fit) -> tuple[Plant | None, list[str]]:
     """Return the plant whose part is taken off the logged force, as it was when the friction was identified."""
     if not fit.taken_off:
         return None, []
-    given = material.of("plant", item.axis)
+    given = inputs.of("plant", item.axis)
     part: PlantPart | None = fit.plant
     if part is None and given is not None and isinstance(given.document, PlantDocument):
         part = given.document  # of a file that does not tell the plant yet
@@ -176,12 +176,12 @@ def map_band(static: Mapping[str, Estimate], speed: NDArray[np.float64], covaria
         (force({name: values[name] + step}) - force({name: values[name] - step})) / (2 * step) if step else 0.0 * speed
         for name, step in zip((covariance.names[n] for n in kept), steps, strict=True)
     ]
-    half = _reach(static, covariance) * np.sqrt(np.einsum("in,ij,jn->n", moved, matrix, moved))
+    half = _quantile(static, covariance) * np.sqrt(np.einsum("in,ij,jn->n", moved, matrix, moved))
     middle = force({})
     return Band(speed, middle, middle - half, middle + half)
 
 
-def _reach(static: Mapping[str, Estimate], covariance: Covariance) -> float:
+def _quantile(static: Mapping[str, Estimate], covariance: Covariance) -> float:
     """Return how many deviations half an interval is wide, by that of the offset, or of F_c: 2 of many strokes."""
     name = "offset" if "offset" in covariance.names else "F_c"
     low, high = static[name].ci95 or (-inf, inf)
@@ -190,11 +190,11 @@ def _reach(static: Mapping[str, Estimate], covariance: Covariance) -> float:
     return float(np.clip(0.5 * width / deviation, 1.96, 4.0)) if deviation > 0 else 1.96
 
 
-def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], reach: float) -> Band:
+def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], longest: float) -> Band:
     """Return the virgin curve ``Σ min(k_i·z, alpha_i·F_s)`` up to a displacement [m], with its band as `map_band`."""
     model = GMS.from_sections(sections)
     knots = model.slip_displacements
-    z = np.unique(np.concatenate([np.geomspace(0.02 * knots.min(), reach, 300), knots[knots <= reach]]))
+    z = np.unique(np.concatenate([np.geomspace(0.02 * knots.min(), longest, 300), knots[knots <= longest]]))
     alpha, k, F_s = sections["gms"]["alpha"], sections["gms"]["k"], sections["static"]["F_s"]
     single: dict[str, Estimate] = {"F_s": F_s}
     for name, vector, given in (("alpha", alpha, model.alpha), ("k", k, model.k)):
@@ -226,42 +226,46 @@ def _in_quadrature(
     return middle, middle - np.sqrt(below), middle + np.sqrt(above)
 
 
-def model_loops(model: GMS) -> tuple[Loop, ...]:
+def model_cycles(model: GMS) -> tuple[HysteresisCycle, ...]:
     """Return slow loops of a GMS model: small ones inside its pre-sliding, and one that slides at its ends."""
-    reach = float(model.slip_displacements.max())
-    loops = []
+    longest = float(model.slip_displacements.max())
+    hysteresis = []
     for share in (0.25, 0.5, 1.5):
-        time = np.linspace(0.0, 2.25, 3 * LOOP_POINTS)
-        position = share * reach * np.sin(2 * np.pi * time)
+        time = np.linspace(0.0, 2.25, 3 * CYCLE_POINTS)
+        position = share * longest * np.sin(2 * np.pi * time)
         # so slow that the level is F_s throughout
         force = model.replay(time * 1e6, position, np.gradient(position, time * 1e6))
         last = time >= 1.25
-        loops.append(Loop(f"amplitude {share:g} times the pre-sliding", position[last][::3], None, force[last][::3]))
-    return tuple(loops)
+        hysteresis.append(
+            HysteresisCycle(f"amplitude {share:g} times the pre-sliding", position[last][::3], None, force[last][::3])
+        )
+    return tuple(hysteresis)
 
 
-def _measured(waves: Sequence[Log], plant: Plant | None, model: GMS) -> tuple[tuple[Loop, ...], VirginCurve | None]:
+def _measured(
+    waves: Sequence[Log], plant: Plant | None, model: GMS
+) -> tuple[tuple[HysteresisCycle, ...], VirginCurve | None]:
     """Return the loops that were measured with the model replayed along them, and the virgin curve in them."""
-    found: list[Loops] = []
-    loops = []
+    found: list[HysteresisCycles] = []
+    hysteresis = []
     for log in waves:
-        one = find_loops(prepared([log], plant)[0])
+        one = find_cycles(prepared([log], plant)[0])
         motion, force = one.motion, one.force
         found.append(one)
         replayed = model.replay(log.time, motion.position, motion.velocity)
-        start = int(one.turns[0])  # the state before the first reversal is not known
-        every = max(1, (len(force) - start) // LOOP_POINTS)
+        start = int(one.reversals[0])  # the state before the first reversal is not known
+        every = max(1, (len(force) - start) // CYCLE_POINTS)
         part = slice(start, None, every)
         middle = 0.5 * float(motion.position.max() + motion.position.min())
-        loops.append(Loop(log.name, motion.position[part] - middle, force[part], replayed[part]))
-    return tuple(loops), (virgin_curve(found, model.static) if found else None)
+        hysteresis.append(HysteresisCycle(log.name, motion.position[part] - middle, force[part], replayed[part]))
+    return tuple(hysteresis), (virgin_curve(found, model.static) if found else None)
 
 
-def presliding(material: Material) -> float | None:
+def presliding(inputs: ReportInput) -> float | None:
     """Return the largest slip displacement of the GMS models that were given [m]; None where there is none."""
-    reaches = []
-    for item in material.items:
+    displacements = []
+    for item in inputs.items:
         sections = item.sections() if item.kind == "friction" else {}
         if "gms" in sections and "static" in sections and item.motion == "linear":
-            reaches.append(float(GMS.from_sections(sections).slip_displacements.max()))
-    return max(reaches, default=None)
+            displacements.append(float(GMS.from_sections(sections).slip_displacements.max()))
+    return max(displacements, default=None)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from fric.estimate import Estimate
-    from fric.report.material import ContourTest, Item
+    from fric.report.report_input import ContourTest, Item
 
 Verdict = Literal["moved", "within", "unknown"]
 
@@ -124,7 +124,7 @@ def glitch_changes(before: ContourTest, after: ContourTest) -> list[Change]:
     ]  # fmt: skip
 
 
-def told(changes: list[Change]) -> str:
+def description(changes: list[Change]) -> str:
     """Tell in a sentence how many numbers moved beyond what their intervals allow."""
     moved = [change for change in changes if change.verdict == "moved"]
     known = [change for change in changes if change.verdict != "unknown"]

@@ -19,7 +19,7 @@ from fric.report.view import view
 from fric.units import readable, significant
 
 if TYPE_CHECKING:
-    from fric.report.material import Material
+    from fric.report.report_input import ReportInput
 
 
 @cache
@@ -53,14 +53,14 @@ def environment() -> Environment:
 
 def micrometres(length: float, *, sign: bool = False) -> str:
     """Return a length [m] in µm with one decimal: ``micrometres(-9.13e-6) == "−9.1"``."""
-    told = f"{length * 1e6:{'+' if sign else ''}.1f}"
-    return told.replace("-", "−")
+    text = f"{length * 1e6:{'+' if sign else ''}.1f}"
+    return text.replace("-", "−")
 
 
 def percent(share: float) -> str:
     """Return a relative difference in per cent with its sign: ``percent(-0.021) == "−2.1 %"``."""
-    told = f"{100 * share:+.1f} %"
-    return "0.0 %" if told in {"+0.0 %", "-0.0 %"} else told.replace("-", "−")
+    text = f"{100 * share:+.1f} %"
+    return "0.0 %" if text in {"+0.0 %", "-0.0 %"} else text.replace("-", "−")
 
 
 def limit(value: float, unit: str) -> str:
@@ -73,28 +73,28 @@ def embedded(picture: bytes, media: str = "image/svg+xml") -> str:
     return f"data:{media};base64,{b64encode(picture).decode()}"
 
 
-def render_report(material: Material, title: str = "") -> str:
+def render_report(inputs: ReportInput, title: str = "") -> str:
     """Return the report of what was collected as one HTML page that needs nothing else.
 
     Parameters
     ----------
-    material
+    inputs
         What `fric.report.collect.collect` read.
     title
         Heading of the page; by the machine and its axes where not given.
     """
-    seen = view(material)
+    seen = view(inputs)
     figures = {drawn.id: json_item(drawn.model) for drawn in seen.figures()}
     return (
         environment()
         .get_template("report.html.j2")
         .render(
             view=seen,
-            title=title or _title(material),
+            title=title or _title(inputs),
             bokeh=Markup("\n".join(library().js_raw)),
             figures=figures,
             settings={drawn.id: dict(drawn.settings) for drawn in seen.figures() if drawn.settings},
-            data=as_data(material),
+            data=as_data(inputs),
             mark=Markup(REPORT_MARK),
         )
     )
@@ -106,9 +106,9 @@ def library() -> Resources:
     return Resources(mode="inline", components=["bokeh"], log_level="error")
 
 
-def _title(material: Material) -> str:
-    machines = dict.fromkeys(str(test.provenance.get("machine", "")) for test in material.tests)
+def _title(inputs: ReportInput) -> str:
+    machines = dict.fromkeys(str(test.provenance.get("machine", "")) for test in inputs.tests)
     names = [name for name in machines if name]
-    axes = material.axes()
+    axes = inputs.axes()
     parts = names + ([f"axis {axes[0]}" if len(axes) == 1 else f"axes {', '.join(axes)}"] if axes else [])
     return "Friction report: " + "; ".join(parts or ["contours"])

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from fric.design.perturbation import Perturbation
     from fric.report.curves import Band, FrictionCurves
     from fric.report.drift import Change
-    from fric.report.material import Item
+    from fric.report.report_input import Item
 
-BAND_TOLD = "The band is from the intervals of the parameters one by one, as if they were independent."
+BAND_CAPTION = "The band is from the intervals of the parameters one by one, as if they were independent."
 
 
 def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
@@ -45,10 +45,10 @@ def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
         f"{readable(first.y[0], unit)}; the least is {readable(first.y[lowest], unit)} at "
         f"{readable(first.x[lowest], per_second)}; at the highest speed drawn it is {readable(first.y[-1], unit)}."
     )
-    told = "The band is that of the fit." if curves.fitted else BAND_TOLD
+    text = "The band is that of the fit." if curves.fitted else BAND_CAPTION
     points = f" Points: {len(curves.points)} measured strokes with 95 % intervals." if curves.points else ""
     return [
-        Drawn(f"map-{item.axis}", "Friction-velocity map", told + points, alt, wide),
+        Drawn(f"map-{item.axis}", "Friction-velocity map", text + points, alt, wide),
         Drawn(f"map-log-{item.axis}", "The same over the logarithm of speed", "", alt, near),
     ]
 
@@ -99,49 +99,55 @@ def virgin_curves(item: Item, curves: FrictionCurves) -> list[Drawn]:
         legend(plot)
         drawn.append(plot)
     unit = si_unit("position", item.motion)
-    told = ", ".join(readable(float(knot), unit) for knot in knots)
+    text = ", ".join(readable(float(knot), unit) for knot in knots)
     alt = (
         f"Virgin curve of axis {item.axis}: from rest the friction rises to "
-        f"{readable(float(at_knots[-1]), si_unit('force', item.motion))}; its {len(knots)} blocks slip at {told}."
+        f"{readable(float(at_knots[-1]), si_unit('force', item.motion))}; its {len(knots)} blocks slip at {text}."
     )
     return [
-        Drawn(f"virgin-{item.axis}", "Virgin curve", f"Knots at {told}. {BAND_TOLD}", alt, drawn[0]),
+        Drawn(f"virgin-{item.axis}", "Virgin curve", f"Knots at {text}. {BAND_CAPTION}", alt, drawn[0]),
         Drawn(f"virgin-log-{item.axis}", "The same over the logarithm of displacement", "", alt, drawn[1]),
     ]
 
 
-def loops(item: Item, curves: FrictionCurves) -> list[Drawn]:
-    """Return the pre-sliding loops: each record with the model replayed along it, or the model's own loops."""
-    if not curves.loops:
+def hysteresis(item: Item, curves: FrictionCurves) -> list[Drawn]:
+    """Return the pre-sliding cycles: each record with the model replayed along it, or the model's own loops."""
+    if not curves.hysteresis:
         return []
-    largest = max(float(np.abs(loop.model).max()) for loop in curves.loops)
+    largest = max(float(np.abs(cycle.model).max()) for cycle in curves.hysteresis)
     force = scale(largest, "force", item.motion)
-    if curves.loops[0].measured is None:
-        length = scale(max(float(loop.position.max()) for loop in curves.loops), "position", item.motion)
+    if curves.hysteresis[0].measured is None:
+        length = scale(max(float(cycle.position.max()) for cycle in curves.hysteresis), "position", item.motion)
         plot = canvas(f"position [{length[1]}]", f"friction [{force[1]}]")
         looks = ((ORANGE, "dotted"), (VERMILION, "dashed"), (BLUE, "solid"))
-        for loop, (color, dash) in zip(curves.loops, looks, strict=False):
-            curve(plot, loop.position * length[0], loop.model * force[0], color, loop.name, line_dash=dash)
+        for cycle, (color, dash) in zip(curves.hysteresis, looks, strict=False):
+            curve(plot, cycle.position * length[0], cycle.model * force[0], color, cycle.name, line_dash=dash)
         legend(plot)
-        alt = f"Hysteresis loops of the GMS model of axis {item.axis}, the larger the wider."
+        alt = f"Hysteresis cycles of the GMS model of axis {item.axis}, the larger the wider."
         return [
-            Drawn(f"loops-{item.axis}", "Pre-sliding loops of the model", "No pre-sliding log was given.", alt, plot)
+            Drawn(f"loops-{item.axis}", "Pre-sliding cycles of the model", "No pre-sliding log was given.", alt, plot)
         ]
     drawn = []
-    for n, loop in enumerate(curves.loops):
-        assert loop.measured is not None
-        amplitude = 0.5 * float(np.ptp(loop.position))
+    for n, cycle in enumerate(curves.hysteresis):
+        assert cycle.measured is not None
+        amplitude = 0.5 * float(np.ptp(cycle.position))
         length = scale(amplitude, "position", item.motion)
         plot = canvas(f"position from the middle [{length[1]}]", f"friction [{force[1]}]")
         curve(
-            plot, loop.position * length[0], loop.measured * force[0], GREY, "measured", line_width=3.5, line_alpha=0.5
+            plot,
+            cycle.position * length[0],
+            cycle.measured * force[0],
+            GREY,
+            "measured",
+            line_width=3.5,
+            line_alpha=0.5,
         )
-        curve(plot, loop.position * length[0], loop.model * force[0], BLUE, "GMS replayed", line_width=1.2)
+        curve(plot, cycle.position * length[0], cycle.model * force[0], BLUE, "GMS replayed", line_width=1.2)
         legend(plot)
-        rms = readable(float(np.sqrt(np.mean((loop.measured - loop.model) ** 2))), si_unit("force", item.motion))
-        told = f"amplitude {readable(amplitude, si_unit('position', item.motion))}; measured less replayed {rms} rms"
-        alt = f"Loop {loop.name} of axis {item.axis}, {told}."
-        drawn.append(Drawn(f"loop-{item.axis}-{n}", f"Loop {loop.name}", f"A{told[1:]}.", alt, plot))
+        rms = readable(float(np.sqrt(np.mean((cycle.measured - cycle.model) ** 2))), si_unit("force", item.motion))
+        text = f"amplitude {readable(amplitude, si_unit('position', item.motion))}; measured less replayed {rms} rms"
+        alt = f"Loop {cycle.name} of axis {item.axis}, {text}."
+        drawn.append(Drawn(f"loop-{item.axis}-{n}", f"Loop {cycle.name}", f"A{text[1:]}.", alt, plot))
     return drawn
 
 
@@ -160,10 +166,10 @@ def q_filter(item: Item, Delta: Perturbation | None) -> Drawn:
 
     line = curve(plot, f, size(cutoff), BLUE, f"Q, cutoff {cutoff:.3g} Hz", line_width=2.5)
     hover(plot, [line], [("frequency", "@x Hz"), ("|Q|", "@y dB")])
-    for key, told, color in (("robust", "eq. (8)", VERMILION), ("sensitive", "peak sensitivity", ORANGE)):
+    for key, text, color in (("robust", "eq. (8)", VERMILION), ("sensitive", "peak sensitivity", ORANGE)):
         limit = limits.get(key, {})
         if "cutoff" in limit and abs(limit["cutoff"]["value"] / cutoff - 1) > 1e-3:
-            label = f"limit by {told}, cutoff {limit['cutoff']['value']:.3g} Hz"
+            label = f"limit by {text}, cutoff {limit['cutoff']['value']:.3g} Hz"
             curve(plot, f, size(limit["cutoff"]["value"]), color, label, line_dash="dashed")
         if "Delta" in limit:
             plot.scatter(
@@ -179,13 +185,13 @@ def q_filter(item: Item, Delta: Perturbation | None) -> Drawn:
         )  # fmt: skip
     legend(plot, "bottom_left")
     reason = str(item.tree.get("reason", ""))
-    told = ", ".join(
+    text = ", ".join(
         f"{what} allows {limits[key]['cutoff']['value']:.3g} Hz"
         for key, what in (("robust", "|T·Δ| ≤ 1, eq. (8),"), ("sensitive", "the peak sensitivity of the whole loop"))
         if "cutoff" in limits.get(key, {})
     )
     caption = f"Q is {name} with its cutoff at {cutoff:.3g} Hz" + (f": {reason}." if reason else ".")
-    caption += f" As limit, {told}." if told else ""
+    caption += f" As limit, {text}." if text else ""
     alt = f"Magnitude of the filter Q of axis {item.axis} over frequency. {caption}"
     return Drawn(f"q-{item.axis}", "How far Q may reach", caption, alt, plot)
 

@@ -12,14 +12,14 @@ from fric.io.report import write_report
 from fric.report.advice import advise
 from fric.report.collect import collect
 from fric.report.curves import presliding
-from fric.report.drift import document_changes, glitch_changes, told
+from fric.report.drift import description, document_changes, glitch_changes
 from fric.report.page import render_report
 from fric.results.base import Result
 from fric.results.given import path_of
 from fric.units import readable
 
 if TYPE_CHECKING:
-    from fric.report.material import Material
+    from fric.report.report_input import ReportInput
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,19 +28,19 @@ class Report(Result):
 
     Parameters
     ----------
-    material
+    inputs
         What it is made of.
     title
         Heading of its page.
     """
 
-    material: Material
+    inputs: ReportInput
     title: str = ""
 
     @cached_property
     def document(self) -> dict[str, Any]:
         """Axes, advice, drift and warnings."""
-        return report_document(self.material)
+        return report_document(self.inputs)
 
     def report(self) -> Sequence[str]:
         """Return what to use, and what drifted."""
@@ -49,10 +49,10 @@ class Report(Result):
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write one self-contained HTML page."""
-        write_report(Path(path), render_report(self.material, self.title), force=force)
+        write_report(Path(path), render_report(self.inputs, self.title), force=force)
 
     def _repr_html_(self) -> str:
-        return render_report(self.material, self.title)
+        return render_report(self.inputs, self.title)
 
 
 def make_report(*files: Path | str, title: str = "") -> Report:
@@ -74,12 +74,12 @@ def make_report(*files: Path | str, title: str = "") -> Report:
     return Report(collect([path_of("make_report", "files", one) for one in files]), title)
 
 
-def report_document(material: Material) -> dict[str, Any]:
+def report_document(inputs: ReportInput) -> dict[str, Any]:
     """Return axes, warnings, advice and drift of a report as a plain document."""
-    reach = presliding(material)
+    longest = presliding(inputs)
     advice = []
-    for test in material.tests:
-        found = advise(test, reach)
+    for test in inputs.tests:
+        found = advise(test, longest)
         advice.append(
             {
                 "velocity": test.feed,
@@ -89,15 +89,15 @@ def report_document(material: Material) -> dict[str, Any]:
                 "reasons": list(found.reasons),
             }
         )
-    changes = [(f"{after.kind} {after.axis}", document_changes(before, after)) for before, after in material.pairs]
+    changes = [(f"{after.kind} {after.axis}", document_changes(before, after)) for before, after in inputs.pairs]
     changes += [
         (f"glitch at {readable(after.feed, 'm/s')}", glitch_changes(before, after))
-        for before, after in material.test_pairs
+        for before, after in inputs.test_pairs
     ]
     drift = [
         {
             "of": of,
-            "told": told(found),
+            "told": description(found),
             "changes": [
                 {
                     "name": one.name, "unit": one.unit, "before": one.before, "after": one.after,
@@ -108,6 +108,6 @@ def report_document(material: Material) -> dict[str, Any]:
         }
         for of, found in changes
     ]  # fmt: skip
-    warnings: list[str] = [text for item in material.items for text in item.warnings]
-    warnings += [text for test in material.tests for one in test.contours for text in one.warnings]
-    return {"axes": material.axes(), "warnings": list(dict.fromkeys(warnings)), "advice": advice, "drift": drift}
+    warnings: list[str] = [text for item in inputs.items for text in item.warnings]
+    warnings += [text for test in inputs.tests for one in test.contours for text in one.warnings]
+    return {"axes": inputs.axes(), "warnings": list(dict.fromkeys(warnings)), "advice": advice, "drift": drift}

@@ -13,18 +13,18 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.estimate import estimate_rows
-from fric.identify.dynamics.frequency_response import measure_response
+from fric.identify.plant.frequency_response import measure_response
 from fric.log import FrequencyResponse, Log
 from fric.report.advice import Advice, advise
 from fric.report.canvas import Drawn
 from fric.report.contours import colour, contour_figure, dash
 from fric.report.curves import friction_curves, presliding
-from fric.report.drift import Change, block_counts, document_changes, glitch_changes, told
-from fric.report.plots import drift_figure, friction_map, loops, q_filter, virgin_curves
+from fric.report.drift import Change, block_counts, description, document_changes, glitch_changes
+from fric.report.plots import drift_figure, friction_map, hysteresis, q_filter, virgin_curves
 from fric.units import readable, significant
 
 if TYPE_CHECKING:
-    from fric.report.material import ContourTest, Item, Material
+    from fric.report.report_input import ContourTest, Item, ReportInput
 
 TITLES = {
     "static": "static map, eq. (2)",
@@ -97,7 +97,7 @@ class DriftView:
     title: str
     before: str
     after: str
-    told: str
+    description: str
     changes: Sequence[Change]
     figure: Drawn | None
 
@@ -123,47 +123,47 @@ class View:
         yield from (drift.figure for drift in self.drifts if drift.figure is not None)
 
 
-def view(material: Material) -> View:
+def view(inputs: ReportInput) -> View:
     """Return what a page tells of what was collected."""
-    reach = presliding(material)
-    earlier = {id(after): before for before, after in material.test_pairs}
-    tests = [_test(n, test, earlier.get(id(test)), reach) for n, test in enumerate(material.tests)]
-    sources = [(item.source, item.kind, item.provenance) for item in (*material.items, *material.replaced)]
-    sources += [(before.source, f"{before.kind}, earlier", before.provenance) for before, _ in material.pairs]
-    sources += [(test.source, "run", test.provenance) for test in material.tests]
-    sources += [(before.source, "run, earlier", before.provenance) for before, _ in material.test_pairs]
+    longest = presliding(inputs)
+    earlier = {id(after): before for before, after in inputs.test_pairs}
+    tests = [_test(n, test, earlier.get(id(test)), longest) for n, test in enumerate(inputs.tests)]
+    sources = [(item.source, item.kind, item.provenance) for item in (*inputs.items, *inputs.replaced)]
+    sources += [(before.source, f"{before.kind}, earlier", before.provenance) for before, _ in inputs.pairs]
+    sources += [(test.source, "run", test.provenance) for test in inputs.tests]
+    sources += [(before.source, "run, earlier", before.provenance) for before, _ in inputs.test_pairs]
     return View(
-        _warnings(material), [_axis(material, axis) for axis in material.axes()], tests, list(_drifts(material)),
-        sources, _next_step(material),
+        _warnings(inputs), [_axis(inputs, axis) for axis in inputs.axes()], tests, list(_drifts(inputs)),
+        sources, _next_step(inputs),
     )  # fmt: skip
 
 
-def _warnings(material: Material) -> list[tuple[str, list[str]]]:
+def _warnings(inputs: ReportInput) -> list[tuple[str, list[str]]]:
     """Return the warnings by where they are from, each once."""
     found: list[tuple[str, Sequence[str]]] = [
-        (f"{item.kind} of axis {item.axis}", item.warnings) for item in material.items
+        (f"{item.kind} of axis {item.axis}", item.warnings) for item in inputs.items
     ]
-    for test in material.tests:
+    for test in inputs.tests:
         texts = [str(one["text"]) for one in test.provenance.get("warnings_coded", ())]
         texts += [f"scheme ({one.scheme.name}): {text}" for one in test.contours for text in one.warnings]
         found.append((f"run {test.source}", texts))
     return [(source, list(dict.fromkeys(texts))) for source, texts in found if texts]
 
 
-def _axis(material: Material, axis: str) -> AxisView:
-    items = [item for item in material.items if item.axis == axis]
+def _axis(inputs: ReportInput, axis: str) -> AxisView:
+    items = [item for item in inputs.items if item.axis == axis]
     groups = [group for item in items for group in _groups(item)]
     figures: list[Drawn] = []
     notes: list[str] = []
     observer = None
     for item in items:
         if item.kind == "friction":
-            curves = friction_curves(material, item)
+            curves = friction_curves(inputs, item)
             figures += friction_map(item, curves) if curves.maps else []
-            figures += virgin_curves(item, curves) + loops(item, curves)
+            figures += virgin_curves(item, curves) + hysteresis(item, curves)
             notes += curves.notes
         elif item.kind == "observer":
-            observer = q_filter(item, perturbation(material, item))
+            observer = q_filter(item, perturbation(inputs, item))
     return AxisView(axis, groups, figures, observer, notes)
 
 
@@ -181,16 +181,16 @@ def _fit_value(value: Any) -> str:
     return significant(value, 4) if isinstance(value, float) else str(value)
 
 
-def perturbation(material: Material, item: Item) -> Perturbation | None:
+def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
     """Return Delta of an axis: measured where a frequency response and the plant were given, else the delay alone."""
-    given = material.of("plant", item.axis)
+    given = inputs.of("plant", item.axis)
     if given is None or not isinstance(given.document, PlantDocument):
         return None
     try:
         plant = given.document.linear(item.motion)
     except FricError:  # without B, which the warnings of the plant file tell
         return None
-    for record in material.records:
+    for record in inputs.records:
         if record.axis != item.axis:
             continue
         if isinstance(record, FrequencyResponse):
@@ -202,8 +202,8 @@ def perturbation(material: Material, item: Item) -> Perturbation | None:
     return model_perturbation(plant, 40 * cutoff)
 
 
-def _test(n: int, test: ContourTest, earlier: ContourTest | None, reach: float | None) -> TestView:
-    advice = advise(test, reach)
+def _test(n: int, test: ContourTest, earlier: ContourTest | None, longest: float | None) -> TestView:
+    advice = advise(test, longest)
     bare = next((one for one in test.contours if one.scheme.bare), None)
     lines = [
         Line(
@@ -222,35 +222,35 @@ def _test(n: int, test: ContourTest, earlier: ContourTest | None, reach: float |
     return TestView(test, contour_figure(n, test, earlier), lines, advice, earlier, tuple(asked.values()))
 
 
-def _drifts(material: Material) -> Iterator[DriftView]:
-    for n, (before, after) in enumerate(material.pairs):
+def _drifts(inputs: ReportInput) -> Iterator[DriftView]:
+    for n, (before, after) in enumerate(inputs.pairs):
         changes = document_changes(before, after)
         counts = block_counts(before, after)
-        words = told(changes)
+        words = description(changes)
         if counts:
             words += f" The models have {counts[0]} and {counts[1]} blocks, which cannot be compared one by one."
         title = f"{after.kind.capitalize()} of axis {after.axis}"
         yield DriftView(
             title, _dated(before), _dated(after), words, changes, drift_figure(f"drift-{n}", title, changes)
         )
-    for n, (earlier, later) in enumerate(material.test_pairs):
+    for n, (earlier, later) in enumerate(inputs.test_pairs):
         changes = glitch_changes(earlier, later)
         what = f"circle of {readable(later.radius, 'm')}" if later.radius is not None else "path"
         title = f"Glitch: {what} at {readable(later.feed, 'm/s')}"
         figure = drift_figure(f"drift-run-{n}", title, changes)
-        yield DriftView(title, _dated(earlier), _dated(later), told(changes), changes, figure)
+        yield DriftView(title, _dated(earlier), _dated(later), description(changes), changes, figure)
 
 
 def _dated(thing: Item | ContourTest) -> str:
     return f"{thing.source} ({thing.created[:10]})" if thing.created else thing.source
 
 
-def _next_step(material: Material) -> str:
+def _next_step(inputs: ReportInput) -> str:
     """Tell what is missing for an advice, where there is no run."""
-    if material.tests:
+    if inputs.tests:
         return ""
-    has_gms = any("gms" in item.sections() for item in material.items if item.kind == "friction")
-    frictions = [item for item in material.items if item.kind == "friction"]
+    has_gms = any("gms" in item.sections() for item in inputs.items if item.kind == "friction")
+    frictions = [item for item in inputs.items if item.kind == "friction"]
     if not frictions:
         return "No friction and no run was given. Begin with `fric identify static` on strokes at constant velocity."
     step = "" if has_gms else "The friction has no pre-sliding part yet; `fric identify gms` finds it from slow sines. "

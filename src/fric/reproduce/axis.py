@@ -11,7 +11,7 @@ from typing import Any
 
 from fric.documents.machine_files import read_machine
 from fric.io.hdf5 import write_logs
-from fric.reproduce.workshop import Workshop
+from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result
 from fric.results.controller import design_controller
 from fric.results.gms import identify_gms
@@ -74,7 +74,7 @@ def learn_axis(
         True where the drive's own linear damping is taken from the machine file, which prints eq. (1), and not from
         the response: the response's A holds the guideway's sigma too, and the two could not be told apart.
     """
-    shop, files = Workshop(folder), AxisFiles(folder)
+    shop, files = StepCache(folder), AxisFiles(folder)
 
     def made(name: str, make: Any, reads: Sequence[Path], leaves: Sequence[Path], **settings: Any) -> tuple[str, bool]:
         return name, shop.step(name, make, reads=reads, leaves=leaves, settings={"axis": axis, **settings})

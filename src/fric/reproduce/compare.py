@@ -171,9 +171,9 @@ def largest_difference(rows: Iterable[SchemeRow]) -> float | None:
 def _row(name: str, given: Estimate, found: Estimate) -> Row:
     size, value = float(given), float(found)
     scale, unit = prefixed(size or value, found.unit)
-    told, interval = in_digits(value, found.ci95, scale)
+    description, interval = in_digits(value, found.ci95, scale)
     difference = value / size - 1 if size else None
-    return Row(name, f"{size * scale:.4g}", told, interval or ("fixed" if found.fixed else ""), unit, difference)
+    return Row(name, f"{size * scale:.4g}", description, interval or ("fixed" if found.fixed else ""), unit, difference)
 
 
 def _assumed(given: Estimate, found: Estimate) -> Row:

@@ -99,9 +99,9 @@ def _axis(name: str, files: AxisFiles, document: MachineDocument, published: boo
     }
     figures = {
         "Fig. 2 – friction over velocity, measured and fitted": files.fig_2.read_bytes(),
-        "Figs. 4 and 5 – pre-sliding loops, virgin curve with its knots, replay": files.fig_4_5.read_bytes(),
+        "Figs. 4 and 5 – pre-sliding cycles, virgin curve with its knots, replay": files.fig_4_5.read_bytes(),
         "Fig. 7 – how far the Q-filter may reach": files.fig_7.read_bytes(),
         "The plant's frequency response": files.fig_plant.read_bytes(),
     }
-    told = [text for one in (plant, friction, observer) for text in one.warnings]
-    return AxisPage(name, tables, figures, list(dict.fromkeys(told)))
+    words = [text for one in (plant, friction, observer) for text in one.warnings]
+    return AxisPage(name, tables, figures, list(dict.fromkeys(words)))

@@ -23,7 +23,7 @@ from fric.figures.style import save_figure
 from fric.io.run import read_runs, write_runs
 from fric.reproduce.axis import STEPS, AxisFiles, learn_axis
 from fric.reproduce.page import write_page
-from fric.reproduce.workshop import Workshop
+from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result
 from fric.results.circle import CircleResult
 from fric.results.given import Advance, silent
@@ -124,7 +124,7 @@ def reproduce_paper(
     """
     folder, machine = Path(folder), located(Path(machine), "machine")
     advance(0, total=reproduction_steps())
-    shop = Workshop(folder)
+    shop = StepCache(folder)
     subject = read_machine(machine)
     names = pair(subject)
     given = folder / "given-machine.yaml"

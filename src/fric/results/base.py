@@ -36,7 +36,7 @@ class Result(ABC):
 
     def to_frame(self) -> pd.DataFrame:
         """Return the figures of the report as a table in SI units."""
-        raise FricError(f"a {type(self).__name__} is no table", mend="Take its document.")
+        raise FricError(f"a {type(self).__name__} is no table", hint="Take its document.")
 
     @property
     def warnings(self) -> Sequence[str]:
@@ -57,7 +57,7 @@ class Result(ABC):
         from fric.documents.yaml import write_document
 
         if "fric" not in self.document:
-            raise FricError(f"{type(self).__name__} has no file of its own", mend="Keep its to_frame(), or its plot().")
+            raise FricError(f"{type(self).__name__} has no file of its own", hint="Keep its to_frame(), or its plot().")
         write_document(Path(path), self.document, force=force)
 
     def __repr__(self) -> str:

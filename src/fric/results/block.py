@@ -13,11 +13,11 @@ from fric.design.blocks import design_block as find_block
 from fric.design.cascade import design_cascade
 from fric.design.perturbation import measured_perturbation
 from fric.documents.block import block_tree
-from fric.documents.machine import believed_models
+from fric.documents.machine import nominal_models
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.friction import FrictionModel
-from fric.identify.dynamics.frequency_response import measure_response
+from fric.identify.plant.frequency_response import measure_response
 from fric.log import FrequencyResponse
 from fric.results.design import Design
 from fric.results.given import Record, cascade_of, document_of, friction_of, gain_of
@@ -38,7 +38,7 @@ class BlockResult(Design):
         Name and motion of the axis.
     logs
         The record of the response, where there is one.
-    told
+    description
         What else the user should know.
     """
 
@@ -46,7 +46,7 @@ class BlockResult(Design):
     of: str
     motion: Motion
     logs: Sequence[Record] = ()
-    told: Sequence[str] = field(default_factory=tuple)
+    description: Sequence[str] = field(default_factory=tuple)
 
     @property
     def belief(self) -> ControlBlock:
@@ -56,7 +56,7 @@ class BlockResult(Design):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The block file."""
-        return block_tree(self.design, self.of, self.motion, self.logs, self.told)
+        return block_tree(self.design, self.of, self.motion, self.logs, self.description)
 
     def report(self) -> list[Piece]:
         """Return the parameters, the margins, and what the block asks of a controller."""
@@ -113,18 +113,18 @@ def design_block(
     kind = block_type(name)
     if name in {"cascade", "inverse-model"}:
         other = "controller" if name == "cascade" else "observer"
-        raise FricError(f"'{name}' has a design of its own", mend=f"Use fric design {other}.")
+        raise FricError(f"'{name}' has a design of its own", hint=f"Use fric design {other}.")
     document = document_of("design_block", PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
-    told: list[str] = []
+    warnings: list[str] = []
     cascade = cascade_of("design_block", controller, axis, motion, "plant")
     if cascade is None:
         cascade = design_cascade(linear).cascade
-        told.append("no controller was given: taken is the one that `fric design controller` gives by default")
+        warnings.append("no controller was given: taken is the one that `fric design controller` gives by default")
     models: Mapping[str, FrictionModel] = {}
     K_f = float("nan")
     if (given := friction_of("design_block", friction, axis, motion)) is not None:
-        models, K_f = believed_models(given), document.plant(motion).K_f
+        models, K_f = nominal_models(given), document.plant(motion).K_f
     logs, Delta = [], None
     if log is not None:
         logs = [measured_record("design_block", log, record, (axis, motion))]
@@ -132,11 +132,11 @@ def design_block(
             Delta = measured_perturbation(logs[0], linear)
         else:
             response = measure_response(logs[0])
-            told += response.warnings
+            warnings += response.warnings
             Delta = measured_perturbation(response.table, linear, sampling=response.sampling)
     allowed = gain_of(peak_sensitivity)
     if not allowed > 1:
-        raise FricError("no loop has a peak sensitivity of 0 dB or less", mend="Give one above 0 dB.")
+        raise FricError("no loop has a peak sensitivity of 0 dB or less", hint="Give one above 0 dB.")
     setting = Setting(linear, cascade, friction=models.get("gms"), models=models, K_f=K_f)
     design = find_block(kind, setting, peak_sensitivity=allowed, perturbation=Delta)
-    return BlockResult(design, axis, motion, logs, told)
+    return BlockResult(design, axis, motion, logs, warnings)

@@ -66,9 +66,9 @@ class CircleResult(Result):
     @property
     def warnings(self) -> Sequence[str]:
         """What the user should know of machine, runs and distributions."""
-        told = [f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings]
+        text = [f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings]
         before = self.identified.warnings if self.identified else ()
-        return unique([*self.machine.warnings, *before, *told, *(self.many.warnings() if self.many else ())])
+        return unique([*self.machine.warnings, *before, *text, *(self.many.warnings() if self.many else ())])
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -106,10 +106,10 @@ class CircleResult(Result):
         rows, found = [], many.distributions()
         for run in self.runs:
             one = found[run.scheme.name]
-            told = {name: f"{value * 1e6:.1f}" for name, value in one.quantiles.items()}
-            shown = [told["p05"], told["median"], told["p95"]]
+            text = {name: f"{value * 1e6:.1f}" for name, value in one.quantiles.items()}
+            shown = [text["p05"], text["median"], text["p95"]]
             if self.identified:
-                shown = [f"{told['median']} ({told['low']} … {told['high']})"]
+                shown = [f"{text['median']} ({text['low']} … {text['high']})"]
             nominal = f"{run.circularity.glitch * 1e6:.1f}"
             rows.append([_named(run), nominal, *shown, f"{one.best:.0%}", *self._paper(run)])
         quantiles = ["median (95 % interval)"] if self.identified else ["5 %", "median", "95 %"]
@@ -135,22 +135,22 @@ class CircleResult(Result):
         """Write traces and metrics to a run file."""
         from fric.io.run import write_runs  # with HDF5, which a table needs not
 
-        told = [Notice.of(one).as_dict() for one in self.machine.warnings]
-        made = json.dumps(provenance() | {"machine": self.machine.name, "warnings_coded": told})
+        text = [Notice.of(one).as_dict() for one in self.machine.warnings]
+        made = json.dumps(provenance() | {"machine": self.machine.name, "warnings_coded": text})
         write_runs(Path(path), self.runs, made, many=self.many, force=force)
 
     def to_frame(self) -> pd.DataFrame:
         """Return quadrants, glitch and radial error by scheme [m], and quantiles over many machines."""
         import pandas as pd
 
-        told = {}
+        text = {}
         distributions = self.many.distributions() if self.many else {}
         for run in self.runs:
             found, name = run.circularity, run.scheme.name
             row = {"title": run.scheme.title, **dict(zip(QUADRANTS, found.quadrants, strict=True))}
             row |= {"glitch": found.glitch, "rms": found.rms, "range": found.range}
-            told[name] = row | (dict(distributions[name].quantiles) if distributions else {})
-        return pd.DataFrame.from_dict(told, orient="index")
+            text[name] = row | (dict(distributions[name].quantiles) if distributions else {})
+        return pd.DataFrame.from_dict(text, orient="index")
 
 
 def _named(run: CircleRun) -> str:
@@ -238,5 +238,5 @@ def circle(
             if interrupted():
                 break
     if not done:
-        raise FricError("interrupted before a machine was done", mend="Nothing was written.")
+        raise FricError("interrupted before a machine was done", hint="Nothing was written.")
     return CircleResult(subject, runs, axis, MonteCarlo(study, machines, tuple(done)), identified)

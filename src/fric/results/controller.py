@@ -34,7 +34,7 @@ class ControllerResult(Design):
         Name and motion of the axis.
     view
         What the figure shows: ``bode``, ``nyquist`` or ``nichols``.
-    told
+    description
         What the plant's file warns of.
     """
 
@@ -42,7 +42,7 @@ class ControllerResult(Design):
     of: str
     motion: Motion
     view: str = "bode"
-    told: Sequence[str] = ()
+    description: Sequence[str] = ()
 
     @property
     def belief(self) -> Cascade:
@@ -52,7 +52,7 @@ class ControllerResult(Design):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The controller file."""
-        return controller_tree(self.design, self.of, self.motion, self.told)
+        return controller_tree(self.design, self.of, self.motion, self.description)
 
     def report(self) -> list[Piece]:
         """Return gains and margins."""
@@ -115,7 +115,7 @@ def design_controller(
     largest = inf if limit is None else in_si(limit, "input")
     if gains is not None:
         if None in gains or crossover is not None:
-            raise FricError("gains are checked all together", mend="Give --K_p, --K_i and --K_v, and no --crossover.")
+            raise FricError("gains are checked all together", hint="Give --K_p, --K_i and --K_v, and no --crossover.")
         dimensions = ("rate", "velocity gain", "position gain")
         v, p, i = (in_si(gain or 0.0, kind, motion) for gain, kind in zip(gains, dimensions, strict=True))
         design = check_cascade(linear, Cascade(v, p, i, low_pass, rate, largest), asked)

@@ -36,7 +36,7 @@ class Design(Result):
         """Return the margins, a loop a line."""
         titles = {name: loop.title for name, loop in self.design.loops().items()}
         rows = [
-            [titles[name], *(_told(found.get(key), unit, digits) for key, _, unit, digits in MARGINS)]
+            [titles[name], *(_described(found.get(key), unit, digits) for key, _, unit, digits in MARGINS)]
             for name, found in self.document["margins"].items()
         ]
         return Table(["loop", *(title for _, title, _, _ in MARGINS)], rows)
@@ -53,14 +53,14 @@ class Design(Result):
         """Return the margins by loop: °, dB and Hz, as in the file."""
         import pandas as pd
 
-        told = {
+        text = {
             name: {key: found[key]["value"] if found.get(key) else float("nan") for key, *_ in MARGINS}
             for name, found in self.document["margins"].items()
         }
-        return pd.DataFrame.from_dict(told, orient="index")
+        return pd.DataFrame.from_dict(text, orient="index")
 
 
-def _told(quantity: Mapping[str, Any] | None, unit: str, digits: int) -> str:
+def _described(quantity: Mapping[str, Any] | None, unit: str, digits: int) -> str:
     if quantity is None:
         return "–"
     value = quantity["value"]

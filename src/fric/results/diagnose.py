@@ -13,8 +13,8 @@ from fric.estimate import in_digits
 from fric.identify.circle.agreement import Agreement, agreement, circles_to_predict, predict
 from fric.identify.circle.diagnose import Diagnosis, both_directions
 from fric.identify.circle.diagnose import diagnose as take_apart
+from fric.identify.circle.document import diagnosis_document
 from fric.identify.circle.measured import MeasuredCircle
-from fric.identify.circle.told import diagnosis_document
 from fric.io.circle import choose_circles
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, quantity, refused, silent
@@ -50,12 +50,12 @@ class DiagnosisResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """What was found, with 95 % intervals, and what was predicted."""
-        told = diagnosis_document(self.found)
+        text = diagnosis_document(self.found)
         if self.held is not None:
             coded = [*self.found.warnings, *self.held.warnings]
-            told |= {"predicted": self.held.as_dict(), "scheme": self.held.scheme, "agrees": self.held.all_agree}
-            told |= {"warnings": list(map(str, coded)), "warnings_coded": [one.as_dict() for one in coded]}
-        return told
+            text |= {"predicted": self.held.as_dict(), "scheme": self.held.scheme, "agrees": self.held.all_agree}
+            text |= {"warnings": list(map(str, coded)), "warnings_coded": [one.as_dict() for one in coded]}
+        return text
 
     def report(self) -> list[Piece]:
         """Return the glitches, beside those predicted, and the geometry."""
@@ -67,12 +67,12 @@ class DiagnosisResult(Result):
         columns += ["predicted", "95 %", "agrees"] if held else []
         rows = []
         for name, glitch in found.glitches.items():
-            shown, told = in_digits(glitch.value, glitch.ci95, 1e6)
-            row = [name, shown, told, f"{glitch.width * 1e3:.2f}", f"{glitch.place * 1e3:.2f}"]
+            shown, text = in_digits(glitch.value, glitch.ci95, 1e6)
+            row = [name, shown, text, f"{glitch.width * 1e3:.2f}", f"{glitch.place * 1e3:.2f}"]
             if held:
                 limits = held.intervals[name] if held.intervals else None
-                shown, told = in_digits(held.predicted.glitches[name].value, limits, 1e6)
-                row += [shown, told, "yes" if held.agrees[name] else f"no: {held.causes[name]}"]
+                shown, text = in_digits(held.predicted.glitches[name].value, limits, 1e6)
+                row += [shown, text, "yes" if held.agrees[name] else f"no: {held.causes[name]}"]
             rows.append(row)
         way = "both directions" if len(found.tests) > 1 else "counter-clockwise" if test.direction > 0 else "clockwise"
         of = f"circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
@@ -108,13 +108,13 @@ class DiagnosisResult(Result):
         """Return the glitches [m] by quadrant, measured and predicted."""
         import pandas as pd
 
-        told = {}
+        text = {}
         for name, glitch in self.found.glitches.items():
             low, high = glitch.ci95
-            told[name] = {"value": glitch.value, "low": low, "high": high, "width": glitch.width}
+            text[name] = {"value": glitch.value, "low": low, "high": high, "width": glitch.width}
             if self.held:
-                told[name]["predicted"] = self.held.predicted.glitches[name].value
-        return pd.DataFrame.from_dict(told, orient="index")
+                text[name]["predicted"] = self.held.predicted.glitches[name].value
+        return pd.DataFrame.from_dict(text, orient="index")
 
 
 def _row(label: str, quantity: dict[str, Any], unit: str, offset: float = 0.0) -> list[str]:
@@ -122,8 +122,8 @@ def _row(label: str, quantity: dict[str, Any], unit: str, offset: float = 0.0) -
     if limits and None in limits:
         return [label, f"{(quantity['value'] - offset) * 1e6:.2f}", "not told", unit]
     moved = [limit - offset for limit in limits] if limits else None
-    shown, told = in_digits(quantity["value"] - offset, moved, 1e6)
-    return [label, shown, told, unit]
+    shown, text = in_digits(quantity["value"] - offset, moved, 1e6)
+    return [label, shown, text, unit]
 
 
 def diagnose(

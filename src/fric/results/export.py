@@ -61,8 +61,8 @@ class ExportResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The content of manifest.json; with the arcs, where LinuxCNC ran."""
-        told = list(dict.fromkeys([*self.notices, *self.against]))
-        content = manifest(self.target.name, self.part, self.files, notices=told, sources=self.made_from)
+        text = list(dict.fromkeys([*self.notices, *self.against]))
+        content = manifest(self.target.name, self.part, self.files, notices=text, sources=self.made_from)
         return content | ({"trial": trial_document(self.arcs)} if self.arcs else {})
 
     @property
@@ -74,12 +74,12 @@ class ExportResult(Result):
         """Return what is in which file, and how LinuxCNC and simulation compare."""
         rows = [[name, str(len(content))] for name, content in self._all().items()]
         title = f"{self.part.machine}: {self.part.role} of axis {self.part.axis} for {self.target.name}"
-        told: list[Piece] = [Table(["file", "bytes"], rows, title)]
+        warnings: list[Piece] = [Table(["file", "bytes"], rows, title)]
         if self.arcs:
             head = ["switched on", "feed", "turns", "LinuxCNC", "simulated", "largest difference of a quadrant"]
             title = "largest glitch of each circle in µm: in LinuxCNC, and simulated along its planner's reference"
-            told.append(Table(head, [_row(arc) for arc in self.arcs], title))
-        return told
+            warnings.append(Table(head, [_row(arc) for arc in self.arcs], title))
+        return warnings
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write files and manifest into a folder.
@@ -92,7 +92,7 @@ class ExportResult(Result):
         if self.against and not force:
             raise FricError(
                 f"scheme {self.part.scheme} on axis {self.part.axis} is not to be trusted: {self.against[0]}",
-                mend="Mend that first; --force exports it nevertheless.",
+                hint="Mend that first; --force exports it nevertheless.",
             )
         write_folder(Path(path), self._all(), force=force)
 
@@ -108,7 +108,7 @@ def export_axis(
     scheme: Any = "f",
     part: str = "compensation",
     single: bool = False,
-    believed: Sequence[str] = (),
+    nominal_files: Sequence[str] = (),
     gain: float | None = None,
     lead: Any = None,
     known: Any = None,
@@ -131,7 +131,7 @@ def export_axis(
         ``compensation``: what the controller does; ``machine``: the axis itself, to try a controller on.
     single
         Single precision, where the target has it.
-    believed, gain, lead
+    nominal_files, gain, lead
         As in `fric.read_machine`, where a file is given.
     known
         Schemes by name, or their file; the paper's where not given.
@@ -153,9 +153,9 @@ def export_axis(
         subject = machine
     else:
         file = located(path_of("export", "a machine, or its file", machine), "machine")
-        subject = read_machine(file, believed=believed, gain=gain, lead=lead)
-        notices = axis_notices(read_machine_document(file, believed), axis)
-        made_from = sources([file, *(Path(one.partition("=")[2]) for one in believed)])
+        subject = read_machine(file, nominal_files=nominal_files, gain=gain, lead=lead)
+        notices = axis_notices(read_machine_document(file, nominal_files), axis)
+        made_from = sources([file, *(Path(one.partition("=")[2]) for one in nominal_files)])
     made = compensation_of(subject, axis, wanted) if part == "compensation" else machine_of(subject, axis)
     options: dict[str, Any] = {"single": True} if single else {}
     options |= {"machine": subject} if "machine" in chosen.options else {}
@@ -181,20 +181,20 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
     """
     known = targets()
     if name not in known:
-        raise FricError(f"there is no target '{name}'", mend=near(name, known) or f"There are {', '.join(known)}.")
+        raise FricError(f"there is no target '{name}'", hint=near(name, known) or f"There are {', '.join(known)}.")
     target = known[name]
     if part not in target.parts:
         able = [one.name for one in known.values() if part in one.parts]
         raise FricError(
             f"the target {name} has no part '{part}'",
-            mend=f"It exports {' and '.join(target.parts)}" + (f"; {', '.join(able)} export that." if able else "."),
+            hint=f"It exports {' and '.join(target.parts)}" + (f"; {', '.join(able)} export that." if able else "."),
         )
     if single and "single" not in target.options:
-        raise FricError(f"the target {name} has no single precision", mend="Leave --float out, or export to c.")
+        raise FricError(f"the target {name} has no single precision", hint="Leave --float out, or export to c.")
     return target
 
 
 def _row(arc: Arc) -> list[str]:
-    turns = "counter-clockwise" if arc.direction > 0 else "clockwise"
+    reversals = "counter-clockwise" if arc.direction > 0 else "clockwise"
     microns = [f"{1e6 * one:.2f}" for one in (arc.measured.glitch, arc.simulated.glitch, arc.difference)]
-    return [arc.scheme.title, readable(arc.feed, "m/s"), turns, *microns]
+    return [arc.scheme.title, readable(arc.feed, "m/s"), reversals, *microns]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine import believed_models
+from fric.documents.machine import nominal_models
 from fric.friction import FrictionModel, models
 from fric.results.base import Identified
 
@@ -23,7 +23,7 @@ class IdentifiedFriction(Identified):
     @property
     def belief(self) -> dict[str, FrictionModel]:
         """The models that a controller can feed forward, by name."""
-        return believed_models(FrictionDocument.model_validate(self.document))
+        return nominal_models(FrictionDocument.model_validate(self.document))
 
     def sections(self) -> dict[str, dict[str, dict[str, Any]]]:
         """Return the parameters by section of the friction file and by name."""

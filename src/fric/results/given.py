@@ -44,11 +44,11 @@ def records_of(verb: str, given: Iterable[Any], *, one_axis: bool = True) -> lis
     """
     found = list(_flat(verb, given))
     if not found:
-        raise FricError(f"{verb} was given no record", mend="Give log files, or what fric.read returns.")
+        raise FricError(f"{verb} was given no record", hint="Give log files, or what fric.read returns.")
     axes = {(record.axis, record.motion) for record in found}
     if one_axis and len(axes) > 1:
-        told = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
-        raise FricError(f"the logs are of different axes: {told}", mend="Identify one axis at a time.")
+        text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
+        raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")
     return found
 
 
@@ -121,7 +121,7 @@ def document_of(verb: str, kind: type[D], given: Any, of: tuple[str, Motion] | N
         raise FricError(
             f"is the {kind.type} of the {found.motion} axis {found.axis}, and the {to} is of the {of[1]} axis {of[0]}",
             where=where_of(given),
-            mend=f"Give the {kind.type} of this axis.",
+            hint=f"Give the {kind.type} of this axis.",
         )
     return found
 
@@ -171,7 +171,7 @@ def quantity(given: str | float | None, dimension: str, motion: Motion = "linear
         return None
     value = in_si(given, dimension, motion)
     if not value > 0:
-        raise FricError(f"'{given}' is not positive", mend="Give a positive value.")
+        raise FricError(f"'{given}' is not positive", hint="Give a positive value.")
     return value
 
 

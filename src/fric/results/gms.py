@@ -49,13 +49,13 @@ class GMSResult(IdentifiedFriction):
         """Return alpha, k and C, why there are so many blocks, and what a replay leaves of each record."""
         document = self.document
         fit = document["gms_fit"]
-        told: list[Piece] = [parameters(document["gms"]), fit["blocks"], *map(_replayed, fit["records"])]
+        warnings: list[Piece] = [parameters(document["gms"]), fit["blocks"], *map(_replayed, fit["records"])]
         if "assumed" in document["static"]["F_c"]:
             plateau = parameters({"F_s": document["static"]["F_s"]})
-            told.append(Table(("plateau", *plateau.columns[1:]), plateau.rows))
+            warnings.append(Table(("plateau", *plateau.columns[1:]), plateau.rows))
         else:
-            told.append(f"alpha summed to {fit['alpha_sum']['value']:.4f} before it was normalised")
-        return told
+            warnings.append(f"alpha summed to {fit['alpha_sum']['value']:.4f} before it was normalised")
+        return warnings
 
     def figure(self) -> Figure:
         """Return hysteresis cycles, virgin curve and replay."""
@@ -65,15 +65,15 @@ class GMSResult(IdentifiedFriction):
 
 
 def _replayed(record: Mapping[str, Any]) -> str:
-    told = f"{record['record']}: rms of measured less replayed force {readable(**record['rmse'])}"
+    text = f"{record['record']}: rms of measured less replayed force {readable(**record['rmse'])}"
     if "rmse_held_out" in record:
-        told += f", {readable(**record['rmse_held_out'])} over the cycles held out"
+        text += f", {readable(**record['rmse_held_out'])} over the cycles held out"
     if "energy" in record:
         ((_, value, interval, unit),) = estimate_rows({"": record["energy"]})
-        told += f"; energy lost per cycle {value} ({interval}) {unit}"
+        text += f"; energy lost per cycle {value} ({interval}) {unit}"
     if "inertia_share" in (done := record["prepared"]):
-        told += f"; inertia {done['inertia_share']:.1%}, damping {done['damping_share']:.1%} of the force"
-    return told
+        text += f"; inertia {done['inertia_share']:.1%}, damping {done['damping_share']:.1%} of the force"
+    return text
 
 
 def identify_gms(
@@ -117,7 +117,7 @@ def identify_gms(
     count, most = _blocks(blocks)
     at = None if knots == "auto" else several(knots, "position", motion)
     if at is not None and blocks not in {"auto", len(at), str(len(at))}:
-        raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", mend="Leave --blocks out.")
+        raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave --blocks out.")
     found = fit_gms(
         records,
         static=given.static if given else None,
@@ -139,7 +139,7 @@ def _blocks(given: int | str) -> tuple[int | None, int | None]:
     if word == "auto" and not colon:
         return None, None
     if not number.isdigit() or not 1 <= int(number) <= 12:
-        raise FricError(f"'{given}' is not a number of blocks", mend="Give 1 to 12, auto, or auto:8 for 8 at most.")
+        raise FricError(f"'{given}' is not a number of blocks", hint="Give 1 to 12, auto, or auto:8 for 8 at most.")
     return (None, int(number)) if word == "auto" else (int(number), None)
 
 
@@ -148,5 +148,5 @@ def _cycles(given: tuple[int, int] | str | None) -> tuple[int, int] | None:
         return None
     first, _, last = (given if isinstance(given, str) else ":".join(map(str, given))).partition(":")
     if not (first.isdigit() and last.isdigit() and 1 <= int(first) <= int(last)):
-        raise FricError(f"'{given}' is no range of cycles", mend="Write the first and the last, as in 1:5.")
+        raise FricError(f"'{given}' is no range of cycles", hint="Write the first and the last, as in 1:5.")
     return int(first), int(last)

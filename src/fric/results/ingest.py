@@ -138,7 +138,7 @@ def _window(begin: float | str | None, end: float | str | None) -> tuple[float, 
     low = -inf if begin is None else in_si(begin, "time")
     high = inf if end is None else in_si(end, "time")
     if not low < high:
-        raise FricError(f"a window from {low:g} to {high:g} s holds nothing", mend="Give --from before --to.")
+        raise FricError(f"a window from {low:g} to {high:g} s holds nothing", hint="Give --from before --to.")
     return low, high
 
 
@@ -165,14 +165,14 @@ class CirclesResult(Result):
 
     def report(self) -> list[Piece]:
         """Return a line a test."""
-        told: list[Piece] = []
+        warnings: list[Piece] = []
         for test in self.done.tests:
             way = "counter-clockwise" if test.direction > 0 else "clockwise"
             held = ", ".join(f"{name}: {' '.join(list(trace.channels())[1:])}" for name, trace in test.axes.items())
             of = f"{test.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}, {way}"
-            told.append(f"{of}; {held or 'ball bar: angle deviation'}")
+            warnings.append(f"{of}; {held or 'ball bar: angle deviation'}")
         count = len(self.done.tests)
-        return [*told, f"{count} circle test{'s' * (count != 1)} in {self.done.output}"]
+        return [*warnings, f"{count} circle test{'s' * (count != 1)} in {self.done.output}"]
 
 
 def holds_circles(mapping: MappingDocument | Path | str | None = None, kind: str | None = None) -> bool:

@@ -13,7 +13,7 @@ FEW = 4
 """Records that are told one by one; more are told in a table, a line each."""
 
 
-def told_of(found: Sequence[Inspection | ResponseInspection]) -> list[Piece]:
+def described(found: Sequence[Inspection | ResponseInspection]) -> list[Piece]:
     """Return all that was found in a few records; of many, a line each."""
     return [piece for one in found for piece in _whole(one)] if len(found) <= FEW else _briefly(found)
 
@@ -27,7 +27,7 @@ def _whole(found: Inspection | ResponseInspection) -> list[Piece]:
         if found.coherence is not None:
             pieces.append(f"least coherence {found.coherence:.2f}")
     else:
-        pieces += [f"  {name:<15} {told}" for name, told in _log_rows(found) if told]
+        pieces += [f"  {name:<15} {text}" for name, text in _log_rows(found) if text]
         rows = [_channel_row(name, channel) for name, channel in found.channels.items() if name != "time"]
         pieces.append(Table(("channel", "from", "to", "step", "no number", "clipped"), rows))
     pieces += [f"{'good' if use.good else 'not good'} for identify {use.purpose}: {use.why}" for use in found.uses]
@@ -44,17 +44,17 @@ def _log_rows(found: Inspection) -> list[tuple[str, str]]:
         ("gaps", _gaps(found)),
         ("dropped", f"{found.dropped} samples when ingested" if found.dropped else ""),
         ("encoder step", _value(found.encoder_step, length) if found.encoder_step else ""),
-        ("reversals", str(len(found.turns)) if "position" in found.channels else ""),
-        ("stretches", str(len(found.stretches)) if found.stretches else ""),
+        ("reversals", str(len(found.reversals)) if "position" in found.channels else ""),
+        ("stretches", str(len(found.segments)) if found.segments else ""),
         ("speeds", _speeds(found, speed)),
     ]
     if sine := found.sine:
-        told = f"{_value(sine.amplitude, length)}, {sine.frequency:.4g} Hz, {sine.cycles:.3g} cycles"
-        rows.append(("sine", told + (f", at {_value(sine.mean_velocity, speed)}" if sine.mean_velocity else "")))
+        text = f"{_value(sine.amplitude, length)}, {sine.frequency:.4g} Hz, {sine.cycles:.3g} cycles"
+        rows.append(("sine", text + (f", at {_value(sine.mean_velocity, speed)}" if sine.mean_velocity else "")))
     if found.energy is not None and found.kind in {"presliding-sine", "motion"}:
         ((_, value, interval, unit),) = estimate_rows({"": found.energy.as_dict()})
         rows.append(("lost per cycle", f"{value} ({interval}) {unit}"))
-    if found.rise is not None and found.turns:
+    if found.rise is not None and found.reversals:
         rows.append(("force rises in", f"{100 * found.rise:.3g} % of a stroke"))
     return rows
 
@@ -105,7 +105,7 @@ def _briefly(found: Sequence[Inspection | ResponseInspection]) -> list[Piece]:
         flaws += [f"{name} clipped" for name, channel in one.channels.items() if channel.clipped]
         flaws += [f"{channel.not_a_number} no number" for channel in one.channels.values() if channel.not_a_number]
         rate = f"{one.sampling:.4g} Hz" if one.sampling else ""
-        what = _speeds(one, speed) or (f"{len(one.turns)} reversals" if one.turns else "")
+        what = _speeds(one, speed) or (f"{len(one.reversals)} reversals" if one.reversals else "")
         kind = one.kind if one.stated else f"{one.kind}?"
         rows.append((one.name, kind, f"{one.duration:.4g} s", rate, what, ", ".join(flaws), good))
     pieces: list[Piece] = [Table(("record", "kind", "duration", "sampling", "what", "flaws", "good for"), rows)]
@@ -115,5 +115,5 @@ def _briefly(found: Sequence[Inspection | ResponseInspection]) -> list[Piece]:
     for one in found:
         for use in one.uses:
             uses[use.purpose] += use.good
-    told = ", ".join(f"{purpose} {count}" for purpose, count in uses.items())
-    return [*pieces, f"{len(found)} records; good for identify: {told}"]
+    text = ", ".join(f"{purpose} {count}" for purpose, count in uses.items())
+    return [*pieces, f"{len(found)} records; good for identify: {text}"]

@@ -44,11 +44,11 @@ class ModelResult(IdentifiedFriction):
     def report(self) -> list[Piece]:
         """Return the parameters, and what a replay leaves."""
         name = self.fit.model.name
-        told: list[Piece] = [
+        text: list[Piece] = [
             parameters(self.document[key], key) for key in dict.fromkeys(("static", name)) if key in self.document
         ]
         fit = self.document[f"{name}_fit"]
-        return [*told, f"{fit['samples']} samples, rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}"]
+        return [*text, f"{fit['samples']} samples, rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}"]
 
     def figure(self) -> Figure:
         """Return measured and replayed force."""
@@ -99,7 +99,7 @@ def identify_model(
     if model not in known:
         raise FricError(
             f"there is no friction model '{model}' to fit",
-            mend=f"{near(model, known)}There are {', '.join(sorted(known))}.",
+            hint=f"{near(model, known)}There are {', '.join(sorted(known))}.",
         )
     records = logs_of("identify_model", logs)
     axis, motion = records[0].axis, records[0].motion

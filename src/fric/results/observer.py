@@ -16,7 +16,7 @@ from fric.design.perturbation import Resonance, measured_perturbation, model_per
 from fric.documents.observer import observer_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
-from fric.identify.dynamics.frequency_response import measure_response
+from fric.identify.plant.frequency_response import measure_response
 from fric.log import FrequencyResponse
 from fric.results.design import Design
 from fric.results.given import Record, cascade_of, document_of, gain_of, in_si, quantity, records_of
@@ -43,7 +43,7 @@ class ObserverResult(Design):
         Half the sampling rate [Hz].
     logs
         The record of the response, where there is one.
-    told
+    description
         What else the user should know.
     asked
         The peak sensitivity that was allowed, as it was given.
@@ -56,7 +56,7 @@ class ObserverResult(Design):
     motion: Motion
     nyquist: float
     logs: Sequence[Record]
-    told: Sequence[str]
+    description: Sequence[str]
     asked: float | str
     view: str = "q"
 
@@ -68,7 +68,7 @@ class ObserverResult(Design):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The observer file."""
-        return observer_tree(self.design, self.of, self.motion, self.logs, self.told)
+        return observer_tree(self.design, self.of, self.motion, self.logs, self.description)
 
     def report(self) -> list[Piece]:
         """Return Q, its limits, and the margins."""
@@ -145,32 +145,32 @@ def design_observer(
     """
     document = document_of("design_observer", PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
-    told: list[str] = [*document.retold()]
+    warnings: list[str] = [*document.retold()]
     cascade = cascade_of("design_observer", controller, axis, motion, "plant")
     if cascade is None:
         cascade = design_cascade(linear).cascade
-        told.append("no controller was given: taken is the one that `fric design controller` gives by default")
+        warnings.append("no controller was given: taken is the one that `fric design controller` gives by default")
     modes = [_resonance(one) if isinstance(one, str) else one for one in resonances]
     if log is None:
         logs, Delta = [], model_perturbation(linear, cascade.sampling / 2, modes)
     else:
         if modes:
-            raise FricError("a measured response has its resonances", mend="Leave LOG.h5 or --resonance out.")
+            raise FricError("a measured response has its resonances", hint="Leave LOG.h5 or --resonance out.")
         logs = [measured_record("design_observer", log, record, (axis, motion))]
         if isinstance(logs[0], FrequencyResponse):
             Delta = measured_perturbation(logs[0], linear, averages=averages)
         else:
             response = measure_response(logs[0])
-            told += response.warnings
+            warnings += response.warnings
             Delta = measured_perturbation(response.table, linear, sampling=response.sampling)
     if cutoff and bandwidth:
-        raise FricError("cutoff and bandwidth are two names of one choice", mend="Give one of them.")
+        raise FricError("cutoff and bandwidth are two names of one choice", hint="Give one of them.")
     wanted = quantity(cutoff, "frequency")
     if bandwidth:
         wanted = QFilter.of_bandwidth(filter, in_si(bandwidth, "frequency")).cutoff
     allowed = gain_of(peak_sensitivity)
     design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
-    return ObserverResult(design, axis, motion, cascade.sampling / 2, logs, told, peak_sensitivity, view)
+    return ObserverResult(design, axis, motion, cascade.sampling / 2, logs, warnings, peak_sensitivity, view)
 
 
 def measured_record(verb: str, given: Any, name: str | None, of: tuple[str, Motion]) -> Record:
@@ -182,7 +182,7 @@ def measured_record(verb: str, given: Any, name: str | None, of: tuple[str, Moti
             f"is the log of the {records[0].motion} axis {records[0].axis}, "
             f"and the plant is of the {of[1]} axis {of[0]}",
             where=where,
-            mend="Give the log of the axis that is designed for.",
+            hint="Give the log of the axis that is designed for.",
         )
     found = [
         one
@@ -190,9 +190,9 @@ def measured_record(verb: str, given: Any, name: str | None, of: tuple[str, Moti
         if (one.name == name if name else isinstance(one, FrequencyResponse) or one.kind == "frequency-response")
     ]
     if len(found) != 1:
-        told = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")
+        text = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")
         raise FricError(
-            f"there are {told}, where one is asked", where=where, mend="Name the one with --record, or ingest it."
+            f"there are {text}, where one is asked", where=where, hint="Name the one with --record, or ingest it."
         )
     return found[0]
 
@@ -206,6 +206,6 @@ def _resonance(text: str) -> Resonance:
         numbers = []
     if not 1 <= len(numbers) <= 2:
         raise FricError(
-            f"'{text}' is no resonance", mend="Write frequency, damping and share, as in '280 Hz, 0.02, 0.1'."
+            f"'{text}' is no resonance", hint="Write frequency, damping and share, as in '280 Hz, 0.02, 0.1'."
         )
     return Resonance(in_si(frequency, "frequency"), *numbers)

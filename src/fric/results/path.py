@@ -48,8 +48,8 @@ class PathResult(Result):
     @property
     def warnings(self) -> Sequence[str]:
         """What the user should know."""
-        told = [f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings]
-        return unique([*self.machine.warnings, *told])
+        text = [f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings]
+        return unique([*self.machine.warnings, *text])
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -59,7 +59,7 @@ class PathResult(Result):
     def report(self) -> list[Piece]:
         """Return what each scheme leaves, and the glitch at each reversal."""
         title = f"{self.machine.name}: {self.name} at {readable(self.runs[0].path.feed, 'm/s')}; contour error in µm"
-        told: list[Piece] = [
+        text: list[Piece] = [
             Table(["scheme", "glitch", "rms", "range", "reduction"], [self._row(run) for run in self.runs], title)
         ]
         worst = max(self.runs, key=lambda run: run.contour.glitch)
@@ -70,7 +70,7 @@ class PathResult(Result):
             for n, turn in enumerate(worst.contour.reversals)
         ]
         columns = ["reversal", *(f"({run.scheme.name})" for run in self.runs)]
-        return [*told, Table(columns, rows, "glitch at each reversal in µm")] if rows else told
+        return [*text, Table(columns, rows, "glitch at each reversal in µm")] if rows else text
 
     def _row(self, run: PathRun) -> list[str]:
         less, found = reduction(run, self.runs), run.contour
@@ -87,20 +87,20 @@ class PathResult(Result):
         """Write traces and metrics to a run file."""
         from fric.io.run import write_runs  # with HDF5, which a table needs not
 
-        told = [Notice.of(one).as_dict() for one in self.machine.warnings]
-        made = json.dumps(provenance() | {"machine": self.machine.name, "warnings_coded": told})
+        text = [Notice.of(one).as_dict() for one in self.machine.warnings]
+        made = json.dumps(provenance() | {"machine": self.machine.name, "warnings_coded": text})
         write_runs(Path(path), self.runs, made, force=force)
 
     def to_frame(self) -> pd.DataFrame:
         """Return glitch and contour error by scheme [m]."""
         import pandas as pd
 
-        told = {
+        text = {
             run.scheme.name: {"title": run.scheme.title, "glitch": run.contour.glitch, "rms": run.contour.rms,
                               "range": run.contour.range}
             for run in self.runs
         }  # fmt: skip
-        return pd.DataFrame.from_dict(told, orient="index")
+        return pd.DataFrame.from_dict(text, orient="index")
 
 
 def path(

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.plant import Plant
-from fric.identify.dynamics.choose import plant_records
-from fric.identify.dynamics.plant import PlantFit
-from fric.identify.dynamics.plant import identify_plant as fit_plant
-from fric.identify.dynamics.rigid_body import MotionFit, identify_motion
+from fric.identify.plant.choose import plant_records
+from fric.identify.plant.identify import PlantFit
+from fric.identify.plant.identify import identify_plant as fit_plant
+from fric.identify.plant.rigid_body import MotionFit, identify_motion
 from fric.log import Log
 from fric.results.base import Identified
 from fric.results.given import Record, quantity, records_of
@@ -64,19 +64,19 @@ class PlantResult(Identified):
     def report(self) -> list[Piece]:
         """Return A, B, T_d and K_f, and where they are from."""
         fit, found = self.document["fit"], self.sections()
-        told: list[Piece] = [parameters(found["plant"])]
+        warnings: list[Piece] = [parameters(found["plant"])]
         if "second_mass" in found:
-            told.append(parameters(found["second_mass"], "second mass"))
+            warnings.append(parameters(found["second_mass"], "second mass"))
         if "parameters" in fit:
             rows = parameters(fit["parameters"])
             deviations = [f"{fit['parameters'][row[0]]['deviation']:.4g}" for row in rows.rows]
-            told += [
+            warnings += [
                 Table((*rows.columns, "deviation"), [(*row, d) for row, d in zip(rows.rows, deviations, strict=True)]),
                 f"{fit['points']} points, relative error {100 * fit['relative_error']['value']:.4f} %, "
                 f"condition number {fit['condition_number']:.4f}",
             ]
-            return told
-        told += [
+            return warnings
+        warnings += [
             f"{response['record']}: {response['estimate']}; {response['lines']} lines used, "
             f"{readable(response['lowest']['value'], 'Hz')} to {readable(response['highest']['value'], 'Hz')}"
             for response in fit["responses"]
@@ -84,7 +84,7 @@ class PlantResult(Identified):
         delay = f"transport delay {readable(fit['transport_delay']['value'], 's')}"
         if "hold_delay" in fit:
             delay += f", hold {readable(fit['hold_delay']['value'], 's')} (half a sample): together T_d"
-        return [*told, delay]
+        return [*warnings, delay]
 
     def figure(self) -> Figure:
         """Return the response, or the motion, measured and fitted."""

@@ -16,7 +16,7 @@ from fric.log import CHANNELS, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, Record, in_si, quantity, records_of, several, silent
-from fric.results.inspected import told_of
+from fric.results.inspected import described
 from fric.results.machine import machine_of
 from fric.results.text import Piece, Table
 from fric.simulate.experiment import experiment as run_experiment
@@ -152,7 +152,7 @@ class InspectionResult(Result):
 
     def report(self) -> list[Piece]:
         """Return all that a few records hold; of many, a line each."""
-        return told_of(self.found)
+        return described(self.found)
 
     def figure(self) -> Figure:
         """Return the channels of each record."""

@@ -11,8 +11,8 @@ from fric.documents.friction import static_tree
 from fric.documents.plant import PlantDocument
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.identify.strokes.static import StaticFit
-from fric.identify.strokes.static import identify_static as fit_static
+from fric.identify.static_map.identify import StaticFit
+from fric.identify.static_map.identify import identify_static as fit_static
 from fric.log import Log
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import document_of, in_si, logs_of, plant_of
@@ -46,12 +46,12 @@ class StaticResult(IdentifiedFriction):
     def report(self) -> list[Piece]:
         """Return the map, and how well it fits."""
         titles = {"static": "", "static_negative": "negative direction", "at_speed": "at one speed"}
-        told: list[Piece] = [
+        text: list[Piece] = [
             parameters(self.document[key], title) for key, title in titles.items() if key in self.document
         ]
         fit = self.document["fit"]
         quality = f", rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}" if "rmse" in fit else ""
-        return [*told, f"{fit['points']} strokes{quality}"]
+        return [*text, f"{fit['points']} strokes{quality}"]
 
     def figure(self) -> Figure:
         """Return force over velocity, measured and fitted."""
@@ -120,5 +120,5 @@ def _shape_factor(given: float | str) -> float | None:
     except (TypeError, ValueError):
         value = 0.0
     if not 0.1 <= value <= 4.0:
-        raise FricError(f"delta '{given}' is not a shape factor", mend="Give a number from 0.1 to 4, or 'free'.")
+        raise FricError(f"delta '{given}' is not a shape factor", hint="Give a number from 0.1 to 4, or 'free'.")
     return value

@@ -83,6 +83,6 @@ def plain(pieces: Iterable[Piece]) -> str:
 
 def html(pieces: Iterable[Piece], warnings: Iterable[str] = ()) -> str:
     """Return pieces of a report, and its warnings, as HTML."""
-    told = [piece.html() if isinstance(piece, Table) else f"<p>{escape(piece)}</p>" for piece in pieces]
-    told += [f"<p><b>warning:</b> {escape(warning)}</p>" for warning in warnings]
-    return "<div>" + "".join(told) + "</div>"
+    text = [piece.html() if isinstance(piece, Table) else f"<p>{escape(piece)}</p>" for piece in pieces]
+    text += [f"<p><b>warning:</b> {escape(warning)}</p>" for warning in warnings]
+    return "<div>" + "".join(text) + "</div>"

@@ -104,14 +104,14 @@ def validate(
     records = logs_of("validate", logs)
     axis, motion = records[0].axis, records[0].motion
     if model and friction is None:
-        raise FricError("--model names a model of a friction file", mend="Give that file with --friction.")
+        raise FricError("--model names a model of a friction file", hint="Give that file with --friction.")
     document = document_of("validate", PlantDocument, plant, (axis, motion))
     identified = document.plant(motion)
     cascade = cascade_of("validate", controller, axis, motion)
-    told = friction_of("validate", friction, axis, motion)
+    text = friction_of("validate", friction, axis, motion)
     done = []
     for log in records:
-        law, offset = friction_and_load(told, model, log.name) if told else document.coulomb()
+        law, offset = friction_and_load(text, model, log.name) if text else document.coulomb()
         weight = offset if load is None else in_si(load, "force", motion)
         if cascade:
             done.append(validate_closed_loop(log, identified, cascade, law, weight))

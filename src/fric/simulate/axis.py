@@ -181,13 +181,13 @@ def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
         When the scheme feeds friction forward that the axis' controller does not believe in.
     """
     nominal, start = axis.nominal or axis.plant, float(reference.position[0])
-    lead = axis.believed.lead if scheme.lead is None else scheme.lead
+    lead = axis.nominal_friction.lead if scheme.lead is None else scheme.lead
     return Setting(
         nominal,
         axis.cascade,
         friction=_friction(axis, scheme),
-        models=axis.believed.models,
-        gain=axis.believed.gain if scheme.gain is None else scheme.gain,
+        models=axis.nominal_friction.models,
+        gain=axis.nominal_friction.gain if scheme.gain is None else scheme.gain,
         lead=nominal.T_d if lead == "auto" else lead,
         K_f=nominal.K_f,
         reference=reference,
@@ -210,7 +210,7 @@ def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock
         if name == OBSERVER and axis.observer is None:
             raise FricError(
                 f"scheme {scheme.name} needs a disturbance observer, and axis {axis.name} has none",
-                mend="Add 'observer: {cutoff: 60 Hz}' to the axis.",
+                hint="Add 'observer: {cutoff: 60 Hz}' to the axis.",
             )
         own = {axis.cascade.name: axis.cascade, OBSERVER: axis.observer}.get(name)
         found.append(own or _block(name, axis.blocks.get(name, {}), setting, scheme))
@@ -238,13 +238,13 @@ def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:
     """Return the friction that a scheme feeds forward on an axis."""
     if scheme.friction is None:
         return None
-    believed = axis.believed
-    if scheme.friction not in believed.models:
+    nominal_friction = axis.nominal_friction
+    if scheme.friction not in nominal_friction.models:
         raise FricError(
             f"scheme {scheme.name} feeds '{scheme.friction}' friction forward, "
-            f"and the controller of axis {axis.name} believes in {', '.join(believed.models) or 'none'}",
-            mend=f"Identify it: fric identify {scheme.friction}."
+            f"and the controller of axis {axis.name} believes in {', '.join(nominal_friction.models) or 'none'}",
+            hint=f"Identify it: fric identify {scheme.friction}."
             if scheme.friction in models()
             else f"There is no such model; there are {', '.join(models())}.",
         )
-    return believed.models[scheme.friction]
+    return nominal_friction.models[scheme.friction]

@@ -46,7 +46,7 @@ class Circle:
     def __post_init__(self) -> None:
         for name in ("radius", "feed", "revolutions"):
             if not getattr(self, name) > 0:
-                raise FricError(f"the {name} of the circle is {getattr(self, name):g}", mend="Give a positive value.")
+                raise FricError(f"the {name} of the circle is {getattr(self, name):g}", hint="Give a positive value.")
 
     def references(self, sampling: float) -> tuple[Reference, Reference]:
         """Return the motion of both axes, sampled at a rate [Hz]."""

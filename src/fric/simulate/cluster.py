@@ -46,16 +46,16 @@ def cluster_outcomes(
         import distributed
     except ImportError:
         raise FricError(
-            "a Dask cluster needs distributed, which is not installed", mend="pip install 'fric[dask]'"
+            "a Dask cluster needs distributed, which is not installed", hint="pip install 'fric[dask]'"
         ) from None
     if machines < 1:
-        raise FricError(f"{machines} machines are none to work with", mend="Give 1 or more.")
+        raise FricError(f"{machines} machines are none to work with", hint="Give 1 or more.")
     try:
         client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         raise FricError(
             f"the Dask scheduler at {address} does not answer ({error})",
-            mend="Start one with `dask scheduler`, and give the address that it prints, as tcp://host:8786.",
+            hint="Start one with `dask scheduler`, and give the address that it prints, as tcp://host:8786.",
         ) from None
     with client:
         _require_workers(client, address, timeout)
@@ -67,13 +67,13 @@ def cluster_outcomes(
 
 
 def _require_workers(client: Any, address: str, timeout: float) -> None:
-    mend = f"Start them with `dask worker {address}` in an environment with fric {fric.__version__}."
+    hint = f"Start them with `dask worker {address}` in an environment with fric {fric.__version__}."
     try:
         client.wait_for_workers(1, timeout=timeout)
         versions = client.run(_version)
     except TimeoutError:
-        raise FricError(f"the Dask scheduler at {address} has no workers", mend=mend) from None
+        raise FricError(f"the Dask scheduler at {address} has no workers", hint=hint) from None
     except ImportError:
-        raise FricError(f"a worker of the Dask scheduler at {address} has no fric", mend=mend) from None
+        raise FricError(f"a worker of the Dask scheduler at {address} has no fric", hint=hint) from None
     if other := set(versions.values()) - {fric.__version__}:
-        raise FricError(f"a worker of the Dask scheduler at {address} has fric {', '.join(sorted(other))}", mend=mend)
+        raise FricError(f"a worker of the Dask scheduler at {address} has fric {', '.join(sorted(other))}", hint=hint)

@@ -114,13 +114,13 @@ def pair(machine: Machine) -> tuple[str, str]:
     names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])
     if len(names) < 2:
         raise FricError(
-            f"a circle needs two linear axes, and the machine has {len(linear)}", mend="Add the second to its file."
+            f"a circle needs two linear axes, and the machine has {len(linear)}", hint="Add the second to its file."
         )
     first, second = names
     rates = {machine.axes[name].cascade.sampling for name in names}
     if len(rates) > 1:
         raise FricError(
-            f"the controllers of {first} and {second} sample at different rates", mend="Give both the same sampling."
+            f"the controllers of {first} and {second} sample at different rates", hint="Give both the same sampling."
         )
     return first, second
 
@@ -138,13 +138,13 @@ def require_voltage(axis: Axis, reference: Reference) -> None:
     if needed > axis.cascade.limit:
         raise FricError(
             f"axis {axis.name} saturates: the motion needs {needed:.3g} V, and its limit is {axis.cascade.limit:g} V",
-            mend="Lower the feed, or widen the contour.",
+            hint="Lower the feed, or widen the contour.",
         )
 
 
 def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[str, ...]:
     """Return what to know of a run: a voltage that was limited, a loop that no poles judge."""
-    told = [
+    warnings = [
         Notice(
             f"axis {name} saturates in {trace.saturated / len(trace.time):.1%} of the samples: "
             "the feed asks for more voltage than its limit",
@@ -155,8 +155,8 @@ def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[str, ...]
     ]
     if names := scheme.not_linear:
         text = f"{' and '.join(names)} is not linear: stability was not judged by poles, only by this run"
-        told.append(Notice(text, "not-linear", "note"))
-    return tuple(told)
+        warnings.append(Notice(text, "not-linear", "note"))
+    return tuple(warnings)
 
 
 def reduction(run: ContourRun[Any, Any], runs: Sequence[ContourRun[Any, Any]]) -> float | None:

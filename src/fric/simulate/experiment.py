@@ -204,14 +204,14 @@ def frequency_response(
     if not peaks or min(peaks) <= 0:
         raise FricError(
             "a multisine has no peak velocity above zero",
-            mend="Around rest, say how fast it swings: --peaks '15 mm/s'.",
+            hint="Around rest, say how fast it swings: --peaks '15 mm/s'.",
         )
     sampling = axis.cascade.sampling
     lowest, highest = lowest or usual.lowest, highest or usual.highest
     if not 0 < lowest < highest < sampling / 2:
         raise FricError(
             f"a multisine from {lowest:g} to {highest:g} Hz does not fit a controller at {sampling:g} Hz",
-            mend="Keep it below half the controller's rate.",
+            hint="Keep it below half the controller's rate.",
         )
     ramp, begin = 0.1, 0.2 + 1 / lowest
     lasting = 1.1 + (periods + 1) / lowest
@@ -256,12 +256,12 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
         When there is no such experiment, or a setting is none of its own.
     """
     if kind != "all" and kind not in EXPERIMENTS:
-        raise FricError(f"there is no experiment '{kind}'", mend=f"There are {', '.join(EXPERIMENTS)}, and all.")
+        raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}, and all.")
     wanted = [made for name, made in _MADE.items() if kind in {name, "all"}]
     for unknown in settings.keys() - set().union(*(made.settings for made in wanted)):
         raise FricError(
             f"the experiment '{kind}' has no setting '{unknown}'",
-            mend=f"It has {', '.join(sorted(set().union(*(made.settings for made in wanted))))}.",
+            hint=f"It has {', '.join(sorted(set().union(*(made.settings for made in wanted))))}.",
         )
     trials = (
         trial

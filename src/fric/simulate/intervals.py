@@ -72,7 +72,7 @@ def draw_within(value: float, interval: tuple[float, float], lower: float, norma
     return max(value + z * (high - value if z > 0 else value - low), lower)
 
 
-def own_parameters(model: FrictionModel) -> list[Parameter]:
+def declared_parameters(model: FrictionModel) -> list[Parameter]:
     """Return the parameters of a model and of those that it builds upon, without those of its static map."""
     classes = [vars(base) for base in reversed(type(model).__mro__)]
     return [parameter for own in classes for parameter in own.get("parameters", ()) if hasattr(model, parameter.name)]
@@ -99,7 +99,7 @@ def friction_intervals(
             continue
         own = [vars(base)["name"] for base in type(part).__mro__ if "name" in vars(base)]
         names = ["static_negative"] if prefix else own
-        for parameter in own_parameters(part):
+        for parameter in declared_parameters(part):
             given = (sections[name].get(parameter.name) for name in names if name in sections)
             estimate = next((one for one in given if one is not None), None)
             if estimate is not None:

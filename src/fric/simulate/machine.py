@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Believed:
+class NominalFriction:
     """The friction that a controller feeds forward.
 
     Parameters
@@ -57,7 +57,7 @@ class Axis:
         The friction that it has.
     load
         A constant force against positive motion: gravity, or the bias of an amplifier [N].
-    believed
+    nominal_friction
         The friction that its controller believes.
     nominal
         The plant that its controller believes: in the inverse model, and from friction to voltage. The true one where
@@ -81,7 +81,7 @@ class Axis:
     cascade: Cascade
     friction: FrictionModel
     load: float = 0.0
-    believed: Believed = field(default_factory=Believed)
+    nominal_friction: NominalFriction = field(default_factory=NominalFriction)
     nominal: Plant | None = None
     observer: DisturbanceObserver | None = None
     encoder: Encoder = field(default_factory=Encoder)
@@ -99,7 +99,7 @@ class Axis:
         if isinstance(known, FrictionModel):
             known = {known.name: known}
         if isinstance(known, Mapping) and all(isinstance(one, FrictionModel) for one in known.values()):
-            return replace(self, believed=replace(self.believed, models=known))
+            return replace(self, nominal_friction=replace(self.nominal_friction, models=known))
         if isinstance(known, Plant):
             return replace(self, nominal=known)
         if isinstance(known, Cascade):
@@ -108,7 +108,7 @@ class Axis:
             return replace(self, observer=known)
         raise FricError(
             f"{type(given).__name__} is nothing that the controller of axis {self.name} could believe",
-            mend="Give a friction model, plant, cascade, observer, or a result; a file by read_machine(…, believed=…).",
+            hint="Give a friction model, plant, cascade, observer, or a result; a file by read_machine(…, believed=…).",
         )
 
     @property
@@ -159,7 +159,7 @@ class Machine:
         """Return an axis by its name; raise a `FricError` that names those there are."""
         if name not in self.axes:
             raise FricError(
-                f"the machine has no axis '{name}'", mend=f"{near(name, self.axes)}Its axes are {', '.join(self.axes)}."
+                f"the machine has no axis '{name}'", hint=f"{near(name, self.axes)}Its axes are {', '.join(self.axes)}."
             )
         return self.axes[name]
 

@@ -72,7 +72,7 @@ class Study:
     def __post_init__(self) -> None:
         check_spreads(self.spreads)
         if not self.accuracy >= 0:
-            raise FricError(f"an accuracy of {self.accuracy:g} m is none", mend="Give 0 or more; 0 is exact.")
+            raise FricError(f"an accuracy of {self.accuracy:g} m is none", hint="Give 0 or more; 0 is exact.")
 
     def drawn(self, index: int) -> tuple[Machine, dict[str, float]]:
         """Return machine number ``index``, and what was drawn for it."""
@@ -201,17 +201,17 @@ class MonteCarlo:
 
     def warnings(self) -> tuple[str, ...]:
         """Return what the user should know: machines that could not run, drives that saturate, spreads without use."""
-        told = []
+        warnings = []
         for name, found in self.distributions().items():
             if found.failed:
                 why = next(outcome.failures[name] for outcome in self.outcomes if name in outcome.failures)
-                told.append(
+                warnings.append(
                     f"scheme {name} could not run on {found.failed} of {len(self)} machines, which its quantiles leave "
                     f"out: {why}"
                 )
             if found.saturated:
-                told.append(f"scheme {name}: the drive saturates on {found.saturated} of {len(self)} machines")
-        return (*told, *_unused(self))
+                warnings.append(f"scheme {name}: the drive saturates on {found.saturated} of {len(self)} machines")
+        return (*warnings, *_unused(self))
 
 
 def _unused(found: MonteCarlo) -> Iterator[str]:
@@ -247,9 +247,9 @@ def monte_carlo_document(found: MonteCarlo) -> dict[str, Any]:
     """Return the distributions as a plain document, for programs; null where a scheme ran on no machine."""
     schemes = {}
     for name, one in found.distributions().items():
-        told: dict[str, Any] = {key: None if np.isnan(value) else value for key, value in one.quantiles.items()}
-        told["ci95"] = [told.pop("low"), told.pop("high")]
-        schemes[name] = told | {"best": one.best, "failed": one.failed, "saturated": one.saturated}
+        text: dict[str, Any] = {key: None if np.isnan(value) else value for key, value in one.quantiles.items()}
+        text["ci95"] = [text.pop("low"), text.pop("high")]
+        schemes[name] = text | {"best": one.best, "failed": one.failed, "saturated": one.saturated}
     return {
         "machines": len(found),
         "asked": found.asked,

@@ -54,9 +54,9 @@ class PointPath:
 
     def __post_init__(self) -> None:
         if not self.feed > 0:
-            raise FricError(f"the feed of the path is {self.feed:g}", mend="Give a positive speed.")
+            raise FricError(f"the feed of the path is {self.feed:g}", hint="Give a positive speed.")
         if len(self.points) < 4:
-            raise FricError(f"the path has {len(self.points)} different points", mend="Give four points or more.")
+            raise FricError(f"the path has {len(self.points)} different points", hint="Give four points or more.")
         chords = np.diff(self.points, axis=0)
         heading = np.unwrap(np.arctan2(chords[:, 1], chords[:, 0]))
         corner = int(np.argmax(np.abs(np.diff(heading))))
@@ -64,7 +64,7 @@ class PointPath:
             x, y = self.points[corner + 1] * 1e3
             raise FricError(
                 f"the path has a corner at x = {x:g} mm, y = {y:g} mm",
-                mend="No drive follows it at constant feed: round it with more points.",
+                hint="No drive follows it at constant feed: round it with more points.",
             )
 
     @property
@@ -92,7 +92,7 @@ class PointPath:
         if cruise <= 0:
             raise FricError(
                 f"a path of {length[-1] * 1e3:.3g} mm is too short for {self.feed * 1e3:g} mm/s",
-                mend="Lower the feed, or give a longer path.",
+                hint="Lower the feed, or give a longer path.",
             )
         t = np.arange(ceil((cruise + 2 * RAMP) * sampling) + 1) / sampling
         up, up_travel, up_slope, _ = smooth_step(t / RAMP)
@@ -148,7 +148,7 @@ class RecordedPath:
             raise FricError("the reference does not move")
         if steps[0] > 0.02 * steps.max():
             raise FricError(
-                f"the reference begins at {steps[0] * 1e3:.3g} mm/s", mend="Record it from rest: so the axes begin."
+                f"the reference begins at {steps[0] * 1e3:.3g} mm/s", hint="Record it from rest: so the axes begin."
             )
 
     @cached_property

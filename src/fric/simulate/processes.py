@@ -93,7 +93,7 @@ def outcomes(study: Study, machines: int, *, workers: int | None = None) -> Iter
         workers = min(default_workers(), machines // MACHINES_BY_START) or 1
     for what, number in (("machines", machines), ("workers", workers)):
         if number < 1:
-            raise FricError(f"{number} {what} are none to work with", mend="Give 1 or more.")
+            raise FricError(f"{number} {what} are none to work with", hint="Give 1 or more.")
     if workers == 1:
         yield map(study, range(machines))
         return
@@ -109,5 +109,5 @@ def _unbroken(found: Iterator[Outcome]) -> Iterator[Outcome]:
         yield from found
     except BrokenProcessPool:
         raise FricError(
-            "a process that ran machines was killed", mend="Was there memory enough? Try fewer workers."
+            "a process that ran machines was killed", hint="Was there memory enough? Try fewer workers."
         ) from None

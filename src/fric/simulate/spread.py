@@ -17,7 +17,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.friction import FrictionModel, models
-from fric.simulate.intervals import NORMAL_97_5, Intervals, draw_within, normals, own_parameters
+from fric.simulate.intervals import NORMAL_97_5, Intervals, declared_parameters, draw_within, normals
 
 if TYPE_CHECKING:
     from fric.drive.plant import Plant
@@ -61,11 +61,11 @@ class Spread:
         if not 0 < self.low <= self.high < float("inf"):
             raise FricError(
                 f"a factor from {self.low:g} to {self.high:g} is no spread",
-                mend="Give two positive factors, the lower first, as in [0.7, 1.3].",
+                hint="Give two positive factors, the lower first, as in [0.7, 1.3].",
             )
         if self.distribution not in get_args(Distribution):
             raise FricError(
-                f"'{self.distribution}' is no distribution", mend=f"Known are {', '.join(get_args(Distribution))}."
+                f"'{self.distribution}' is no distribution", hint=f"Known are {', '.join(get_args(Distribution))}."
             )
 
     def factor(self, generator: np.random.Generator) -> float:
@@ -104,7 +104,7 @@ def check_spreads(spreads: Mapping[str, Spread]) -> None:
     """Raise a `FricError` when a name is none that can be spread."""
     for name in spreads:
         if name not in known_spreads():
-            raise FricError(f"'{name}' is nothing that can be spread", mend=f"Known are {', '.join(known_spreads())}.")
+            raise FricError(f"'{name}' is nothing that can be spread", hint=f"Known are {', '.join(known_spreads())}.")
 
 
 @dataclass
@@ -230,7 +230,7 @@ def _friction(model: FrictionModel, draws: _Draws, prefix: str = "") -> Friction
     for part in ("model", "static", "negative"):
         if isinstance(inner := getattr(model, part, None), FrictionModel):
             changed[part] = _friction(inner, draws, "negative." if part == "negative" else prefix)
-    for parameter in own_parameters(model):
+    for parameter in declared_parameters(model):
         before = getattr(model, parameter.name)
         spreads = (*(group for group, dimension in GROUPS.items() if parameter.dimension == dimension), parameter.name)
         name = prefix + parameter.name
@@ -243,7 +243,7 @@ def _friction(model: FrictionModel, draws: _Draws, prefix: str = "") -> Friction
         else:
             after = draws.value(name, before, parameter.lower, *spreads)
         changed[parameter.name] = after
-    for parameter in own_parameters(model):
+    for parameter in declared_parameters(model):
         if parameter.at_least and prefix + parameter.name in draws.intervals:
             changed[parameter.name] = max(changed[parameter.name], changed[parameter.at_least])
     return replace(model, **changed)  # type: ignore[type-var]

@@ -58,7 +58,7 @@ def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, block
     margin = f"its gain margin is {20 * log10(gain):.1f} dB" if gain else "at no gain"
     raise FricError(
         f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)",
-        mend="Lower the gains or the observer's cutoff; fric design finds values that hold.",
+        hint="Lower the gains or the observer's cutoff; fric design finds values that hold.",
     )
 
 
@@ -69,5 +69,5 @@ def require_learning(axis: Axis, block: ControlBlock, loop: SampledLoop, setting
         raise FricError(
             f"what '{block.name}' learns on axis {axis.name} grows from period to period, by {share:.3g} at "
             f"{frequency:.4g} Hz",
-            mend="Lower its cutoff, or identify the plant again: the one that is believed is not the axis' own.",
+            hint="Lower its cutoff, or identify the plant again: the one that is believed is not the axis' own.",
         )

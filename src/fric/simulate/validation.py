@@ -114,7 +114,7 @@ def validate_closed_loop(
         raise FricError(
             f"the record is sampled at {rate:g} Hz and the controller runs at {cascade.sampling:g} Hz",
             where=log.where,
-            mend="Give the rate of the record as the controller's sampling.",
+            hint="Give the rate of the record as the controller's sampling.",
         )
     force = log.force if log.force is not None else plant.K_f * log.require("input", "a closed-loop replay")
     position, voltage = _run(log, rate, plant, cascade, friction, load, reference, np.zeros(len(log)))
@@ -180,7 +180,7 @@ def _run(
         Commands(asked, zeros, zeros, np.ascontiguousarray(model), zeros, asked, zeros),
     )  # fmt: skip
     if not np.isfinite(traces.position[-1]):
-        raise FricError("the simulated axis runs away", where=log.where, mend="Look at the controller's gains.")
+        raise FricError("the simulated axis runs away", where=log.where, hint="Look at the controller's gains.")
     return traces.position, traces.input
 
 
@@ -200,8 +200,8 @@ def _compared(
     a = np.gradient(v[0], 1 / rate), np.gradient(v[1], 1 / rate)
     pairs = {"position": z, "velocity": v, "acceleration": a} | ({} if force is None else {"force": force})
     signals = {name: _difference(*pair) for name, pair in pairs.items()}
-    told = signals["force" if force is not None else "velocity"]
-    return Validation(loop, log, friction, signals, corner, _worst_second(told, rate))
+    text = signals["force" if force is not None else "velocity"]
+    return Validation(loop, log, friction, signals, corner, _worst_second(text, rate))
 
 
 def _difference(measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> Compared:

@@ -1,4 +1,4 @@
-"""`fric identify gms`: the generalized Maxwell-slip model from pre-sliding loops."""
+"""`fric identify gms`: the generalized Maxwell-slip model from pre-sliding cycles."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def gms(
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """Identify alpha, k and C of the GMS model (eqs. 3 to 6) from pre-sliding loops, and C from sliding."""
+    """Identify alpha, k and C of the GMS model (eqs. 3 to 6) from pre-sliding cycles, and C from sliding."""
     finish(
         lambda _: fric.identify_gms(
             *logs, static=static, plant=plant, blocks=blocks, knots=knots, cycles=cycles, refine=refine

@@ -10,12 +10,12 @@ import typer
 import fric
 from fric.cli.console import ERR, finish, interruption
 from fric.cli.options import (
-    BelievedFriction,
     Force,
     Gain,
     Json,
     Lead,
     MachineFile,
+    NominalFiles,
     Plot,
     RunFile,
     SchemeNames,
@@ -35,7 +35,7 @@ def circle(
     axis: Annotated[
         str | None, typer.Option("--axis", help="Simulate one axis alone; the other follows its reference exactly.")
     ] = None,
-    friction: BelievedFriction = None,
+    friction: NominalFiles = None,
     gain: Gain = None,
     lead: Lead = None,
     friction_model: Annotated[
@@ -70,11 +70,11 @@ def circle(
         raise typer.BadParameter("--friction-model does not go with --from-intervals")
 
     def run(advance: Any) -> Any:
-        believed: dict[str, Any] = {"believed": friction or (), "gain": gain, "lead": lead_given(lead)}
+        nominal_files: dict[str, Any] = {"nominal_files": friction or (), "gain": gain, "lead": lead_given(lead)}
         if from_intervals:
-            subject: Any = fric.read_identified(machine, **believed)
+            subject: Any = fric.read_identified(machine, **nominal_files)
         else:
-            subject = fric.read_machine(machine, friction_model=friction_model, **believed)
+            subject = fric.read_machine(machine, friction_model=friction_model, **nominal_files)
         given: dict[str, Any] = {
             "velocity": velocity,
             "radius": radius,

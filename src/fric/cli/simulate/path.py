@@ -10,12 +10,12 @@ import typer
 import fric
 from fric.cli.console import finish
 from fric.cli.options import (
-    BelievedFriction,
     Force,
     Gain,
     Json,
     Lead,
     MachineFile,
+    NominalFiles,
     Plot,
     RunFile,
     SchemeNames,
@@ -38,7 +38,7 @@ def path(
     velocity: Annotated[
         str, typer.Option("--velocity", help="Feed along the path; a recorded one has its own.")
     ] = "100 mm/s",
-    friction: BelievedFriction = None,
+    friction: NominalFiles = None,
     gain: Gain = None,
     lead: Lead = None,
     schemes: SchemesFile = None,
@@ -50,7 +50,7 @@ def path(
     """Follow a contour given by points under compensation schemes: the glitch at each reversal of an axis."""
     finish(
         lambda advance: fric.path(
-            fric.read_machine(machine, believed=friction or (), gain=gain, lead=lead_given(lead)),
+            fric.read_machine(machine, nominal_files=friction or (), gain=gain, lead=lead_given(lead)),
             points, scheme, velocity=velocity, known=schemes, advance=advance,
         ),
         output, plot, json=json, force=force, doing="schemes",

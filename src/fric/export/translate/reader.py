@@ -61,7 +61,7 @@ def read_program(*entries: Entry) -> Program:
     routines: list[Routine] = []
     for entry in entries:
         if not isinstance(entry.step, Dispatcher):
-            raise FricError("the step is not compiled", mend="Unset NUMBA_DISABLE_JIT.")
+            raise FricError("the step is not compiled", hint="Unset NUMBA_DISABLE_JIT.")
         sizes = {"state": entry.states, "parameters": entry.parameters}
         names = inspect.signature(entry.step.py_func).parameters
         given = tuple(Array.of(one, sizes[one]) if one in sizes else None for one in names)

@@ -182,13 +182,13 @@ def agreement(
         )
         warnings.append(Notice(text, "prediction-without-interval", "doubt"))
     if causes:
-        told = "; ".join(
+        words = "; ".join(
             f"{name} {measured.glitches[name].value * 1e6:+.1f} µm measured, "
             f"{predicted.glitches[name].value * 1e6:+.1f} µm predicted ({CAUSES[cause]})"
             for name, cause in causes.items()
         )
         text = (
-            f"the model does not agree with the circle: {told}. No scheme is to be recommended from this machine file "
+            f"the model does not agree with the circle: {words}. No scheme is to be recommended from this machine file "
             "until that is explained; `fric tune` fits it to the circle"
         )
         warnings.append(Notice(text, "model-disagrees", "wrong"))

@@ -47,7 +47,7 @@ class Coordinates:
     side: float = 0.0
 
     @classmethod
-    def of(cls, believed: FrictionModel, T_d: float) -> Coordinates:
+    def of(cls, nominal: FrictionModel, T_d: float) -> Coordinates:
         """Return the four coordinates about a belief, which may have a map for each direction.
 
         Raises
@@ -55,11 +55,11 @@ class Coordinates:
         FricError
             When it is no GMS model.
         """
-        model = believed.model if isinstance(believed, Directed) else believed
+        model = nominal.model if isinstance(nominal, Directed) else nominal
         if not isinstance(model, GMS):
             raise FricError(f"the friction that is believed is {model.name}, and circles tune a GMS model")
-        if isinstance(believed, Directed):
-            own, other = model.static, believed.negative
+        if isinstance(nominal, Directed):
+            own, other = model.static, nominal.negative
             return cls(replace(model, static=mean_map(own, other)), T_d, side=float(np.log(own.F_c / other.F_c)))
         return cls(model, T_d)
 

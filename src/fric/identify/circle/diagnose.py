@@ -12,9 +12,9 @@ import numpy as np
 from fric.contour import QUADRANTS
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.circle.doubts import doubts_of
 from fric.identify.circle.geometry import BEFORE, FIRST, LARGEST, Geometry, columns_of, fit_geometry, quiet
 from fric.identify.circle.glitches import Glitch, Pulse, glitch_of, noise_of, pulses, smoothed
+from fric.identify.circle.identifiability import identifiability_warnings
 from fric.identify.circle.iso230 import Iso230, iso230
 from fric.identify.circle.pitch import Periodic, periodic_errors
 from fric.identify.circle.revolutions import Revolutions, revolutions
@@ -150,11 +150,11 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     periodic = tuple((line, fit.amplitude(n)) for n, line in enumerate(lines))
     noises = [noise_of(pulse) for n, one in enumerate(turns) for pulse in _pulses_of(one, fit, n).values()]
     noise = float(np.median(noises))
-    doubts = doubts_of(tests, turns, geometry, both, behind, float(LARGEST))
+    notices = identifiability_warnings(tests, turns, geometry, both, behind, float(LARGEST))
     return Diagnosis(
         turns, geometry, _lags(turns), found, periodic, iso230(turns), _rms_of_parts(outside),
         float(np.mean(known)) if known else None, noise, tuple(fit.model(one, n) for n, one in enumerate(turns)),
-        doubts,
+        notices,
     )  # fmt: skip
 
 
@@ -181,12 +181,12 @@ def both_directions(tests: Sequence[MeasuredCircle], feed: float | None = None) 
     """
     asked = [test for test in tests if feed is None or abs(test.feed / feed - 1) < 0.02]
     circles = {(float(f"{test.radius:.3g}"), float(f"{test.feed:.3g}")) for test in asked}
-    told = ", ".join(f"{radius * 1e3:g} mm at {rate * 1e3:g} mm/s" for radius, rate in sorted(circles))
+    text = ", ".join(f"{radius * 1e3:g} mm at {rate * 1e3:g} mm/s" for radius, rate in sorted(circles))
     if not asked:
         known = ", ".join(sorted({f"{test.feed * 1e3:g} mm/s" for test in tests}))
-        raise FricError(f"there is no circle at {(feed or 0) * 1e3:g} mm/s", mend=f"There are {known}.")
+        raise FricError(f"there is no circle at {(feed or 0) * 1e3:g} mm/s", hint=f"There are {known}.")
     if len(circles) > 1:
-        raise FricError(f"the tests are of several circles: {told}", mend='Say which, as in --feed "100 mm/s".')
+        raise FricError(f"the tests are of several circles: {text}", hint='Say which, as in --feed "100 mm/s".')
     found: dict[int, MeasuredCircle] = {}
     for test in asked:
         found.setdefault(test.direction, test)
@@ -197,7 +197,7 @@ def _require_one_circle(tests: Sequence[MeasuredCircle]) -> None:
     if len(tests) > 2 or (len(tests) == 2 and tests[0].direction == tests[1].direction):
         raise FricError(
             f"{len(tests)} tests are not the two directions of one circle",
-            where=tests[0].where, mend="Give one test, or one counter-clockwise and one clockwise.",
+            where=tests[0].where, hint="Give one test, or one counter-clockwise and one clockwise.",
         )  # fmt: skip
     first = tests[0]
     for other in tests[1:]:
@@ -205,7 +205,7 @@ def _require_one_circle(tests: Sequence[MeasuredCircle]) -> None:
             raise FricError(
                 f"is of {other.radius * 1e3:g} mm at {other.feed * 1e3:g} mm/s, and the other direction of "
                 f"{first.radius * 1e3:g} mm at {first.feed * 1e3:g} mm/s",
-                where=other.where, mend="Give both directions of one circle at one feed.",
+                where=other.where, hint="Give both directions of one circle at one feed.",
             )  # fmt: skip
 
 

@@ -54,9 +54,9 @@ class Geometry:
 
     def _quantity(self, name: str, unit: str, scale: float = 1.0, offset: float = 0.0) -> Estimate:
         n = self.names.index(name)
-        reach = float(stdtrit(max(self.freedom, 1), 0.975)) * float(np.sqrt(self.covariance[n, n])) * abs(scale)
+        half_width = float(stdtrit(max(self.freedom, 1), 0.975)) * float(np.sqrt(self.covariance[n, n])) * abs(scale)
         value = offset + scale * float(self.values[n])
-        return Estimate(value, unit, (value - reach, value + reach))
+        return Estimate(value, unit, (value - half_width, value + half_width))
 
     def estimates(self, tests: Sequence[MeasuredCircle], both: bool) -> dict[str, Estimate]:
         """Return the geometry with its intervals."""
@@ -82,8 +82,8 @@ class Geometry:
         part, C = self.values[i : i + 2], self.covariance[i : i + 2, i : i + 2]
         size = float(np.hypot(*part))
         along = part / size if size > 0 else np.array([1.0, 0.0])
-        reach = float(stdtrit(max(self.freedom, 1), 0.975)) * float(np.sqrt(along @ C @ along))
-        return Estimate(size, "m", (max(size - reach, 0.0), size + reach))
+        half_width = float(stdtrit(max(self.freedom, 1), 0.975)) * float(np.sqrt(along @ C @ along))
+        return Estimate(size, "m", (max(size - half_width, 0.0), size + half_width))
 
 
 def columns_of(

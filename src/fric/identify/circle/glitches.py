@@ -128,8 +128,8 @@ def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Gl
     scatter = _between_turns(pulse, place, max((high - low) / 4, LEAST * spacing))
     turns = len(np.unique(pulse.turn))
     se = sqrt(max(se, scatter / sqrt(turns)) ** 2 + base**2)
-    reach = float(stdtrit(max(4 * (turns - 1), 8), 0.975)) * se
-    return Glitch(value, (value - reach, value + reach), radius * (high - low), radius * place)
+    half_width = float(stdtrit(max(4 * (turns - 1), 8), 0.975)) * se
+    return Glitch(value, (value - half_width, value + half_width), radius * (high - low), radius * place)
 
 
 def _half_height(phi: NDArray[np.float64], mean: NDArray[np.float64], top: int) -> tuple[float, float]:

@@ -65,7 +65,7 @@ class Learning:
         if not (0 < made.share <= 1 and made.bandwidth > 0):
             raise FricError(
                 f"a share of {made.share:g} at {made.bandwidth:g} Hz is nothing to learn with",
-                mend="The share lies above 0 and up to 1, the bandwidth above 0.",
+                hint="The share lies above 0 and up to 1, the bandwidth above 0.",
             )
         return made
 
@@ -186,7 +186,7 @@ def learn(
         When there are no rounds, or the machine cannot run the circle.
     """
     if rounds < 1:
-        raise FricError(f"{rounds} rounds are none to learn from", mend="Give 1 or more.")
+        raise FricError(f"{rounds} rounds are none to learn from", hint="Give 1 or more.")
     how = how or Learning.at(test.feed)
     names = pair(machine)
     axes = {name: machine.axes[name] for name in names}
@@ -263,16 +263,16 @@ def _run(
 
 def _believed(axis: Axis, reference: Reference) -> NDArray[np.float64]:
     """Return the voltage against friction that a controller feeds forward before anything is learned [V], (n,)."""
-    model = axis.believed.models.get("gms")
+    model = axis.nominal_friction.models.get("gms")
     if model is None:
         return np.zeros(len(reference))
     plant = axis.nominal or axis.plant
-    return friction_feedforward(model, reference.ahead(_lead(axis)), plant.K_f, axis.believed.gain)
+    return friction_feedforward(model, reference.ahead(_lead(axis)), plant.K_f, axis.nominal_friction.gain)
 
 
 def _lead(axis: Axis) -> float:
     plant = axis.nominal or axis.plant
-    return plant.T_d if axis.believed.lead == "auto" else axis.believed.lead
+    return plant.T_d if axis.nominal_friction.lead == "auto" else axis.nominal_friction.lead
 
 
 def _all_learned(
@@ -370,7 +370,7 @@ def learn_from(
         trace, axis = test.axis(name), machine.axis(name)
         if trace.reference is None or trace.input is None:
             raise FricError(
-                f"axis {name} lacks reference or voltage", where=test.where, mend="Record both beside the position."
+                f"axis {name} lacks reference or voltage", where=test.where, hint="Record both beside the position."
             )
         plant = axis.nominal or axis.plant
         t, r = trace.time, trace.reference
@@ -378,17 +378,17 @@ def learn_from(
         if len(last) != len(t):
             raise FricError(
                 f"what axis {name} fed forward has {len(last)} samples, and the circle {len(t)}", where=test.where,
-                mend="Give the file that this very circle was run with.",
+                hint="Give the file that this very circle was run with.",
             )  # fmt: skip
         ahead = np.interp(t + _lead(axis), t, r)
         model = (np.gradient(np.gradient(ahead, t), t) + plant.A * np.gradient(ahead, t)) / plant.B
         time[name], wanted[name] = t, r
         voltage[name] = next_feedforward(t, r - trace.position, trace.input, model, last, plant, how)
-    told = (
+    words = (
         "what is learned from a circle is for its radius, feed and direction alone: on another it leaves more than a "
         "model that was tuned. `fric learn MACHINE.yaml --rounds N` shows by how much"
     )
-    warnings = [Notice(told, "learned-for-one-circle", "note")]
+    warnings = [Notice(words, "learned-for-one-circle", "note")]
     if how.share < 1 and before is None:
         text = (
             f"a share of {how.share:g} is learned, and nothing is taken for what this round fed forward against "

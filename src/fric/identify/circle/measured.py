@@ -100,14 +100,14 @@ class MeasuredCircle:
             if not getattr(self, what) > 0:
                 raise FricError(f"the {what} of the circle is {getattr(self, what):g}", where=self.where)
         if self.direction not in (1, -1):
-            raise FricError(f"the direction is {self.direction}", where=self.where, mend="Say 1 or -1.")
+            raise FricError(f"the direction is {self.direction}", where=self.where, hint="Say 1 or -1.")
         if self.instrument not in get_args(Instrument):
             raise FricError(f"'{self.instrument}' is no instrument", where=self.where)
         if not self.is_ball_bar and len(self.axes) < 2:
             raise FricError(
                 f"has traces of {', '.join(self.axes) or 'no axis'}, and a circle takes two axes",
                 where=self.where,
-                mend="Record both axes, or the angle and the deviation of a ball bar.",
+                hint="Record both axes, or the angle and the deviation of a ball bar.",
             )
 
     @property
@@ -131,8 +131,8 @@ class MeasuredCircle:
     def axis(self, name: str) -> AxisTrace:
         """Return the trace of an axis; raise a `FricError` that names those there are."""
         if name not in self.axes:
-            told = ", ".join(self.axes) or "none: it is of a ball bar"
-            raise FricError(f"there is no trace of axis '{name}'", where=self.where, mend=f"There are {told}.")
+            text = ", ".join(self.axes) or "none: it is of a ball bar"
+            raise FricError(f"there is no trace of axis '{name}'", where=self.where, hint=f"There are {text}.")
         return self.axes[name]
 
     def stated(self, radius: float | None, feed: float | None) -> MeasuredCircle:

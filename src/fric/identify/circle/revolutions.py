@@ -249,7 +249,7 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
     if whole < 1:
         raise FricError(
             f"covers {np.degrees(turned[0]):.0f}° of the circle at steady feed, and a whole revolution is needed",
-            where=test.where, mend="Record one revolution more than the run-in and the run-out take.",
+            where=test.where, hint="Record one revolution more than the run-in and the run-out take.",
         )  # fmt: skip
     start = int(np.flatnonzero(turned >= 2 * pi * whole - spare)[-1])
     turn = np.minimum((np.abs(angle[start:] - angle[start]) / (2 * pi) + 1e-9).astype(np.intp), whole - 1)

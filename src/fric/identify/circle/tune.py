@@ -14,12 +14,12 @@ from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
 from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.next_circle import NextCircle, circles_ahead, measured_glitch, next_circles
-from fric.identify.circle.tune_doubts import doubts_of
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
+from fric.identify.circle.tune_identifiability import identifiability_warnings
 from fric.identify.circle.tune_intervals import TunedEstimates, tuned_estimates
 from fric.identify.circle.voltage import VoltageRecord, refined, voltage_record
 from fric.notice import Notice
-from fric.simulate.machine import Believed
+from fric.simulate.machine import NominalFriction
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -89,15 +89,15 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     FricError
         When no GMS model is believed, or a test lacks a channel.
     """
-    if "gms" not in axis.believed.models:
+    if "gms" not in axis.nominal_friction.models:
         raise FricError(
             f"the controller of axis {axis.name} believes no GMS model, which tuning starts from",
-            mend="Identify one: fric identify gms, and name it under feedforward in the machine file.",
+            hint="Identify one: fric identify gms, and name it under feedforward in the machine file.",
         )
     nominal = axis.nominal or axis.plant
     records = tuple(voltage_record(test, axis.name) for test in tests)
-    few = Coordinates.of(axis.believed.models["gms"], nominal.T_d)
-    gain = float(np.log(axis.believed.gain)) if axis.believed.gain > 0 else 0.0
+    few = Coordinates.of(axis.nominal_friction.models["gms"], nominal.T_d)
+    gain = float(np.log(axis.nominal_friction.gain)) if axis.nominal_friction.gain > 0 else 0.0
     start = np.array([gain, 0.0, 0.0, 0.0])
     before = at(Balance(records, few, nominal.K_f), start, np.array([1 / nominal.B, nominal.A / nominal.B]))
     starts = [start + np.array([0.0, np.log(stiffness), np.log(C), 0.0]) for stiffness, C in STARTS]
@@ -121,7 +121,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     coordinates = found.balance.coordinates
     friction, T_d = coordinates.belief(found.x), coordinates.delay(found.x)
     m, a = found.plant[:2]
-    warnings = list(doubts_of(axis, tests, before, found))
+    warnings = list(identifiability_warnings(axis, tests, before, found))
     physical = bool(m > 0 and T_d >= 0.5 / axis.cascade.sampling)
     if not physical:
         return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
@@ -142,9 +142,9 @@ def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
     model = friction.model if isinstance(friction, Directed) else friction
     assert isinstance(model, GMS)
     static = directed(model.static, friction.negative if isinstance(friction, Directed) else None)
-    models = {**axis.believed.models, "static": static, "gms": friction}
+    models = {**axis.nominal_friction.models, "static": static, "gms": friction}
     observer = None if axis.observer is None else replace(axis.observer, A=plant.A, B=plant.B)
-    return replace(axis, believed=Believed(models, 1.0, "auto"), nominal=plant, observer=observer)
+    return replace(axis, nominal_friction=NominalFriction(models, 1.0, "auto"), nominal=plant, observer=observer)
 
 
 def _again(found: Fitted, K_f: float) -> tuple[Fitted, NDArray[np.float64]]:
@@ -213,14 +213,14 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
         When a test lacks a channel, or an axis that the machine has, or no GMS model is believed.
     """
     if not tests:
-        raise FricError("there is no circle to tune with", mend="Record one at 100 and one at 10 mm/s.")
+        raise FricError("there is no circle to tune with", hint="Record one at 100 and one at 10 mm/s.")
     names = tests[0].names
     for test in tests:
         if test.names != names or test.is_ball_bar:
-            told = "a ball bar's" if test.is_ball_bar else f"of {' and '.join(test.names)}"
+            words = "a ball bar's" if test.is_ball_bar else f"of {' and '.join(test.names)}"
             raise FricError(
-                f"is {told}, and tuning needs traces of {' and '.join(names)} in every test", where=test.where,
-                mend="Give controller traces of the same axes.",
+                f"is {words}, and tuning needs traces of {' and '.join(names)} in every test", where=test.where,
+                hint="Give controller traces of the same axes.",
             )  # fmt: skip
     axes = {name: tune_axis(machine.axis(name), tests, done) for name in names}
     warnings = [warning for one in axes.values() for warning in one.warnings]
@@ -273,8 +273,8 @@ def tuned_document(found: Tuned) -> dict[str, Any]:
         }
     predicted: dict[str, dict[str, Any]] = {}
     for ahead in found.predicted:
-        told = {"glitch": ahead.glitch, "ci95": list(ahead.ci95), "radius": ahead.radius}
-        predicted.setdefault(f"{ahead.feed:g}", {})[ahead.scheme] = told
+        text = {"glitch": ahead.glitch, "ci95": list(ahead.ci95), "radius": ahead.radius}
+        predicted.setdefault(f"{ahead.feed:g}", {})[ahead.scheme] = text
     measured = {f"{test.feed:g}": measured_glitch(test) for test in found.tests}
     return {
         "axes": axes,

@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 from fric.estimate import Covariance, Estimate, Interval
 from fric.identify.circle.belief import parameters
 from fric.identify.circle.voltage import COMPARED
-from fric.identify.dynamics.covariance import hac_covariance
+from fric.identify.plant.covariance import hac_covariance
 from fric.identify.records.resolution import lattice_step
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def tuned_estimates(found: Fitted, plant: Plant, moved: NDArray[np.float64]) -> 
         static, negative = sided[0], sided[1]
     static["offset"] = Estimate(load, "N", (load - error, load + error))
     gms = {name: sections[name] for name in ("alpha", "k", "C")}
-    told = {
+    text = {
         "A": Estimate(plant.A, "1/s", within("A", plant.A) if plant.A > 0 else None),
         "B": Estimate(plant.B, "m/(s^2*V)", within("B", plant.B)),
         "T_d": Estimate(plant.T_d, "s", within("T_d", plant.T_d)),
@@ -118,7 +118,7 @@ def tuned_estimates(found: Fitted, plant: Plant, moved: NDArray[np.float64]) -> 
     }
     of_friction = [n for n, label in enumerate(labels) if label not in ("A", "B", "T_d") and label in fitted]
     joint = Covariance.of([labels[n] for n in of_friction], spread[np.ix_(of_friction, of_friction)], "log")
-    return TunedEstimates(static, negative, gms, told, joint, covariance[:p, :p])
+    return TunedEstimates(static, negative, gms, text, joint, covariance[:p, :p])
 
 
 def _scaled(one: Estimate, shift: float, wider: float) -> Estimate:

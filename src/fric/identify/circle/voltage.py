@@ -134,14 +134,14 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
             what for what, values in (("reference", trace.reference), ("voltage", trace.input)) if values is None
         )
         raise FricError(
-            f"no {missing} was recorded, which tuning needs", where=where, mend="Record it beside the position."
+            f"no {missing} was recorded, which tuning needs", where=where, hint="Record it beside the position."
         )
     t, (r, z_m, u) = _even(trace.time, trace.reference, trace.position, trace.input)
     sampling = 1.0 / float(t[1] - t[0])
     if sampling < SLOWEST:
         raise FricError(
             f"the test was recorded at {sampling:.3g} Hz", where=where,
-            mend=f"Tuning needs {SLOWEST:g} Hz at least: what happens at a reversal takes some milliseconds.",
+            hint=f"Tuning needs {SLOWEST:g} Hz at least: what happens at a reversal takes some milliseconds.",
         )  # fmt: skip
     rate_of = np.gradient(z_m, t)  # behind the filter of what is compared, noise and all: no motion is taken off
     a = np.gradient(rate_of, t)

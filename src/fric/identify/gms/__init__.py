@@ -1,1 +1,1 @@
-"""The GMS model from pre-sliding loops: virgin curve, knots, refinement by replay."""
+"""The GMS model from pre-sliding cycles: virgin curve, knots, refinement by replay."""

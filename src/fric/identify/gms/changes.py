@@ -39,17 +39,17 @@ def changes(fit: GMSFit) -> Iterator[Notice]:
             continue
         offsets.append(float(offset.mean()))
         levels.append(float(level.mean()))
-        if (told := _drifts(level, CHANGES)) is not None:
+        if (text := _drifts(level, CHANGES)) is not None:
             yield Notice(
-                f"friction changes by {told:+.1%} over record '{one.name}': warm the axis up, and log again",
+                f"friction changes by {text:+.1%} over record '{one.name}': warm the axis up, and log again",
                 "friction-drifts", "doubt",
             )  # fmt: skip
-        if (told := _drifts(offset, CHANGES * F_s)) is not None:
+        if (text := _drifts(offset, CHANGES * F_s)) is not None:
             yield Notice(
-                f"the offset changes by {readable(told, newton, 2)} over record '{one.name}'", "offset-drifts", "doubt"
+                f"the offset changes by {readable(text, newton, 2)} over record '{one.name}'", "offset-drifts", "doubt"
             )
-        if (stretch := misfit_in_one_stretch(one)) is not None:
-            begin, end, there, elsewhere = stretch
+        if (segment := misfit_in_one_stretch(one)) is not None:
+            begin, end, there, elsewhere = segment
             yield Notice(
                 f"the misfit of record '{one.name}' sits from {begin:.4g} to {end:.4g} s: {readable(there, newton, 2)} "
                 f"rms there, {readable(elsewhere, newton, 2)} elsewhere; look what happened to the contact",
@@ -74,10 +74,10 @@ def _between(records: Sequence[Replay], values: Sequence[float], what: str, code
 
 def _over_cycles(one: Replay) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the offset [N] and the friction relative to the model's, of each whole cycle."""
-    turns, seen = one.record.turns, one.used | one.held_out
-    turns = turns[seen[np.minimum(turns, len(seen) - 1)]]
-    ends = turns[::2]
-    measured, modelled = (cycle_energies(one.position, force, turns) for force in (one.measured, one.replayed))
+    reversals, seen = one.record.reversals, one.used | one.held_out
+    reversals = reversals[seen[np.minimum(reversals, len(seen) - 1)]]
+    ends = reversals[::2]
+    measured, modelled = (cycle_energies(one.position, force, reversals) for force in (one.measured, one.replayed))
     rest = one.measured - one.replayed + one.own[0]
     offset = [float(np.mean(rest[a:b])) for a, b in pairwise(ends)]
     return np.array(offset), np.asarray(measured / modelled)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.identify.records.prepared import Prepared
-from fric.identify.records.turns import reversals
+from fric.identify.records.reversals import find_reversals
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Loops:
+class HysteresisCycles:
     """A pre-sliding record and its cycles.
 
     Parameters
     ----------
     record
         The record as it was prepared.
-    turns
+    reversals
         Samples at which the motion turns, shape (m,).
     cycles
         Number of the first and last cycle (from 1) that the identification uses.
     """
 
     record: Prepared
-    turns: NDArray[np.intp]
+    reversals: NDArray[np.intp]
     cycles: tuple[int, int]
 
     @property
@@ -53,23 +53,26 @@ class Loops:
     @property
     def amplitude(self) -> float:
         """Half of the median stroke [m]."""
-        return 0.5 * float(np.median(np.abs(np.diff(self.motion.position[self.turns]))))
+        return 0.5 * float(np.median(np.abs(np.diff(self.motion.position[self.reversals]))))
 
     def chosen(self) -> list[tuple[int, int, int]]:
         """Return start, turn and end of the cycles that are used, as samples."""
-        whole = [(self.turns[n], self.turns[n + 1], self.turns[n + 2]) for n in range(0, len(self.turns) - 2, 2)]
+        whole = [
+            (self.reversals[n], self.reversals[n + 1], self.reversals[n + 2])
+            for n in range(0, len(self.reversals) - 2, 2)
+        ]
         return [(int(a), int(b), int(c)) for a, b, c in whole[self.cycles[0] - 1 : self.cycles[1]]]
 
     def for_replay(self) -> Prepared:
         """Return the record as it is compared: from the first reversal of the chosen cycles to their last."""
         n, (first, last) = len(self.force), self.cycles
-        whole = (len(self.turns) - 1) // 2
+        whole = (len(self.reversals) - 1) // 2
         used = np.zeros(n, dtype=bool)
-        used[self.turns[2 * (first - 1)] : n if (first, last) == (1, whole) else self.turns[2 * last]] = True
-        return replace(self.record, used=used, turns=self.turns)
+        used[self.reversals[2 * (first - 1)] : n if (first, last) == (1, whole) else self.reversals[2 * last]] = True
+        return replace(self.record, used=used, reversals=self.reversals)
 
 
-def find_loops(record: Prepared, cycles: tuple[int, int] | None = None) -> Loops:
+def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> HysteresisCycles:
     """Find the cycles of a record: from one reversal to the next but one.
 
     Parameters
@@ -86,26 +89,27 @@ def find_loops(record: Prepared, cycles: tuple[int, int] | None = None) -> Loops
     """
     motion, where = record.motion, record.log.where
     span = float(np.ptp(motion.position))
-    turns = reversals(motion.position, threshold=0.3 * span) if span > 0 else np.zeros(0, np.intp)
-    count = max((len(turns) - 1) // 2, 0)
+    reversals = find_reversals(motion.position, threshold=0.3 * span) if span > 0 else np.zeros(0, np.intp)
+    count = max((len(reversals) - 1) // 2, 0)
     if count == 0:
         raise FricError(
-            f"no whole cycle is in it ({len(turns)} reversals)",
+            f"no whole cycle is in it ({len(reversals)} reversals)",
             where=where,
-            mend="Log two cycles or more of a slow sine.",
+            hint="Log two cycles or more of a slow sine.",
         )
     first, last = cycles or (1, count)
     if first > count:
         raise FricError(
             f"cycle {first} was asked for, and there are {count}",
             where=where,
-            mend="Choose --cycles anew.",
+            hint="Choose --cycles anew.",
         )
-    loops = Loops(record, turns, (first, min(last, count)))
-    if loops.amplitude < 3.0 * motion.step:
+    hysteresis = HysteresisCycles(record, reversals, (first, min(last, count)))
+    if hysteresis.amplitude < 3.0 * motion.step:
         raise FricError(
-            f"the amplitude is {loops.amplitude / motion.step:.1f} steps of the encoder, too few to see the friction",
+            f"the amplitude is {hysteresis.amplitude / motion.step:.1f} steps of the encoder, "
+            "too few to see the friction",
             where=where,
-            mend="Log a larger amplitude: ten steps or more.",
+            hint="Log a larger amplitude: ten steps or more.",
         )
-    return loops
+    return hysteresis

@@ -9,7 +9,7 @@ import numpy as np
 from fric.estimate import Covariance, Estimate
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.gms.cycles import Loops
+from fric.identify.gms.cycles import HysteresisCycles
 from fric.identify.gms.knots import Blocks, Choice
 from fric.identify.gms.virgin_curve import VirginCurve
 from fric.identify.replay.measured import Replay
@@ -32,7 +32,7 @@ class GMSFit:
         The parameters, one value a block in the order of slip displacements.
     alpha_sum
         Σ alpha before it was normalised: the level of the records relative to the static map.
-    curve, loops, blocks
+    curve, hysteresis, blocks
         The measured virgin curve, the records it is from, and the piecewise-linear fit.
     choice
         How the number of blocks was chosen; None where the user said it.
@@ -57,7 +57,7 @@ class GMSFit:
     C: Estimate
     alpha_sum: Estimate
     curve: VirginCurve
-    loops: tuple[Loops, ...]
+    hysteresis: tuple[HysteresisCycles, ...]
     blocks: Blocks
     choice: Choice | None
     asked: int | None

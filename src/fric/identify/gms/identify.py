@@ -14,7 +14,7 @@ from fric.estimate import Covariance, Estimate
 from fric.friction.directed import directed, mean_map
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.gms.cycles import find_loops
+from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.fit import GMSFit
 from fric.identify.gms.knots import (
     MOST_BLOCKS,
@@ -25,7 +25,7 @@ from fric.identify.gms.knots import (
     fit_blocks,
     fit_without_cycles,
 )
-from fric.identify.gms.notices import told
+from fric.identify.gms.notices import notices_of
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_errors
 from fric.identify.records.flaws import clock_flaws
 from fric.identify.records.prepared import Prepared, prepared
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 ASSUMED_C = 1e4
 """Attraction parameter [N/s] where no record in sliding tells it: a lag s/C of 10 to 16 ms for Table 1."""
-UNTOLD = float(np.log(10.0))
+UNDETERMINED = float(np.log(10.0))
 """Half width of the interval of log C from which on the sliding record does not tell it: a factor of ten."""
 
 
@@ -99,18 +99,18 @@ def identify_gms(
     if static is not None and not (static.F_s > 0.0 and (negative is None or negative.F_s > 0.0)):
         raise FricError(
             "the static map has no friction at break-away (F_s is 0), and alpha is a share of it",
-            mend="Look at what `fric identify static` says of that map, or leave --static out.",
+            hint="Look at what `fric identify static` says of that map, or leave --static out.",
         )
     ready = prepared([*presliding, *sliding], plant)
-    loops = [find_loops(record, cycles) for record in ready[: len(presliding)]]
-    curve = virgin_curve(loops, static, negative)
+    hysteresis = [find_cycles(record, cycles) for record in ready[: len(presliding)]]
+    curve = virgin_curve(hysteresis, static, negative)
     between = mean_map(static, negative) if static is not None else None
     if between is not None and not curve.saturates:
         curve = replace(curve, level=between.F_s)
     motion = presliding[0].motion
     choice, found, without = _blocks(curve, blocks, most_blocks, knots, si_unit("force", motion))
     base = between or StaticMap(found.limit.sum(), found.limit.sum(), 1e-3)
-    cycled = [one.for_replay() for one in loops]
+    cycled = [one.for_replay() for one in hysteresis]
     slides = [record.in_sliding() for record in ready[len(presliding) :]] if static is not None else []
     records = [*cycled, *slides]
 
@@ -137,10 +137,11 @@ def identify_gms(
     blocks_found = Blocks(np.asarray(k.value), limit / np.asarray(k.value))
     curve = with_all_errors(curve, blocks_found(curve.displacement))
     result = GMSFit(
-        presliding[0].axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(loops), found, choice,
+        presliding[0].axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(hysteresis),
+        found, choice,
         blocks, knots is not None, refined, tuple(replays), together, (),
     )  # fmt: skip
-    warnings = told(result, sliding_logged=bool(sliding), plant_given=plant is not None)
+    warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     return replace(result, warnings=(*warnings, *clock_flaws([*presliding, *sliding], "gms")))
 
 
@@ -152,7 +153,7 @@ def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
     if not presliding:
         raise FricError(
             "there is no pre-sliding record among the logs",
-            mend="Log slow sines of small amplitude, and ingest them with --kind presliding-sine.",
+            hint="Log slow sines of small amplitude, and ingest them with --kind presliding-sine.",
         )
     return presliding, [log for log in logs if log.kind == "sliding-sine"]
 
@@ -186,7 +187,7 @@ def _refined(
 
     fit = fitted() if with_C else fitted(C=ASSUMED_C)
     low, high = fit.estimates["gms"]["C"].ci95 or (0.0, 0.0)
-    if with_C and not (low and high and np.log(np.divide(high, low)) < 2.0 * UNTOLD):
+    if with_C and not (low and high and np.log(np.divide(high, low)) < 2.0 * UNDETERMINED):
         fit = fitted(C=ASSUMED_C)
     return fit
 
@@ -200,7 +201,7 @@ def _blocks(
         if at[-1] > curve.displacement[-1]:
             raise FricError(
                 f"the last knot is beyond the virgin curve, which ends at {curve.displacement[-1] * 1e6:.3g} µm",
-                mend="Choose knots within it, or add a record of larger amplitude.",
+                hint="Choose knots within it, or add a record of larger amplitude.",
             )
         found = blocks_from_knots(at, curve(at))
         without = []
@@ -255,5 +256,5 @@ def _replayed(record: Prepared, model: FrictionModel, cycles: tuple[int, int] | 
     if cycles is not None and not record.slides:
         held_out[np.flatnonzero(record.used)[-1] + 1 :] = True
     replayed = record.replay(model)
-    own = record.own_part(record.force - replayed)
+    own = record.record_part(record.force - replayed)
     return Replay(record, replayed + record.own @ own, held_out, own)

@@ -79,7 +79,7 @@ def blocks_from_knots(knots: NDArray[np.float64], force: NDArray[np.float64]) ->
     """
     knots, force = np.asarray(knots, float), np.asarray(force, float)
     if len(knots) == 0 or (np.diff(knots, prepend=0.0) <= 0).any():
-        raise FricError("the knots do not increase from zero", mend="Name them in order, as in '0.9 um, 26 um, 54 um'.")
+        raise FricError("the knots do not increase from zero", hint="Name them in order, as in '0.9 um, 26 um, 54 um'.")
     slopes = np.diff(force, prepend=0.0) / np.diff(knots, prepend=0.0)
     k = slopes - np.append(slopes[1:], 0.0)
     if (k <= 0).any():
@@ -87,7 +87,7 @@ def blocks_from_knots(knots: NDArray[np.float64], force: NDArray[np.float64]) ->
         raise FricError(
             f"the virgin curve does not get flatter at knot {bad + 1} ({knots[bad] * 1e6:.3g} µm), so its block would "
             "have no stiffness",
-            mend="Move that knot, leave it out, or use --knots auto.",
+            hint="Move that knot, leave it out, or use --knots auto.",
         )
     return Blocks(k, knots)
 
@@ -164,11 +164,11 @@ class Choice:
     def reason(self) -> str:
         """Why there are not more, in one sentence."""
         chosen = int(np.argmin(self.criterion))
-        told = f"{chosen + 1} blocks: the criterion is {self.criterion[chosen]:.0f}"
+        text = f"{chosen + 1} blocks: the criterion is {self.criterion[chosen]:.0f}"
         if chosen + 1 == len(self.candidates):
-            return f"{told}, the least, and no more than {chosen + 1} blocks were tried"
+            return f"{text}, the least, and no more than {chosen + 1} blocks were tried"
         return (
-            f"{told}, against {self.criterion[chosen + 1]:.0f} with {chosen + 2}: one more block lowers the "
+            f"{text}, against {self.criterion[chosen + 1]:.0f} with {chosen + 2}: one more block lowers the "
             f"misfit from {self.rms[chosen]:.2g} to {self.rms[chosen + 1]:.2g} {self.unit} rms, less than it is worth "
             f"where friction repeats to {self.spread:.2g} {self.unit}"
         )

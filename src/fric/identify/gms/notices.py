@@ -30,7 +30,7 @@ LEVEL = 0.03
 """Deviation of Σ alpha from 1 that is told."""
 
 
-def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[Notice]:
+def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[Notice]:
     """Yield the warnings of a fit.
 
     Parameters
@@ -56,7 +56,7 @@ def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[No
             fit.reason,
             "fewer-blocks", "note",
         )  # fmt: skip
-    step = max(one.motion.step for one in fit.loops)
+    step = max(one.motion.step for one in fit.hysteresis)
     first = float(fit.model.slip_displacements[0])
     if first < RESOLVED * step:
         yield Notice(
@@ -73,7 +73,7 @@ def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[No
                 f"by {readable(float(gap), newton, 2)} at most, so the data cannot separate them",
                 "blocks-inseparable", "note",
             )  # fmt: skip
-    for one in fit.loops:
+    for one in fit.hysteresis:
         share = one.record.done.inertia_share or 0.0
         if share > INERTIA:
             yield Notice(
@@ -91,9 +91,9 @@ def told(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[No
             if sliding_logged
             else "pre-sliding records do not tell it"
         )
-        mend = "" if sliding_logged else "; log a sine in sliding (fric simulate experiment --kind sliding-sine)"
+        hint = "" if sliding_logged else "; log a sine in sliding (fric simulate experiment --kind sliding-sine)"
         yield Notice(
-            f"C is assumed to be {readable(float(fit.C), si_unit('force rate', axis))}: {why}{mend}",
+            f"C is assumed to be {readable(float(fit.C), si_unit('force rate', axis))}: {why}{hint}",
             "C-assumed", "doubt",
         )  # fmt: skip
     elif not plant_given:

@@ -1,4 +1,4 @@
-"""The virgin curve from pre-sliding loops (Section 3.2.1 of the paper).
+"""The virgin curve from pre-sliding cycles (Section 3.2.1 of the paper).
 
 A branch after a reversal is the virgin curve stretched by two in both axes (Masing). So each branch is moved with its
 start to the origin, both axes are halved, and the branches are averaged over the cycles and over both directions::
@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import stdtrit
 
-from fric.identify.gms.cycles import Loops
+from fric.identify.gms.cycles import HysteresisCycles
 from fric.identify.records.judgement import SATURATED, least_slope
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ class _Branches:
 
 
 def virgin_curve(
-    loops: Sequence[Loops], static: StaticMap | None = None, negative: StaticMap | None = None
+    hysteresis: Sequence[HysteresisCycles], static: StaticMap | None = None, negative: StaticMap | None = None
 ) -> VirginCurve:
     """Return the virgin curve of one or more records: the small loop up to its amplitude, the larger one beyond.
 
@@ -142,15 +142,15 @@ def virgin_curve(
 
     Parameters
     ----------
-    loops
+    hysteresis
         Pre-sliding records.
     static
         The static map; without it no correction is made, and nothing viscous is taken off.
     negative
         That of the negative direction, where each has its own.
     """
-    ordered = sorted(loops, key=lambda one: one.amplitude)
-    groups: list[list[Loops]] = []
+    ordered = sorted(hysteresis, key=lambda one: one.amplitude)
+    groups: list[list[HysteresisCycles]] = []
     for one in ordered:
         if groups and one.amplitude < SAME_AMPLITUDE * groups[-1][0].amplitude:
             groups[-1].append(one)
@@ -189,22 +189,24 @@ def _spliced(parts: list[tuple[str, NDArray[np.float64], NDArray[np.float64], fl
     return VirginCurve(displacement, force, band, table, ends, parts[-1][3], mismatch, relative)
 
 
-def _branches(loops: Loops, maps: tuple[StaticMap | None, StaticMap | None], amplitude: float) -> _Branches:
+def _branches(
+    hysteresis: HysteresisCycles, maps: tuple[StaticMap | None, StaticMap | None], amplitude: float
+) -> _Branches:
     """Return the halved branches of one record, each cycle the mean of its two directions, binned."""
-    z, v = loops.motion.position, loops.motion.velocity
-    static, force, ratio = maps[0], loops.force, np.ones(len(v))
+    z, v = hysteresis.motion.position, hysteresis.motion.velocity
+    static, force, ratio = maps[0], hysteresis.force, np.ones(len(v))
     if static is not None:
         back = maps[1] or static
         force = force - np.where(v < 0, back.sigma, static.sigma) * v
         swing = np.where(v < 0, back.level(v) + static.F_s, static.level(v) + back.F_s)
         ratio = swing / (static.F_s + back.F_s)
-    edges = _edges(amplitude, loops.motion.step)
+    edges = _edges(amplitude, hysteresis.motion.step)
     cycles, places, levels = [], [], []
-    for first, turn, last in loops.chosen():
-        halves = [(first, turn), (turn, last)]
+    for first, reversal, last in hysteresis.chosen():
+        halves = [(first, reversal), (reversal, last)]
         signs = [1.0 if z[b] > z[a] else -1.0 for a, b in halves]
         ends = [
-            _closing(sign * z[a : b + 1], v[a : b + 1], sign * force[a : b + 1], loops.motion.step)
+            _closing(sign * z[a : b + 1], v[a : b + 1], sign * force[a : b + 1], hysteresis.motion.step)
             for sign, (a, b) in zip(signs, halves, strict=True)
         ]
         level = 0.5 * (ends[0] + ends[1])

@@ -33,7 +33,7 @@ class Path:
     position: NDArray[np.float64]
     velocity: NDArray[np.float64] | None
     count: float
-    grain: float
+    resolution: float
     explained: Callable[[int], float]
 
     def distance(self, start: int, stop: int) -> NDArray[np.float64]:
@@ -73,13 +73,13 @@ def path_of(log: Log) -> Path:
             raise FricError(
                 f"the {channel} is no number at sample {bad}",
                 where=log.where,
-                mend="Ingest the log again with --bad-cells drop.",
+                hint="Ingest the log again with --bad-cells drop.",
             )
     if log.position is not None:
         count = lattice_step(log.position) or 0.0
-        grain = max(count, 4.0 * noise_level(log.position))
-        grain = max(grain, 1e-9 * float(np.ptp(log.position)))
-        return Path(time, log.position, None, count, grain, lambda samples: 2.0 * grain)
+        resolution = max(count, 4.0 * noise_level(log.position))
+        resolution = max(resolution, 1e-9 * float(np.ptp(log.position)))
+        return Path(time, log.position, None, count, resolution, lambda samples: 2.0 * resolution)
     assert log.velocity is not None  # a Log holds one of them
     v = log.velocity
     dt = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
@@ -146,9 +146,9 @@ def trimmed(path: Path, start: int, stop: int) -> tuple[int, int]:
     first, last = max(start - n // 2, 0), min(stop + n // 2, len(t))
     residual = z[first:last] - z[inner].mean() - slope * (t[first:last] - t[inner].mean())
     usual = 5.0 * float(np.median(np.abs(residual[start + edge - first : stop - edge - first])))
-    allowed = max(1.5 * path.grain if path.velocity is None else path.explained(n), usual)
-    way = abs(path.travel(start + edge, stop - edge)) / (n - 2 * edge)
-    blind = int(min(2.0 * allowed / way, n)) if way > 0.0 else n
+    allowed = max(1.5 * path.resolution if path.velocity is None else path.explained(n), usual)
+    travel = abs(path.travel(start + edge, stop - edge)) / (n - 2 * edge)
+    blind = int(min(2.0 * allowed / travel, n)) if travel > 0.0 else n
     middle = (start + stop) // 2 - first
     before = _kept(residual[middle::-1], allowed, blind, first + middle + 1 - start, edge)
     after = _kept(residual[middle:], allowed, blind, stop - first - middle, edge)

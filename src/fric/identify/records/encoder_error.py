@@ -18,7 +18,7 @@ from fric.identify.records.resolution import lattice_step
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.identify.records.segments import Stretch
+    from fric.identify.records.segments import Segment
     from fric.log import Log
 
 SAMPLES = 256
@@ -58,26 +58,26 @@ class _Line:
     width: float  # 1/m
     amplitude: float  # m
     speed: float  # m/s
-    stretch: int
+    segment: int
 
 
-def encoder_error(strokes: Sequence[tuple[Log, Stretch]]) -> EncoderError | None:
-    """Return the sub-divisional error that stretches at constant velocity agree on; None where they do not.
+def encoder_error(strokes: Sequence[tuple[Log, Segment]]) -> EncoderError | None:
+    """Return the sub-divisional error that segments at constant velocity agree on; None where they do not.
 
     Parameters
     ----------
     strokes
         Stretches at constant velocity, each with its record.
     """
-    lines = [line for n, (log, stretch) in enumerate(strokes) for line in _lines(log, stretch, n)]
+    lines = [line for n, (log, segment) in enumerate(strokes) for line in _lines(log, segment, n)]
     lines = [line for line in lines if not _hums(line, lines)]
     best: list[_Line] = []
     for line in lines:
         alike = [other for other in lines if abs(other.number - line.number) <= 0.5 * (other.width + line.width)]
         speeds = [other.speed for other in alike]
-        if max(speeds) >= FASTER * min(speeds) and len({o.stretch for o in alike}) > len({o.stretch for o in best}):
+        if max(speeds) >= FASTER * min(speeds) and len({o.segment for o in alike}) > len({o.segment for o in best}):
             best = alike
-    if len({line.stretch for line in best}) < STRETCHES:
+    if len({line.segment for line in best}) < STRETCHES:
         return None
     number = float(np.average([line.number for line in best], weights=[1.0 / line.width for line in best]))
     logs = {id(log): log for log, _ in strokes}.values()
@@ -99,18 +99,18 @@ def _hums(line: _Line, lines: Sequence[_Line]) -> bool:
     return len(alike) >= STRETCHES and max(alike) >= FASTER * min(alike)
 
 
-def _lines(log: Log, stretch: Stretch, n: int) -> list[_Line]:
+def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:
     """Return the highest lines of a stretch that stand out of those around them."""
-    if log.position is None or len(stretch) < SAMPLES:
+    if log.position is None or len(segment) < SAMPLES:
         return []
-    t, z = (values[stretch.start : stretch.stop] for values in (log.time, log.position))
+    t, z = (values[segment.start : segment.stop] for values in (log.time, log.position))
     dt = np.diff(t)
     if np.ptp(dt) > 0.2 * np.median(dt):
         return []
     rest = z - np.polynomial.Polynomial.fit(t, z, 2)(t)
     window = np.hanning(len(rest))
     amplitude = 2.0 * np.abs(np.fft.rfft(rest * window)) / window.sum()
-    number = np.fft.rfftfreq(len(rest), float(np.median(dt))) / abs(stretch.velocity)
+    number = np.fft.rfftfreq(len(rest), float(np.median(dt))) / abs(segment.velocity)
     first = PERIODS
     if len(amplitude) < first + 2 * AROUND:
         return []
@@ -127,7 +127,7 @@ def _lines(log: Log, stretch: Stretch, n: int) -> list[_Line]:
         below, here, above = np.log(amplitude[k - 1 : k + 2] + 1e-300)
         bend = below - 2.0 * here + above
         shift = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
-        found.append(_Line(float((k + shift) * width), width, float(amplitude[k]), abs(stretch.velocity), n))
+        found.append(_Line(float((k + shift) * width), width, float(amplitude[k]), abs(segment.velocity), n))
     return found
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def cycle_energies(
-    position: NDArray[np.float64], force: NDArray[np.float64], turns: NDArray[np.intp]
+    position: NDArray[np.float64], force: NDArray[np.float64], reversals: NDArray[np.intp]
 ) -> NDArray[np.float64]:
     """Return the energy lost in each whole cycle, ``∮F·dz`` from one reversal to the next but one [J], shape (cycles,).
 
@@ -22,11 +22,11 @@ def cycle_energies(
     ----------
     position, force
         The motion [m] and the force along it [N], each of shape (n,).
-    turns
+    reversals
         Samples at which the motion turns.
     """
     work = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(position)))
-    ends = turns[::2]
+    ends = reversals[::2]
     return np.asarray(np.diff(work[ends])) if len(ends) > 1 else np.zeros(0)
 
 

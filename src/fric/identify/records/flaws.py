@@ -17,11 +17,11 @@ from fric.notice import Notice, Severity
 from fric.units import readable
 
 if TYPE_CHECKING:
-    from fric.identify.records.segments import Stretch
+    from fric.identify.records.segments import Segment
     from fric.log import Log
 
 Purpose = Literal["static", "gms", "plant", "inspect"]
-Strokes = Sequence[tuple["Log", "Stretch"]]
+Strokes = Sequence[tuple["Log", "Segment"]]
 
 SMALL = 0.01
 """Share of the friction up to which what varies over place or time is no more than good to know."""
@@ -40,10 +40,10 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
         What they are wanted for: the mean of a stroke bears jitter, a response and an acceleration do not.
     """
     found = [(log, timing(log)) for log in logs]
-    told = []
+    warnings = []
     if lost := [(log, one.lost) for log, one in found if one.lost]:
         worst = max(share for _, share in lost)
-        told.append(Notice(
+        warnings.append(Notice(
             f"{_records(log for log, _ in lost)}: {worst:.2g} of the samples were lost, and the time was counted on as "
             "if they were not: speeds and times are wrong by that. Log at a lower rate or fewer channels, or with the "
             "time of each sample.", "samples-lost", "wrong",
@@ -51,13 +51,13 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     if jitters := [(log, one) for log, one in found if one.jitter]:
         log, worst_one = max(jitters, key=lambda pair: pair[1].displaced)
         size = readable(worst_one.jitter, "s")
-        told.append(Notice(
+        warnings.append(Notice(
             f"{_records(log for log, _ in jitters)}: the position has noise that grows with speed, as where samples "
             f"are taken {size} rms off the time that is logged: {readable(worst_one.displaced, log.unit('position'))} "
             "in the position. Log by the clock of the control, or the time of each sample.",
             "sampling-jitters", "doubt" if purpose in {"static", "inspect"} else "wrong",
         ))  # fmt: skip
-    return told
+    return warnings
 
 
 def stroke_flaws(strokes: Strokes, *, force: float = inf, half_width: float = 0.0) -> list[Notice]:
@@ -73,17 +73,17 @@ def stroke_flaws(strokes: Strokes, *, force: float = inf, half_width: float = 0.
     """
     if not strokes:
         return []
-    told = []
+    warnings = []
     unit, length = (strokes[0][0].unit(channel) for channel in ("force", "position"))
     if (error := encoder_error(strokes)) is not None:
-        told.append(Notice(
+        warnings.append(Notice(
             f"the position ripples with a pitch of {readable(error.pitch, length)} at every speed, by "
             f"{readable(error.amplitude, length)}: a sub-divisional error of the encoder. Knots of that size are not "
             "of friction; adjust the reading head, or log a finer encoder.", "encoder-errs", "doubt",
         ))  # fmt: skip
     if (place := over_place(strokes)) is not None:
         alike = place.cogging == place.friction  # the strokes of the two directions do not meet: it may be either
-        for size, code, what, mend in (
+        for size, code, what, hint in (
             (place.cogging, "force-over-position", "a force over position (cogging, a cable, gravity of a balance)"
              + (" or friction over position" if alike else ""),
              "Log each speed over the same whole stroke, and take that force off"),
@@ -93,19 +93,19 @@ def stroke_flaws(strokes: Strokes, *, force: float = inf, half_width: float = 0.
         ):  # fmt: skip
             if size > 0.0:
                 varies = sqrt(2.0) * size * (sqrt(2.0) if alike else 1.0)
-                told.append(Notice(
+                warnings.append(Notice(
                     f"at the same places of {readable(place.length, length)} strokes take the same force, which varies "
                     f"by {readable(varies, unit)}: {what}. The map is that of the places where each speed was logged. "
-                    f"{mend}.", code, _severity(varies, force, half_width),
+                    f"{hint}.", code, _severity(varies, force, half_width),
                 ))  # fmt: skip
     if (time := over_time(strokes)) is not None:
-        told.append(Notice(
+        warnings.append(Notice(
             f"the force {'rises' if time.rate > 0 else 'falls'} within strokes by {100 * abs(time.rate) * 60:.2g} % "
             f"a minute at every speed, which is {100 * abs(time.change):.2g} % over these records: friction or force "
             "constant drifts. Run the axis warm first, and log the speeds in another order, each again.",
             "force-drifts", _severity(abs(time.change) * force, force, half_width),
         ))  # fmt: skip
-    return told
+    return warnings
 
 
 def _severity(size: float, force: float, half_width: float) -> Severity:

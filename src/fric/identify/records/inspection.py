@@ -14,9 +14,9 @@ from fric.identify.records.flaws import clock_flaws, stroke_flaws
 from fric.identify.records.judgement import branch_slope, excites
 from fric.identify.records.recognition import Sine, fitted_sine, force_rise, recognised_kind
 from fric.identify.records.resolution import encoder_step
-from fric.identify.records.segments import Stretch, stretches_and_rests
-from fric.identify.records.turns import reversals
-from fric.identify.records.uses import Use, judged_uses
+from fric.identify.records.reversals import find_reversals
+from fric.identify.records.segments import Segment, segments_and_rests
+from fric.identify.records.uses import Use, found_uses
 from fric.log import FrequencyResponse, Kind, Log
 from fric.notice import Notice
 
@@ -81,13 +81,13 @@ class Inspection:
         By name, what each channel holds.
     gaps
         Where samples are missing.
-    stretches
-        At constant velocity, see `Stretch`.
+    segments
+        At constant velocity, see `Segment`.
     speeds
         The velocities of the stretches, those within three per cent as one [m/s].
     sine
         The sine that the motion follows, where it does.
-    turns
+    reversals
         Samples at which the motion turns round.
     rise
         Share of the stroke that the force takes to come up after a reversal, see `force_rise`.
@@ -115,10 +115,10 @@ class Inspection:
     jitter: float
     channels: dict[str, Channel]
     gaps: tuple[Gap, ...] = ()
-    stretches: tuple[Stretch, ...] = ()
+    segments: tuple[Segment, ...] = ()
     speeds: tuple[float, ...] = ()
     sine: Sine | None = None
-    turns: tuple[int, ...] = ()
+    reversals: tuple[int, ...] = ()
     rise: float | None = None
     excites: bool = False
     slope: float | None = None
@@ -134,17 +134,17 @@ class Inspection:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain numbers in SI, lists and strings, as JSON takes it."""
-        stretches = [
+        segments = [
             {"start": s.start, "stop": s.stop, "velocity": s.velocity, "velocity_se": s.velocity_se}
             | {"settled": s.settled}
-            for s in self.stretches
+            for s in self.segments
         ]
-        fields = asdict(replace(self, stretches=(), warnings=()))
+        fields = asdict(replace(self, segments=(), warnings=()))
         fields |= {"warnings": list(map(str, self.warnings))}
         fields |= {"warnings_coded": [warning.as_dict() for warning in self.warnings]}
-        fields["reversals"] = list(fields.pop("turns"))
+        fields["reversals"] = list(fields.pop("reversals"))
         fields["energy"] = None if self.energy is None else self.energy.as_dict()
-        return fields | {"stretches": stretches, "encoder_step": self.encoder_step}
+        return fields | {"stretches": segments, "encoder_step": self.encoder_step}
 
 
 @dataclass(frozen=True)
@@ -207,44 +207,44 @@ def inspect(record: Log | FrequencyResponse) -> Inspection | ResponseInspection:
     )  # fmt: skip
     if len(log) < STUCK:
         return replace(found, uses=(Use("identification", False, f"{len(log)} samples are too few"),))
-    stretches, rests = stretches_and_rests(replace(log, kind=None))
-    sine, turns = None, np.zeros(0, dtype=np.intp)
+    segments, rests = segments_and_rests(replace(log, kind=None))
+    sine, reversals = None, np.zeros(0, dtype=np.intp)
     if log.position is not None:
-        sine, turns = fitted_sine(log.time, log.position), reversals(log.position)
-    rise = force_rise(log, turns)
+        sine, reversals = fitted_sine(log.time, log.position), find_reversals(log.position)
+    rise = force_rise(log, reversals)
     warnings = clock_flaws([log], "inspect")
-    warnings += stroke_flaws([(log, stretch) for stretch in stretches]) if log.force is not None else []
-    kind = record.kind or recognised_kind(log, stretches, rests, sine, rise)
+    warnings += stroke_flaws([(log, segment) for segment in segments]) if log.force is not None else []
+    kind = record.kind or recognised_kind(log, segments, rests, sine, rise)
     if kind not in {"constant-velocity", "motion"}:
-        stretches = []
+        segments = []
     if kind not in {"presliding-sine", "sliding-sine"}:
         sine = None
     at = np.flatnonzero(whole)
-    stretches = [
-        replace(s, start=int(at[s.start]), stop=int(at[s.stop - 1]) + 1, onset=int(at[s.onset])) for s in stretches
+    segments = [
+        replace(s, start=int(at[s.start]), stop=int(at[s.stop - 1]) + 1, onset=int(at[s.onset])) for s in segments
     ]
     if log.position is not None:
         found = replace(found, excites=excites(log.time, log.position))
-    if log.position is not None and log.force is not None and len(turns) > 1:
-        lost = energy_per_cycle(cycle_energies(log.position, log.force, turns))
-        found = replace(found, slope=branch_slope(log.position, log.force, turns), energy=lost)
+    if log.position is not None and log.force is not None and len(reversals) > 1:
+        lost = energy_per_cycle(cycle_energies(log.position, log.force, reversals))
+        found = replace(found, slope=branch_slope(log.position, log.force, reversals), energy=lost)
     found = replace(
-        found, kind=kind, stretches=tuple(stretches), speeds=distinct_speeds(stretches), sine=sine,
-        turns=tuple(int(k) for k in at[turns]), rise=rise, warnings=tuple(warnings),
+        found, kind=kind, segments=tuple(segments), speeds=distinct_speeds(segments), sine=sine,
+        reversals=tuple(int(k) for k in at[reversals]), rise=rise, warnings=tuple(warnings),
     )  # fmt: skip
-    return replace(found, uses=judged_uses(found))
+    return replace(found, uses=found_uses(found))
 
 
-def distinct_speeds(stretches: list[Stretch]) -> tuple[float, ...]:
+def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
     """Return the velocities of stretches in ascending order, those of one speed as their mean, by length."""
-    speeds: list[list[Stretch]] = []
-    for stretch in sorted(stretches, key=lambda s: s.velocity):
-        if speeds and abs(stretch.velocity - speeds[-1][0].velocity) <= max(
-            ALIKE * abs(stretch.velocity), 3.0 * np.hypot(stretch.velocity_se, speeds[-1][0].velocity_se)
+    speeds: list[list[Segment]] = []
+    for segment in sorted(segments, key=lambda s: s.velocity):
+        if speeds and abs(segment.velocity - speeds[-1][0].velocity) <= max(
+            ALIKE * abs(segment.velocity), 3.0 * np.hypot(segment.velocity_se, speeds[-1][0].velocity_se)
         ):
-            speeds[-1].append(stretch)
+            speeds[-1].append(segment)
         else:
-            speeds.append([stretch])
+            speeds.append([segment])
     return tuple(float(np.average([s.velocity for s in one], weights=[len(s) for s in one])) for one in speeds)
 
 

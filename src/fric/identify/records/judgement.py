@@ -57,19 +57,19 @@ def told_by(records: Sequence[Prepared]) -> Told:
     """Return what prepared records can tell of friction."""
     slopes, peaks, resolved = [], [], []
     for record in records:
-        turns = record.turns[record.turns < len(record.force)]
-        if record.slides or len(turns) < 2:
+        reversals = record.reversals[record.reversals < len(record.force)]
+        if record.slides or len(reversals) < 2:
             slopes.append(0.0)
             continue
         z, force = record.motion.position, record.force
-        slopes.append(branch_slope(z, force, turns))
-        peaks.append(0.5 * float(np.median([np.ptp(force[a : b + 1]) for a, b in pairwise(turns)])))
-        resolved.append(max(record.motion.step, resolved_way(z, turns)))
+        slopes.append(branch_slope(z, force, reversals))
+        peaks.append(0.5 * float(np.median([np.ptp(force[a : b + 1]) for a, b in pairwise(reversals)])))
+        resolved.append(max(record.motion.step, resolved_way(z, reversals)))
     slope = min(slopes, default=0.0)
     return Told(slope < RISES, slope, max(peaks, default=0.0), min(resolved, default=0.0))
 
 
-def branch_slope(position: NDArray[np.float64], force: NDArray[np.float64], turns: NDArray[np.intp]) -> float:
+def branch_slope(position: NDArray[np.float64], force: NDArray[np.float64], reversals: NDArray[np.intp]) -> float:
     """Return the least slope of the branches between reversals, relative to their mean slope; see `least_slope`.
 
     The branches are averaged over the share of their way, in fiftieths. A branch starts with the force that the one
@@ -77,12 +77,12 @@ def branch_slope(position: NDArray[np.float64], force: NDArray[np.float64], turn
     """
     grid = (np.arange(50) + 0.5) / 50
     branches, before = [], None
-    for a, b in pairwise(turns):
+    for a, b in pairwise(reversals):
         z, F = position[a : b + 1], force[a : b + 1]
-        way = np.maximum.accumulate(np.abs(z - z[0]))
+        travel = np.maximum.accumulate(np.abs(z - z[0]))
         end = float(np.mean(F[-max(len(F) // 20, 1) :]))
-        if before is not None and end != before and len(z) >= 8 and way[-1] > 0:
-            branches.append(np.interp(grid, way / way[-1], (F - before) / (end - before)))
+        if before is not None and end != before and len(z) >= 8 and travel[-1] > 0:
+            branches.append(np.interp(grid, travel / travel[-1], (F - before) / (end - before)))
         before = end
     return least_slope(grid, np.mean(branches, axis=0)) if branches else 0.0
 
@@ -101,10 +101,10 @@ def least_slope(displacement: NDArray[np.float64], force: NDArray[np.float64]) -
     return float(min(slopes, default=np.inf) * displacement[-1] / force[-1])
 
 
-def resolved_way(position: NDArray[np.float64], turns: NDArray[np.intp]) -> float:
+def resolved_way(position: NDArray[np.float64], reversals: NDArray[np.intp]) -> float:
     """Return the way that the axis goes in `SAMPLES` samples after a reversal, the median of all [m]."""
-    after = np.minimum(turns + SAMPLES, len(position) - 1)
-    return float(np.median(np.abs(position[after] - position[turns])))
+    after = np.minimum(reversals + SAMPLES, len(position) - 1)
+    return float(np.median(np.abs(position[after] - position[reversals])))
 
 
 def excites(time: NDArray[np.float64], position: NDArray[np.float64]) -> bool:

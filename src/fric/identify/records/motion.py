@@ -81,7 +81,7 @@ def smooth_motion(time: NDArray[np.float64], position: NDArray[np.float64]) -> M
     step = encoder_step(z)
     moved = np.abs(np.diff(z))
     if not moved.any():
-        raise FricError("the position does not move", mend="Log a motion of many encoder steps.")
+        raise FricError("the position does not move", hint="Log a motion of many encoder steps.")
     if step < FINE * float(np.median(moved[moved > 0])):
         step = 0.0
     if step:
@@ -89,7 +89,7 @@ def smooth_motion(time: NDArray[np.float64], position: NDArray[np.float64]) -> M
         if len(counted) < 2 * DEGREE:
             raise FricError(
                 f"the position hardly moves: {np.ptp(z) / step:.0f} steps of the encoder",
-                mend="Log a motion of many encoder steps.",
+                hint="Log a motion of many encoder steps.",
             )
         instant, crossing = 0.5 * (t[counted] + t[counted + 1]), 0.5 * (z[counted] + z[counted + 1])
         several = np.abs(np.diff(z)[counted]) > 1.5 * step
@@ -203,7 +203,7 @@ def _smoothest(
             smoothest = solved
         low, high = (low, exponent) if chi2 > 1.0 else (exponent, high)
     if smoothest is None:
-        raise FricError("the position jumps more than it moves", mend="Look at the log with `fric inspect`.")
+        raise FricError("the position jumps more than it moves", hint="Look at the log with `fric inspect`.")
     return BSpline(knots, middle + unit * smoothest, DEGREE)
 
 

@@ -19,7 +19,7 @@ from scipy.special import stdtrit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.identify.records.segments import Stretch
+    from fric.identify.records.segments import Segment
     from fric.log import Log
 
     Real = NDArray[np.float64]
@@ -88,7 +88,7 @@ class OverTime:
         return self.rate * self.duration
 
 
-def over_place(strokes: Sequence[tuple[Log, Stretch]]) -> OverPlace | None:
+def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
     """Return what strokes of different speed show at the same places; None where they do not agree, or are too few.
 
     Two strokes are compared where both came, each without its mean and slope there. Noise differs between strokes,
@@ -99,7 +99,7 @@ def over_place(strokes: Sequence[tuple[Log, Stretch]]) -> OverPlace | None:
     strokes
         Stretches at constant velocity, each with its record.
     """
-    cut = [_cut(log, stretch) for log, stretch in strokes if log.position is not None and log.force is not None]
+    cut = [_cut(log, segment) for log, segment in strokes if log.position is not None and log.force is not None]
     if len(cut) < 4:
         return None
     low, high = min(z.min() for z, *_ in cut), max(z.max() for z, *_ in cut)
@@ -130,11 +130,11 @@ class _Common:
     strokes: int
 
 
-def _cut(log: Log, stretch: Stretch) -> tuple[Real, Real, float, float]:
-    part = slice(stretch.start, stretch.stop)
+def _cut(log: Log, segment: Segment) -> tuple[Real, Real, float, float]:
+    part = slice(segment.start, segment.stop)
     assert log.position is not None
     assert log.force is not None
-    return log.position[part], log.force[part], float(np.sign(stretch.velocity)), abs(stretch.velocity)
+    return log.position[part], log.force[part], float(np.sign(segment.velocity)), abs(segment.velocity)
 
 
 def _profile(z: Real, F: Real, edges: Real) -> Real:
@@ -169,7 +169,7 @@ def _common(pairs: Sequence[tuple[Real, Real]]) -> _Common | None:
     )  # fmt: skip
 
 
-def over_time(strokes: Sequence[tuple[Log, Stretch]]) -> OverTime | None:
+def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     """Return the rate at which the size of the force changes, where it is not zero; None where it is, or is not known.
 
     The slope of the force in each stroke is regressed on the size of the force (the rate), on the speed (a force over
@@ -194,20 +194,20 @@ def over_time(strokes: Sequence[tuple[Log, Stretch]]) -> OverTime | None:
     return OverTime(rate, float(stdtrit(freedom, 0.975)) * deviation, duration)
 
 
-def _rate(strokes: Sequence[tuple[Log, Stretch]], begin: float) -> tuple[float, float, int] | None:
+def _rate(strokes: Sequence[tuple[Log, Segment]], begin: float) -> tuple[float, float, int] | None:
     """Return the relative rate in the strokes from a share of each on [1/s], its standard error, and its freedom."""
     rows, slopes, weights = [], [], []
-    for log, stretch in strokes:
-        start = stretch.start + int(begin * len(stretch))
-        part = slice(start, stretch.stop)
-        lasting = float(log.time[stretch.stop - 1] - log.time[stretch.start])
-        if log.force is None or stretch.stop - start < 64 or not stretch.settled or lasting < LASTING:
+    for log, segment in strokes:
+        start = segment.start + int(begin * len(segment))
+        part = slice(start, segment.stop)
+        lasting = float(log.time[segment.stop - 1] - log.time[segment.start])
+        if log.force is None or segment.stop - start < 64 or not segment.settled or lasting < LASTING:
             continue
-        t, F = log.time[part] - log.time[start], log.force[part] * np.sign(stretch.velocity)
+        t, F = log.time[part] - log.time[start], log.force[part] * np.sign(segment.velocity)
         slope, error = _slope(t, F)
         if error == 0.0:  # no noise at all: the force is stuck
             continue
-        rows.append([float(np.mean(F)), abs(stretch.velocity), stretch.velocity])
+        rows.append([float(np.mean(F)), abs(segment.velocity), segment.velocity])
         slopes.append(slope)
         weights.append(1.0 / error)
     if len(rows) < 8:

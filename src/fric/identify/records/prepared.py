@@ -16,7 +16,7 @@ import numpy as np
 from fric.errors import FricError
 from fric.identify.records.force_lag import acting_force
 from fric.identify.records.motion import Motion, smooth_motion
-from fric.identify.records.turns import reversals
+from fric.identify.records.reversals import find_reversals
 from fric.units import si_unit
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ class Prepared:
     used
         Samples that are compared, shape (n,). What comes before the first reversal is not among them, since the
         state in which the record begins is not known.
-    turns
+    reversals
         Samples at which the motion turns, shape (r,); of a record in sliding, at which its velocity does.
     done
         What was made of the record.
@@ -121,7 +121,7 @@ class Prepared:
     motion: Motion
     force: NDArray[np.float64]
     used: NDArray[np.bool_]
-    turns: NDArray[np.intp]
+    reversals: NDArray[np.intp]
     done: Preparation
 
     @property
@@ -145,7 +145,7 @@ class Prepared:
         """Return the force of a model along the motion [N], shape (n,)."""
         return model.replay(self.motion.time, self.motion.position, self.motion.velocity)
 
-    def own_part(self, rest: NDArray[np.float64]) -> NDArray[np.float64]:
+    def record_part(self, rest: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the coefficients of ``own`` that explain most of a force (n,), by least squares, shape (m,)."""
         size = np.abs(self.own[self.used]).max(axis=0, initial=1e-300)
         return np.asarray(np.linalg.lstsq(self.own[self.used] / size, rest[self.used], rcond=None)[0] / size)
@@ -153,22 +153,22 @@ class Prepared:
     def fitted(self, model: FrictionModel) -> NDArray[np.float64]:
         """Return the replayed force with what the record adds of its own [N], shape (n,)."""
         replayed = self.replay(model)
-        return np.asarray(replayed + self.own @ self.own_part(self.force - replayed))
+        return np.asarray(replayed + self.own @ self.record_part(self.force - replayed))
 
     @cached_property
-    def way(self) -> NDArray[np.float64]:
+    def travel(self) -> NDArray[np.float64]:
         """Half of the way since the last reversal [m], as on the virgin curve; infinite in sliding, shape (n,)."""
-        if self.slides or not len(self.turns):
+        if self.slides or not len(self.reversals):
             return np.full(len(self.force), np.inf)
-        last = np.searchsorted(self.turns, np.arange(len(self.force)), side="right") - 1
-        return 0.5 * np.abs(self.motion.position - self.motion.position[self.turns[np.maximum(last, 0)]])
+        last = np.searchsorted(self.reversals, np.arange(len(self.force)), side="right") - 1
+        return 0.5 * np.abs(self.motion.position - self.motion.position[self.reversals[np.maximum(last, 0)]])
 
     @cached_property
     def cycle(self) -> NDArray[np.intp]:
         """Number of the cycle that each sample belongs to, shape (n,): cycles are what is resampled."""
-        n, whole = np.arange(len(self.force)), (len(self.turns) - 1) // 2
+        n, whole = np.arange(len(self.force)), (len(self.reversals) - 1) // 2
         if whole >= CYCLES:
-            return np.asarray(np.minimum(np.searchsorted(self.turns[::2], n, side="right"), whole))
+            return np.asarray(np.minimum(np.searchsorted(self.reversals[::2], n, side="right"), whole))
         return np.asarray((np.cumsum(self.used) - 1) * PIECES // max(int(self.used.sum()), 1))
 
     @cached_property
@@ -178,7 +178,7 @@ class Prepared:
         Sixteenths of the samples by the way since the reversal (in sliding: by velocity), in either sense.
         """
         m = self.motion
-        progress, sense = (m.velocity, m.acceleration) if self.slides else (self.way, m.velocity)
+        progress, sense = (m.velocity, m.acceleration) if self.slides else (self.travel, m.velocity)
         limits = np.quantile(progress, np.arange(1, PARTS) / PARTS)
         return np.asarray(np.searchsorted(limits, progress) + PARTS * (sense > 0))
 
@@ -197,9 +197,9 @@ class Prepared:
     def _cut(self, cut: slice) -> Prepared:
         m, every = self.motion, cut.step or 1
         motion = Motion(m.time[cut], m.position[cut], m.velocity[cut], m.acceleration[cut], m.step)
-        turns = self.turns // every
+        reversals = self.reversals // every
         return Prepared(
-            self.log, motion, self.force[cut], self.used[cut], turns[turns < len(motion.time)],
+            self.log, motion, self.force[cut], self.used[cut], reversals[reversals < len(motion.time)],
             replace(self.done, every=self.done.every * every),
         )  # fmt: skip
 
@@ -216,21 +216,21 @@ class Prepared:
             When the velocity changes over fewer than two cycles, or the motion turns.
         """
         v = self.motion.velocity
-        turns = reversals(v, threshold=0.3 * float(np.ptp(v)))
-        if len(turns) < 5:
+        reversals = find_reversals(v, threshold=0.3 * float(np.ptp(v)))
+        if len(reversals) < 5:
             raise FricError(
                 "the velocity changes over fewer than two cycles", where=self.log.where,
-                mend="Log five cycles or more of a sine about a mean speed, for C.",
+                hint="Log five cycles or more of a sine about a mean speed, for C.",
             )  # fmt: skip
         used = np.zeros(len(v), dtype=bool)
-        used[turns[0] : turns[-1]] = True
+        used[reversals[0] : reversals[-1]] = True
         if (v[used] > 0).any() and (v[used] < 0).any():
             raise FricError(
                 "the motion turns, and C is told by sliding in one direction", where=self.log.where,
-                mend="Raise the mean speed above the amplitude of the velocity.",
+                hint="Raise the mean speed above the amplitude of the velocity.",
             )  # fmt: skip
         own: tuple[Own, ...] = ("offset", "damping") if self.done.mass is not None else ("offset", "damping", "mass")
-        return replace(self, used=used, turns=turns, done=replace(self.done, own=own))
+        return replace(self, used=used, reversals=reversals, done=replace(self.done, own=own))
 
 
 def drive_force(log: Log, K_f: float | None = None) -> tuple[NDArray[np.float64], Literal["force", "input"]]:
@@ -269,10 +269,10 @@ def prepared(logs: Sequence[Log], plant: Plant | None = None) -> tuple[Prepared,
         When a record has no force, holds a value that is no number, or does not move.
     """
     if not logs:
-        raise FricError("there is no record", mend="Name a log with a force.")
+        raise FricError("there is no record", hint="Name a log with a force.")
     if len({(log.axis, log.motion) for log in logs}) > 1:
-        told = ", ".join(sorted({log.axis for log in logs}))
-        raise FricError(f"the records are of several axes ({told})", mend="Identify one axis at a time.")
+        text = ", ".join(sorted({log.axis for log in logs}))
+        raise FricError(f"the records are of several axes ({text})", hint="Identify one axis at a time.")
     records = tuple(_prepared(log, plant) for log in logs)
     every = -(-sum(len(record.log) for record in records) // MOST)
     return tuple(record.thinned(every) for record in records)
@@ -282,7 +282,7 @@ def _prepared(log: Log, plant: Plant | None) -> Prepared:
     force, source = drive_force(log, plant.K_f if plant else None)
     if not np.ptp(force):
         raise FricError(
-            "the force does not change", where=log.where, mend="Is it the right column? Friction changes its sign."
+            "the force does not change", where=log.where, hint="Is it the right column? Friction changes its sign."
         )
     position = log.position
     if position is None:
@@ -294,7 +294,7 @@ def _prepared(log: Log, plant: Plant | None) -> Prepared:
             raise FricError(
                 f"the {channel} is no number at sample {int(np.argmin(np.isfinite(values)))}",
                 where=log.where,
-                mend="Ingest the log again with --bad-cells drop.",
+                hint="Ingest the log again with --bad-cells drop.",
             )
     try:
         motion = smooth_motion(log.time, position)
@@ -315,10 +315,10 @@ def _prepared(log: Log, plant: Plant | None) -> Prepared:
         )  # fmt: skip
     elif log.kind == "motion":
         done = replace(done, own=("offset", "mass"))
-    turns = reversals(position)
+    reversals = find_reversals(position)
     used = np.ones(len(log), dtype=bool)
-    if len(turns) > 1:
-        used[: turns[0]] = False
+    if len(reversals) > 1:
+        used[: reversals[0]] = False
     else:
         used[np.abs(position - position[0]) < 0.02 * np.ptp(position)] = False
-    return Prepared(log, motion, np.asarray(force, float), used, turns, done)
+    return Prepared(log, motion, np.asarray(force, float), used, reversals, done)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.identify.records.resolution import lattice_step, noise_level
-from fric.identify.records.segments import Stretch
-from fric.identify.records.turns import reversals
+from fric.identify.records.reversals import find_reversals
+from fric.identify.records.segments import Segment
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,7 +54,7 @@ class Sine:
     explained: float
 
     @property
-    def turns(self) -> bool:
+    def reversals(self) -> bool:
         """Whether the motion turns round, rather than sliding on."""
         return 2.0 * np.pi * self.frequency * self.amplitude > abs(self.mean_velocity)
 
@@ -65,9 +65,9 @@ def fitted_sine(time: NDArray[np.float64], position: NDArray[np.float64]) -> Sin
     The run-in and the end are left out: before the second reversal and after the last; of a motion that never turns, a
     quarter at each end.
     """
-    turns = reversals(position)
+    reversals = find_reversals(position)
     n = len(position)
-    start, stop = (int(turns[1]), int(turns[-1]) + 1) if len(turns) > 3 else (n // 4, n - n // 4)
+    start, stop = (int(reversals[1]), int(reversals[-1]) + 1) if len(reversals) > 3 else (n // 4, n - n // 4)
     if stop - start < 32:
         return None
     t, z = time[start:stop] - time[start], position[start:stop]
@@ -105,13 +105,13 @@ def fitted_sine(time: NDArray[np.float64], position: NDArray[np.float64]) -> Sin
     if explained < SINE_FIT or frequency * span < 1.0:
         return None
     amplitude, velocity = float(np.hypot(weights[2], weights[3])), float(weights[1]) / span
-    if len(turns) > 3:
-        amplitude, velocity = 0.5 * float(np.median(np.abs(np.diff(position[turns[1:]])))), 0.0
+    if len(reversals) > 3:
+        amplitude, velocity = 0.5 * float(np.median(np.abs(np.diff(position[reversals[1:]])))), 0.0
     return Sine(amplitude, frequency, velocity, frequency * span, explained)
 
 
 def recognised_kind(
-    log: Log, stretches: list[Stretch], rests: list[tuple[int, int]], sine: Sine | None, rise: float | None
+    log: Log, segments: list[Segment], rests: list[tuple[int, int]], sine: Sine | None, rise: float | None
 ) -> Kind:
     """Return the kind of a record by what it does.
 
@@ -121,36 +121,36 @@ def recognised_kind(
     ----------
     log
         The record.
-    stretches, rests
-        What `fric.identify.records.segments.stretches_and_rests` found in it.
+    segments, rests
+        What `fric.identify.records.segments.segments_and_rests` found in it.
     sine
         What `fitted_sine` found.
     rise
         What `force_rise` found: it tells pre-sliding from sliding. Without a force, pre-sliding is supposed.
     """
-    steady = sum(stretch.stop - stretch.onset for stretch in stretches)
+    steady = sum(segment.stop - segment.onset for segment in segments)
     if sine is not None and steady < STROKE_SHARE * len(log):
-        return "presliding-sine" if sine.turns and (rise is None or rise > RISING_SHARE) else "sliding-sine"
+        return "presliding-sine" if sine.reversals and (rise is None or rise > RISING_SHARE) else "sliding-sine"
     if _is_broad_band(log):
         return "frequency-response"
     moving = max(len(log) - sum(stop - start for start, stop in rests), 1)
     strokes = all(
         a.velocity * b.velocity < 0.0 or any(a.stop <= start and stop <= b.start for start, stop in rests)
-        for a, b in pairwise(stretches)
+        for a, b in pairwise(segments)
     )
     return "constant-velocity" if steady >= (STROKE_SHARE if strokes else STEADY_SHARE) * moving else "motion"
 
 
-def force_rise(log: Log, turns: NDArray[np.intp]) -> float | None:
+def force_rise(log: Log, reversals: NDArray[np.intp]) -> float | None:
     """Return the share of the stroke that the force takes after a reversal until it has come up by nine tenths.
 
     It is the median over the branches between turns, the force of the later half of a branch counting as come up. None
     where there is no force, no position or no branch.
     """
-    if log.force is None or log.position is None or len(turns) < 2:
+    if log.force is None or log.position is None or len(reversals) < 2:
         return None
     shares = []
-    for begin, end in pairwise(turns):
+    for begin, end in pairwise(reversals):
         z, force = log.position[begin : end + 1], log.force[begin : end + 1]
         up = float(np.median(force[len(force) // 2 :])) - float(force[0])
         if up != 0.0:

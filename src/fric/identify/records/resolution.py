@@ -87,9 +87,9 @@ def _rounded_step(gaps: NDArray[np.float64], needed: int, rounding: float, *, of
             counts = np.maximum(np.round(near / step), 1.0)
             step = float(near.sum() / counts.sum())
         misfit = np.abs(near - step * counts)
-        told = often or np.count_nonzero(counts == counts[0]) < 0.9 * len(counts)
+        text = often or np.count_nonzero(counts == counts[0]) < 0.9 * len(counts)
         # two rounded counts make a gap: each is off by up to a fifth where the log kept few decimals
-        if told and len(near) >= needed and np.quantile(misfit, 0.99) < 0.25 * step and misfit.mean() < 0.21 * step:
+        if text and len(near) >= needed and np.quantile(misfit, 0.99) < 0.25 * step and misfit.mean() < 0.21 * step:
             return step
     return None
 

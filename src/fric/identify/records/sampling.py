@@ -32,7 +32,7 @@ def even_sampling(log: Log) -> float:
         When the record has fewer than 16 samples, or an interval between samples is not the mean one.
     """
     if len(log) < 16:
-        raise FricError(f"the record has {len(log)} samples", where=log.where, mend="Log a longer motion.")
+        raise FricError(f"the record has {len(log)} samples", where=log.where, hint="Log a longer motion.")
     period = float(log.time[-1] - log.time[0]) / (len(log) - 1)
     off = np.abs(np.diff(log.time) / period - 1)
     worst = int(np.argmax(off))
@@ -41,7 +41,7 @@ def even_sampling(log: Log) -> float:
         raise FricError(
             f"the sampling is uneven: {step:.4g} s after t = {log.time[worst]:.6g} s, and {period:.4g} s on average",
             where=log.where,
-            mend="Ingest a record without gaps, or cut it at the gap into records of their own.",
+            hint="Ingest a record without gaps, or cut it at the gap into records of their own.",
         )
     return 1 / period
 
@@ -71,12 +71,12 @@ def evened(log: Log) -> tuple[Log, list[str]]:
     channels: dict[str, Any] = {
         name: CubicSpline(log.time, values)(even) for name, values in log.channels().items() if name != "time"
     }
-    told = Notice(
+    text = Notice(
         f"{log.name}: the sampling is not even ({missing} of {intervals + 1} samples are missing, the others up to "
         f"{100 * float(np.abs(_phase(log.time, period)).max()):.0f} % of a sample off): it was made even along a cubic",
         "sampling-uneven", "note",
     )  # fmt: skip
-    return replace(log, time=even, **channels), [told]
+    return replace(log, time=even, **channels), [text]
 
 
 def _phase(time: NDArray[np.float64], period: float) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Steady stretches of a record: where the drive moves at a constant velocity and its friction has settled.
+"""Steady segments of a record: where the drive moves at a constant velocity and its friction has settled.
 
 A record may be one speed, or an hour of strokes at many. On position z(t), constant velocity is a straight line, and
 the distance of z from the chord between two samples is the CUSUM of the velocity. The search is in four steps:
@@ -33,7 +33,7 @@ TREND = 0.01
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Segment:
     """Samples ``start`` up to ``stop`` of a record, at constant velocity and with the friction force settled.
 
     Parameters
@@ -61,7 +61,7 @@ class Stretch:
         return self.stop - self.start
 
 
-def steady_stretches(log: Log) -> list[Stretch]:
+def steady_segments(log: Log) -> list[Segment]:
     """Return the stretches of a record at constant velocity, in the order of time; standing still is none.
 
     Parameters
@@ -75,18 +75,18 @@ def steady_stretches(log: Log) -> list[Stretch]:
     FricError
         When position, velocity or time is not a number somewhere.
     """
-    return stretches_and_rests(log)[0]
+    return segments_and_rests(log)[0]
 
 
 @one_blas_thread()
-def stretches_and_rests(log: Log) -> tuple[list[Stretch], list[tuple[int, int]]]:
-    """Return the stretches as `steady_stretches` does, and where the axis stands still: first sample, one past last."""
+def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
+    """Return the stretches as `steady_segments` does, and where the axis stands still: first sample, one past last."""
     if len(log) < SHORTEST or log.kind in {"presliding-sine", "sliding-sine", "frequency-response"}:
         return [], []
     path = path_of(log)
     pieces = straight_pieces(path)
     kept = (trimmed(path, *trimmed(path, *piece)) for piece in pieces)
-    found = [stretch for piece in kept if (stretch := _judged(path, *piece)) is not None]
+    found = [segment for piece in kept if (segment := _accepted(path, *piece)) is not None]
     moves = [
         (
             start,
@@ -97,20 +97,20 @@ def stretches_and_rests(log: Log) -> tuple[list[Stretch], list[tuple[int, int]]]
         )
         for start, stop in pieces
     ]
-    while moments := [stretch for stretch in found if not _lasts(stretch, found, moves, len(log))]:
+    while moments := [segment for segment in found if not _lasts(segment, found, moves, len(log))]:
         found.remove(min(moments, key=len))
-    rests = [(start, stop) for start, stop, way, rest, _ in moves if way <= rest]
+    rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest]
     if log.force is not None and np.isfinite(log.force).all():
-        found = [_settled(path, log.force, stretch) for stretch in found]
+        found = [_settled(path, log.force, segment) for segment in found]
     return found, rests
 
 
-def _judged(path: Path, start: int, stop: int) -> Stretch | None:
+def _accepted(path: Path, start: int, stop: int) -> Segment | None:
     """Return the stretch, or None where it is too short, stands still, or its velocity has a trend."""
     n = stop - start
     if n < SHORTEST:
         return None
-    if abs(path.travel(start, stop)) <= (path.explained(n) if path.count == 0.0 else SHORTEST * path.grain):
+    if abs(path.travel(start, stop)) <= (path.explained(n) if path.count == 0.0 else SHORTEST * path.resolution):
         return None
     t = path.time[start:stop] - path.time[start:stop].mean()
     duration = float(t[-1] - t[0])
@@ -133,7 +133,7 @@ def _judged(path: Path, start: int, stop: int) -> Stretch | None:
         bend, bend_se = _regressed(legendre[degree], left)
         if swing * abs(bend) > max(TREND * abs(velocity), 5.0 * swing * bend_se, 12.0 * least):
             return None
-    return Stretch(start, stop, velocity, velocity_se, onset=start)
+    return Segment(start, stop, velocity, velocity_se, onset=start)
 
 
 def _count_error(count: float, velocity: float, duration: float, samples: int) -> float:
@@ -164,28 +164,28 @@ def _regressed(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, f
 
 
 def _lasts(
-    stretch: Stretch, found: list[Stretch], pieces: list[tuple[int, int, float, float, float]], samples: int
+    segment: Segment, found: list[Segment], pieces: list[tuple[int, int, float, float, float]], samples: int
 ) -> bool:
     """Say whether a stretch is no mere moment between longer accelerations, such as the crest of a sine.
 
     An acceleration reaches up to the next stretch, or the next piece at rest (or slower by far).
     """
-    bounds = [(other.start, other.stop) for other in found if other is not stretch]
+    bounds = [(other.start, other.stop) for other in found if other is not segment]
     bounds += [
         (start, stop)
-        for start, stop, way, rest, duration in pieces
-        if way <= max(rest, 0.02 * abs(stretch.velocity) * duration)
+        for start, stop, travel, rest, duration in pieces
+        if travel <= max(rest, 0.02 * abs(segment.velocity) * duration)
     ]
-    before = max((stop for _, stop in bounds if stop <= stretch.start), default=0)
-    after = min((start for start, _ in bounds if start >= stretch.stop), default=samples)
-    return len(stretch) >= 0.5 * max(stretch.start - before, after - stretch.stop)
+    before = max((stop for _, stop in bounds if stop <= segment.start), default=0)
+    after = min((start for start, _ in bounds if start >= segment.stop), default=samples)
+    return len(segment) >= 0.5 * max(segment.start - before, after - segment.stop)
 
 
-def _settled(path: Path, force: NDArray[np.float64], stretch: Stretch) -> Stretch:
+def _settled(path: Path, force: NDArray[np.float64], segment: Segment) -> Segment:
     """Cut the settling of the force off a stretch."""
-    cut, settled = settled_from(force[stretch.start : stretch.stop])
+    cut, settled = settled_from(force[segment.start : segment.stop])
     if cut == 0:
-        return stretch
-    start = stretch.start + cut
-    shorter = _judged(path, start, stretch.stop) or stretch
-    return Stretch(start, stretch.stop, shorter.velocity, shorter.velocity_se, stretch.onset, settled)
+        return segment
+    start = segment.start + cut
+    shorter = _accepted(path, start, segment.stop) or segment
+    return Segment(start, segment.stop, shorter.velocity, shorter.velocity_se, segment.onset, settled)

@@ -24,7 +24,7 @@ class Use:
     why: str
 
 
-def judged_uses(found: Inspection) -> tuple[Use, ...]:
+def found_uses(found: Inspection) -> tuple[Use, ...]:
     """Return what a record is good for, judged by what was found in it."""
     return _static_use(found), _gms_use(found), _plant_use(found)
 
@@ -33,17 +33,17 @@ def _static_use(found: Inspection) -> Use:
     purpose = "static"
     if "force" not in found.channels:
         return Use(purpose, False, "no force was logged")
-    if not found.stretches:
-        return Use(purpose, False, "no stretch at constant velocity")
+    if not found.segments:
+        return Use(purpose, False, "no segment at constant velocity")
     if found.channels["force"].clipped:
         return Use(purpose, False, f"the force is clipped in {found.channels['force'].clipped} samples")
-    settled = [s for s in found.stretches if s.settled]
+    settled = [s for s in found.segments if s.settled]
     if not settled:
         return Use(purpose, False, "the force settles nowhere: longer strokes are needed")
-    unsettled = len(found.stretches) - len(settled)
-    told = f"{len(found.speeds)} speeds" if len(found.speeds) > 1 else "one speed: a map takes records at others too"
-    told += f", {unsettled} of {len(found.stretches)} stretches not settled" if unsettled else ""
-    return Use(purpose, True, told)
+    unsettled = len(found.segments) - len(settled)
+    text = f"{len(found.speeds)} speeds" if len(found.speeds) > 1 else "one speed: a map takes records at others too"
+    text += f", {unsettled} of {len(found.segments)} stretches not settled" if unsettled else ""
+    return Use(purpose, True, text)
 
 
 def _gms_use(found: Inspection) -> Use:
@@ -55,21 +55,23 @@ def _gms_use(found: Inspection) -> Use:
     position, step = found.channels["position"], found.encoder_step
     half = 0.5 * (position.high - position.low) if position.high is not None and position.low is not None else 0.0
     amplitude = found.sine.amplitude if found.sine else half
-    if found.kind == "sliding-sine" and len(found.turns) < 3:
+    if found.kind == "sliding-sine" and len(found.reversals) < 3:
         return Use(purpose, True, "for the attraction parameter C; knots take a sine in pre-sliding")
-    if len(found.turns) < 3:
-        return Use(purpose, False, f"{len(found.turns)} reversals: whole branches take three")
+    if len(found.reversals) < 3:
+        return Use(purpose, False, f"{len(found.reversals)} reversals: whole branches take three")
     if step and amplitude < STEPS * step:
         return Use(purpose, False, f"the amplitude is {amplitude / step:.1f} steps of the encoder: three are needed")
-    branch = (found.turns[-1] - found.turns[0]) / (len(found.turns) - 1)
+    branch = (found.reversals[-1] - found.reversals[0]) / (len(found.reversals) - 1)
     if branch < BRANCH:
         return Use(purpose, False, f"{branch:.0f} samples a branch are too few")
     if found.kind != "presliding-sine" and (found.rise is None or found.rise <= RISING_SHARE):
         return Use(purpose, False, f"pre-sliding is over in {100 * (found.rise or 0.0):.1f} % of a stroke")
-    told = f"{len(found.turns) - 1} branches" + (f" of {2 * amplitude / step:.0f} steps of the encoder" if step else "")
+    text = f"{len(found.reversals) - 1} branches" + (
+        f" of {2 * amplitude / step:.0f} steps of the encoder" if step else ""
+    )
     if found.slope is not None and found.slope > RISES:
-        told += "; none of them slides: F_s takes --static, or a larger amplitude"
-    return Use(purpose, True, told)
+        text += "; none of them slides: F_s takes --static, or a larger amplitude"
+    return Use(purpose, True, text)
 
 
 def _plant_use(found: Inspection) -> Use:

@@ -181,7 +181,7 @@ def _scored(
             left = record.force - record.replay(fit.model)
             source = of_fit if of_fit.used.any() else record.restricted(to_score)
             if source.used.any():
-                left = left - record.own @ source.own_part(left)
+                left = left - record.own @ source.record_part(left)
             rest[to_score] = left[to_score]
             fitted.append(left[of_fit.used])
     all_of_it, all_near = np.concatenate(residual), np.concatenate(near)
@@ -228,7 +228,7 @@ def _lead(records: Sequence[Prepared], best: Score, other: Score) -> tuple[float
     sums, counts = [], []
     for record, mine, theirs in zip(records, best.residual, other.residual, strict=True):
         difference = theirs**2 - mine**2
-        cuts = record.turns if len(record.turns) >= 8 else np.linspace(0, len(mine), 31).astype(int)[1:-1]
+        cuts = record.reversals if len(record.reversals) >= 8 else np.linspace(0, len(mine), 31).astype(int)[1:-1]
         for piece in np.split(difference, cuts):
             known = piece[np.isfinite(piece)]
             if len(known):

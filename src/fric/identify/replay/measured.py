@@ -71,8 +71,8 @@ class Replay:
         """Energy lost per cycle [J], of all whole cycles from the first that the fit used; None in sliding."""
         if self.record.slides:
             return None
-        turns = self.record.turns[self.record.turns >= int(np.argmax(self.used))]
-        return energy_per_cycle(cycle_energies(self.position, self.measured, turns))
+        reversals = self.record.reversals[self.record.reversals >= int(np.argmax(self.used))]
+        return energy_per_cycle(cycle_energies(self.position, self.measured, reversals))
 
     @property
     def rmse(self) -> float:

@@ -23,7 +23,7 @@ def presliding_length(record: Prepared) -> float:
     Where a record has no two reversals, a hundredth of its way.
     """
     z, found = record.motion.position, []
-    for begin, end in zip(record.turns[:-1], record.turns[1:], strict=True):
+    for begin, end in zip(record.reversals[:-1], record.reversals[1:], strict=True):
         force = record.force[begin:end]
         if len(force) < 8:
             continue
@@ -39,7 +39,7 @@ def near_reversals(record: Prepared, presliding: float) -> NDArray[np.bool_]:
     """Return which samples come within 0.3 s or ten pre-sliding lengths [m] after a reversal, shape (n,)."""
     near = np.zeros(len(record.force), bool)
     t, z = record.motion.time, record.motion.position
-    for begin, end in zip(record.turns, [*record.turns[1:], len(t)], strict=True):
+    for begin, end in zip(record.reversals, [*record.reversals[1:], len(t)], strict=True):
         part = slice(int(begin), int(end))
         near[part] = (t[part] - t[begin] < NEAR) | (np.abs(z[part] - z[begin]) < LENGTHS * presliding)
     return near

@@ -18,7 +18,7 @@ from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.ranges import search_ranges
 from fric.identify.replay.replay_intervals import correlated, edges, joint, limits, order, replay_covariance
 from fric.identify.replay.replay_search import Point, Search
-from fric.identify.replay.untold import opened
+from fric.identify.replay.undetermined import opened
 from fric.notice import Notice
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
@@ -169,19 +169,19 @@ def identify_by_replay(
         assumed.add((c.section, p.name))
         text = f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}"
         warnings.append(Notice(text, "parameter-untold"))
-    return _told(search, best, warnings, assumed, static)
+    return _described(search, best, warnings, assumed, static)
 
 
 def _as_it_tells_the_lag(record: Prepared) -> Prepared:
     """Return a record in sliding one way as it tells the lag; another one as it is."""
-    of_lag = record.log.kind == "sliding-sine" and not record.slides and not len(record.turns)
+    of_lag = record.log.kind == "sliding-sine" and not record.slides and not len(record.reversals)
     return record.in_sliding() if of_lag else record
 
 
 def _known(name: str) -> type[FrictionModel]:
     known = {key: model for key, model in models().items() if model.identified}
     if name not in known:
-        raise FricError(f"there is no friction model '{name}' to fit", mend=f"There are {', '.join(known)}.")
+        raise FricError(f"there is no friction model '{name}' to fit", hint=f"There are {', '.join(known)}.")
     return known[name]
 
 
@@ -195,7 +195,7 @@ def _held(
     declared = {p.name: (section, p) for section, parameters in model.declared().items() for p in parameters}
     for name in (*fix, *free):
         if name not in declared:
-            raise FricError(f"{model.name} has no parameter '{name}'", mend=f"It has {', '.join(declared)}.")
+            raise FricError(f"{model.name} has no parameter '{name}'", hint=f"It has {', '.join(declared)}.")
     held: dict[tuple[str, str], float] = {}
     for name, (section, p) in declared.items():
         if name in fix:
@@ -228,7 +228,7 @@ def _coordinates_of(coordinates: Coordinates, model: FrictionModel) -> NDArray[n
     return np.asarray(np.clip(x, coordinates.lower, coordinates.upper))
 
 
-def _told(
+def _described(
     search: Search,
     best: Point,
     warnings: list[str],
@@ -239,15 +239,15 @@ def _told(
     coordinates, records = search.coordinates, tuple(search.records)
     motion = records[0].log.motion
     x, seen = best.x, search.seen(best)
-    reach = float(stdtrit(max(len(best.residual) - len(x), 1), 0.975))
+    quantile = float(stdtrit(max(len(best.residual) - len(x), 1), 0.975))
     covariance = np.full((len(x), len(x)), np.nan)
     if seen.any():
         slopes = best.gradient[:, seen]
-        covariance[np.ix_(seen, seen)] = replay_covariance(slopes, best.residual, records, reach) + _of_timing(
+        covariance[np.ix_(seen, seen)] = replay_covariance(slopes, best.residual, records, quantile) + _of_timing(
             search, x, slopes
         )
     values = coordinates.values(x)
-    within, untold_of = opened(coordinates, values, limits(coordinates, x, covariance, seen, reach), records)
+    within, untold_of = opened(coordinates, values, limits(coordinates, x, covariance, seen, quantile), records)
     blocks = order(coordinates, values)
     estimates: dict[str, dict[str, Estimate]] = {}
     scaled: dict[str, dict[str, Estimate]] = {}
@@ -261,8 +261,8 @@ def _told(
                 interval = tuple(fitted[n] for n in blocks) if fitted else None
             elif fitted:
                 interval = fitted[0]
-            unit, untold = si_unit(p.dimension, motion), key in assumed
-            found = Estimate(value, unit, interval, fixed=interval is None and not untold, assumed=untold)
+            unit, undetermined = si_unit(p.dimension, motion), key in assumed
+            found = Estimate(value, unit, interval, fixed=interval is None and not undetermined, assumed=undetermined)
             kept = section == "static" and static is not None and fitted is None and p.name in static
             estimates[section][p.name], scaled[section][p.name] = (static[p.name] if kept else found), found  # type: ignore[index]
     model = coordinates.on_guideway(coordinates.model.from_sections(scaled), values)
@@ -281,7 +281,7 @@ def _told(
     squares = max(float(residual @ residual), 1e-300)
     rho = min(max(float(residual[1:] @ residual[:-1]) / squares, 0.0), 0.999)
     independent = len(residual) * (1 - rho) / (1 + rho)
-    own = tuple(tuple(float(c) for c in r.own_part(r.force - r.replay(model))) for r in records)
+    own = tuple(tuple(float(c) for c in r.record_part(r.force - r.replay(model))) for r in records)
     return ReplayFit(
         model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
         joint(coordinates, x, covariance, seen, blocks), tuple(warnings),

@@ -10,7 +10,7 @@ from scipy.special import chdtrc, expit, stdtrit
 
 from fric.estimate import Covariance, Scale
 from fric.friction import Parameter
-from fric.identify.dynamics.covariance import hac_covariance
+from fric.identify.plant.covariance import hac_covariance
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.replay_search import STEP
 from fric.notice import Notice
@@ -57,7 +57,7 @@ def covariance_of(
 
 
 def replay_covariance(
-    gradient: NDArray[np.float64], residual: NDArray[np.float64], records: Sequence[Prepared], reach: float
+    gradient: NDArray[np.float64], residual: NDArray[np.float64], records: Sequence[Prepared], quantile: float
 ) -> NDArray[np.float64]:
     """Return the covariance (p, p) of a fit by replay.
 
@@ -72,7 +72,7 @@ def replay_covariance(
         As in `covariance_of`.
     records
         The records.
-    reach
+    quantile
         Half widths are this many standard deviations.
     """
     lengths = [int(record.used.sum()) for record in records]
@@ -87,7 +87,7 @@ def replay_covariance(
         )
     ]
     own = np.sqrt(np.diag(covariance))
-    widest = np.max([own, *(np.sqrt(np.diag(one)) / reach for one in resampled)], axis=0)
+    widest = np.max([own, *(np.sqrt(np.diag(one)) / quantile for one in resampled)], axis=0)
     widen = np.divide(widest, own, out=np.ones_like(own), where=own > 0)
     return np.asarray(covariance * np.outer(widen, widen))
 
@@ -195,13 +195,13 @@ def limits(
     x: NDArray[np.float64],
     covariance: NDArray[np.float64],
     seen: NDArray[np.bool_],
-    reach: float,
+    quantile: float,
 ) -> dict[tuple[str, str], tuple[tuple[float, float], ...]]:
     """Return the 95 % intervals of what was fitted: symmetric in the logarithm, the logit of a share, or linearly."""
     known = np.where(seen[:, None] & seen, covariance, 0.0)
     limits = {}
     for key, (p, scale, centre, slope) in slopes(coordinates, x).items():
-        error = reach * np.sqrt(np.einsum("ij,jk,ik->i", slope, known, slope))
+        error = quantile * np.sqrt(np.einsum("ij,jk,ik->i", slope, known, slope))
         error[(np.abs(slope[:, ~seen]) > 1e-6).any(axis=1)] = np.inf
         low, high = _within_search(coordinates, key, x, covariance, centre, centre - error, centre + error)
         if scale == "logit":
@@ -258,22 +258,22 @@ def edges(
     coordinates: Coordinates, x: NDArray[np.float64], seen: NDArray[np.bool_], covariance: NDArray[np.float64]
 ) -> list[Notice]:
     """Say which parameters sit at the edge of what was searched, and which blocks are not seen."""
-    told = []
+    warnings = []
     for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
         if not is_seen:
-            told.append(
+            warnings.append(
                 Notice(f"the gradient over {c.label} is flat: these records do not tell it", "parameter-untold")
             )
         elif at - c.lower < min(near, 0.02) and c.scale == "ratio":
             text = f"{c.label} is as low as {c.parameter.at_least}: these records show no difference"
-            told.append(Notice(text, "parameter-at-bound", "note"))
+            warnings.append(Notice(text, "parameter-at-bound", "note"))
         elif at - c.lower < near and c.scale == "linear" and c.lower == c.parameter.lower:
-            told.append(Notice(f"{c.label} is at its lower bound, {c.lower:g}", "parameter-at-bound", "note"))
+            warnings.append(Notice(f"{c.label} is at its lower bound, {c.lower:g}", "parameter-at-bound", "note"))
         elif c.scale == "share":
             continue
         elif min(at - c.lower, c.upper - at) < near:
-            told.append(Notice(f"{c.label} sits at the edge of what these records could show", "parameter-at-edge"))
-    return told
+            warnings.append(Notice(f"{c.label} sits at the edge of what these records could show", "parameter-at-edge"))
+    return warnings
 
 
 def correlated(coordinates: Coordinates, covariance: NDArray[np.float64]) -> list[Notice]:
@@ -281,7 +281,7 @@ def correlated(coordinates: Coordinates, covariance: NDArray[np.float64]) -> lis
     error = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / np.outer(error, error)
-    told = []
+    warnings = []
     for i, first in enumerate(coordinates.free):
         for j, second in enumerate(coordinates.free[:i]):
             if abs(correlation[i, j]) > 0.95 and first.block is None and second.block is None:
@@ -289,5 +289,5 @@ def correlated(coordinates: Coordinates, covariance: NDArray[np.float64]) -> lis
                     f"{second.label} and {first.label} are correlated by {correlation[i, j]:.3f}: these records hardly "
                     "tell them apart"
                 )
-                told.append(Notice(text, "parameters-correlated", "note"))
-    return told
+                warnings.append(Notice(text, "parameters-correlated", "note"))
+    return warnings

@@ -201,7 +201,7 @@ def spread(record: Prepared, model: FrictionModel) -> NDArray[np.float64]:
     ``step/√12``, that of a bare count: what a model misses near a reversal is not taken for the encoder's.
     """
     replayed = record.replay(model)
-    residual = (record.force - replayed - record.own @ record.own_part(record.force - replayed))[record.used]
+    residual = (record.force - replayed - record.own @ record.record_part(record.force - replayed))[record.used]
     squares = residual**2
     floor = max(0.01 * float(squares.mean()), 1e-12 * float(np.mean(record.force[record.used] ** 2)), 1e-300)
     if record.motion.step == 0.0:

@@ -42,9 +42,9 @@ def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple
     names = [record.log.name for record in records]
     for name in fitted:
         if name not in names:
-            raise FricError(f"there is no record '{name}'", mend=f"The records are {', '.join(names)}.")
+            raise FricError(f"there is no record '{name}'", hint=f"The records are {', '.join(names)}.")
     if set(names) <= set(fitted):
-        raise FricError("every record is fitted, and none is left to score", mend="Leave one out of --fit-on.")
+        raise FricError("every record is fitted, and none is left to score", hint="Leave one out of --fit-on.")
     none = [np.zeros(len(record.force), bool) for record in records]
     chosen = [record.used if name in fitted else no for record, name, no in zip(records, names, none, strict=True)]
     others = [no if name in fitted else record.used for record, name, no in zip(records, names, none, strict=True)]
@@ -61,12 +61,12 @@ def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Split, ..
     """
     fitted, scored = [], []
     for record in records:
-        if len(record.turns) < 2 * cycles + 2:
+        if len(record.reversals) < 2 * cycles + 2:
             raise FricError(
-                f"there are {max(len(record.turns) - 1, 0) // 2} cycles", where=record.log.where,
-                mend="Fit fewer of them, and leave some to score.",
+                f"there are {max(len(record.reversals) - 1, 0) // 2} cycles", where=record.log.where,
+                hint="Fit fewer of them, and leave some to score.",
             )  # fmt: skip
-        first = np.arange(len(record.force)) < record.turns[2 * cycles]
+        first = np.arange(len(record.force)) < record.reversals[2 * cycles]
         fitted.append(record.used & first)
         scored.append(record.used & ~first)
     return (Split(tuple(fitted), tuple(scored)),)
@@ -81,7 +81,7 @@ def split_by_folds(records: Sequence[Prepared], folds: int) -> tuple[Split, ...]
         When there are fewer than two folds.
     """
     if folds < 2:
-        raise FricError(f"{folds} fold leaves nothing to score", mend="Ask for two or more.")
+        raise FricError(f"{folds} fold leaves nothing to score", hint="Ask for two or more.")
     part = [(np.cumsum(record.used) - 1) * folds // max(int(record.used.sum()), 1) for record in records]
     return tuple(
         Split(

@@ -45,7 +45,7 @@ def tables(path: Path, layout: Layout | None = None) -> Iterator[Table]:
     except OSError as error:
         raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
     if not head.strip():
-        raise FricError("is empty", where=str(path), mend="Export the log again.")
+        raise FricError("is empty", where=str(path), hint="Export the log again.")
     sure, reader = max(((float(one.recognises(path, head)), one) for one in _readers()), key=lambda found: found[0])
     if sure > 0:
         found = iter(reader.tables(path, layout or Layout()))
@@ -58,5 +58,5 @@ def tables(path: Path, layout: Layout | None = None) -> Iterator[Table]:
     raise FricError(
         "is of no format that is known",
         where=str(path),
-        mend="Text (also .gz), MATLAB .mat, Parquet and fric's own HDF5 are read; export it as CSV.",
+        hint="Text (also .gz), MATLAB .mat, Parquet and fric's own HDF5 are read; export it as CSV.",
     )

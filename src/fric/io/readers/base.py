@@ -85,7 +85,7 @@ class Table(ABC):
 
     def place(self, row: int, column: int | None = None) -> str:
         """Return where a row (counted from 0) and a column are, for messages."""
-        return self._told(f"sample {row + 1}", column)
+        return self._described(f"sample {row + 1}", column)
 
     def text(self, row: int, column: int) -> str | None:
         """Return what stands in a cell that is no number, where that can be told."""
@@ -100,7 +100,7 @@ class Table(ABC):
         """Return how many rows in a row, from ``row`` on, have no number in a column (1 where that is not known)."""
         return 1
 
-    def _told(self, place: str, column: int | None) -> str:
+    def _described(self, place: str, column: int | None) -> str:
         beside = f", column '{self.columns[column].name}'" if column is not None else ""
         return f"{self.path}, {place}{beside}"
 
@@ -118,21 +118,21 @@ class Table(ABC):
                 return wanted
             raise FricError(
                 f"there is no column {wanted} for {channel}: there are {len(self.columns)}, counted from 0",
-                where=str(self.path), mend=f"The columns are {listed}.",
+                where=str(self.path), hint=f"The columns are {listed}.",
             )  # fmt: skip
         for same in (str, plain_name):
             found = [n for n, column in enumerate(self.columns) if same(column.name) == same(wanted)]
             if len(found) > 1:
                 raise FricError(
                     f"{len(found)} columns are named '{wanted}'", where=str(self.path),
-                    mend=f"Give the index instead: {' or '.join(map(str, found))}, counted from 0.",
+                    hint=f"Give the index instead: {' or '.join(map(str, found))}, counted from 0.",
                 )  # fmt: skip
             if found:
                 return found[0]
         raise FricError(
             f"there is no column '{wanted}' for {channel}",
             where=str(self.path),
-            mend=f"{near(str(wanted), [column.name for column in self.columns])}The columns are {listed}.",
+            hint=f"{near(str(wanted), [column.name for column in self.columns])}The columns are {listed}.",
         )
 
 
@@ -150,8 +150,8 @@ class Memory(Table):
         """Slice the columns; raise a `FricError` when they differ in length."""
         samples = len(self.data[wanted[0]])
         if any(len(self.data[n]) != samples for n in wanted):
-            told = ", ".join(f"'{self.columns[n].name}' {len(self.data[n])}" for n in dict.fromkeys(wanted))
-            raise FricError(f"the columns differ in length: {told}", where=str(self.path), mend="Map others.")
+            text = ", ".join(f"'{self.columns[n].name}' {len(self.data[n])}" for n in dict.fromkeys(wanted))
+            raise FricError(f"the columns differ in length: {text}", where=str(self.path), hint="Map others.")
         for start in range(0, samples, BLOCK):
             part = [self.data[n][start : start + BLOCK].astype("f8") for n in wanted]
             yield Block(start, part, sum(values.nbytes for values in part))

@@ -46,7 +46,7 @@ def _load(path: Path) -> dict[str, Any]:
         found: dict[str, Any] = loadmat(path, simplify_cells=True, mat_dtype=True)
     except Exception as error:  # whatever SciPy meets in a damaged file: it has no exception of its own for that
         raise FricError(
-            f"is no whole MATLAB file ({error})", where=str(path), mend="Save it again, with -v7 or -v7.3."
+            f"is no whole MATLAB file ({error})", where=str(path), hint="Save it again, with -v7 or -v7.3."
         ) from None
     return {name: value for name, value in found.items() if not name.startswith("__")}
 
@@ -69,7 +69,7 @@ class _Line:
 def _tree(node: Any, file: h5py.File, depth: int = 0) -> Any:
     """Return a group, a dataset or a reference of v7.3 as dicts, lists, lines and scalars."""
     if depth > MOST_DEPTH:
-        raise FricError(f"nests deeper than {MOST_DEPTH}, or in a circle", where=file.filename, mend="Save arrays.")
+        raise FricError(f"nests deeper than {MOST_DEPTH}, or in a circle", where=file.filename, hint="Save arrays.")
     if isinstance(node, h5py.Group):
         fields = {name: _tree(child, file, depth + 1) for name, child in node.items()}
         lists = [value for value in fields.values() if isinstance(value, list)]
@@ -100,7 +100,7 @@ def _table(path: Path, variables: Mapping[str, Any]) -> Table:
     if not columns:
         raise FricError(
             "holds no vector of numbers", where=str(path),
-            mend="Objects such as timeseries and timetable are not read: save their arrays.",
+            hint="Objects such as timeseries and timetable are not read: save their arrays.",
         )  # fmt: skip
     return Memory(path, tuple(map(Column, columns)), list(columns.values()), constants)
 

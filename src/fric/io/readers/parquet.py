@@ -28,12 +28,12 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         from pyarrow import parquet
     except ImportError:
         raise FricError(
-            "Parquet needs pyarrow, which is not installed", where=str(path), mend="pip install 'fric[parquet]'"
+            "Parquet needs pyarrow, which is not installed", where=str(path), hint="pip install 'fric[parquet]'"
         ) from None
     try:
         file = parquet.ParquetFile(path)
     except (pyarrow.ArrowException, OSError) as error:
-        raise FricError(f"is no whole Parquet file ({error})", where=str(path), mend="Export it again.") from None
+        raise FricError(f"is no whole Parquet file ({error})", where=str(path), hint="Export it again.") from None
     with file:
         yield ParquetTable(path, file)
 

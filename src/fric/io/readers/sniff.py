@@ -113,7 +113,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     try:
         lines = _LINE_END.split(head.decode(encoding, errors="replace"))
     except LookupError:
-        raise FricError(f"'{encoding}' is no encoding", mend="Say utf-8, latin-1 or utf-16.") from None
+        raise FricError(f"'{encoding}' is no encoding", hint="Say utf-8, latin-1 or utf-16.") from None
     if not whole or not lines[-1]:
         lines.pop()  # cut in the middle, or what stands behind the last line's end
     start = layout.skip
@@ -121,7 +121,7 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
         ends = [n for n, line in enumerate(lines) if n >= start and line.startswith(layout.data_after)]
         if not ends:
             raise FricError(
-                f"no line starts with '{layout.data_after}'", mend="Mend `data_after` in the mapping, or leave it out."
+                f"no line starts with '{layout.data_after}'", hint="Mend `data_after` in the mapping, or leave it out."
             )
         start = ends[0] + 1
     above = max((n for n in (layout.header or 0, layout.units or 0) if n), default=0)
@@ -158,7 +158,7 @@ def _heads(line: str, delimiter: str, width: int) -> list[str]:
 def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
     """Return delimiter, decimal mark and rows of the reading that makes most numbers of the lines."""
     if not any(line.strip() for line in lines):
-        raise FricError("there is a header and no data", mend="Export the log again, with its samples.")
+        raise FricError("there is a header and no data", hint="Export the log again, with its samples.")
     best: tuple[int, int, str, str] = (0, 0, "", "")
     for delimiter in [layout.delimiter] if layout.delimiter else DELIMITERS:
         for decimal in [layout.decimal] if layout.decimal else [".", ","]:
@@ -175,7 +175,7 @@ def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
     if not width:
         raise FricError(
             "there are no rows of numbers",
-            mend="A header alone is no log; if there are data, say in a mapping how they are written (`format:`).",
+            hint="A header alone is no log; if there are data, say in a mapping how they are written (`format:`).",
         )
     rows = [_row(line, delimiter, decimal, layout.comment) for line in lines]
     return delimiter, decimal, [row if len(row.cells) == width else _Row([], []) for row in rows]

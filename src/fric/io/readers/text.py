@@ -49,9 +49,9 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
             head = file.read(LOOK)
             whole = not file.read(1)
     except (OSError, EOFError, zlib.error) as error:
-        raise FricError(f"cannot be read: {error}", where=str(path), mend="Is the .gz file whole?") from None
+        raise FricError(f"cannot be read: {error}", where=str(path), hint="Is the .gz file whole?") from None
     if not head.strip():
-        raise FricError("is empty", where=str(path), mend="Export the log again.")
+        raise FricError("is empty", where=str(path), hint="Export the log again.")
     try:
         shape = shape_of(head, layout, whole)
     except FricError as error:
@@ -143,7 +143,7 @@ class TextTable(Table):
                         yield rest
                         rest = [whole[end:]]
         except (OSError, EOFError, zlib.error, UnicodeError) as error:
-            raise FricError(f"is damaged: {error}", where=str(self.path), mend="Copy the file again.") from None
+            raise FricError(f"is damaged: {error}", where=str(self.path), hint="Copy the file again.") from None
         if any(map(len, rest)):
             yield rest
 
@@ -177,8 +177,8 @@ class TextTable(Table):
         except pd.errors.ParserError as error:
             if "fields in line" in str(error):
                 raise self._too_long(row) from None
-            told = str(error).strip().rsplit("C error: ", 1)[-1]
-            raise FricError(f"is no table: {told}", where=self.place(row), mend="Mend the file.") from None
+            text = str(error).strip().rsplit("C error: ", 1)[-1]
+            raise FricError(f"is no table: {text}", where=self.place(row), hint="Mend the file.") from None
         return frame
 
     def _too_long(self, row: int) -> FricError:
@@ -188,12 +188,12 @@ class TextTable(Table):
         return FricError(
             f"has more cells than the {width} of the header",
             where=f"{self.path}, line {next(long, '?')}",
-            mend="Mend or remove the line.",
+            hint="Mend or remove the line.",
         )
 
     def place(self, row: int, column: int | None = None) -> str:
         """Return the line of a row, found by counting lines."""
-        return self._told(f"line {self._line(row)[0]}", column)
+        return self._described(f"line {self._line(row)[0]}", column)
 
     def text(self, row: int, column: int) -> str | None:
         """Return the cell as it stands in the file."""

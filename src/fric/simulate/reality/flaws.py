@@ -12,18 +12,18 @@ def _not_negative(flaw: object, name: str) -> None:
     for field in fields(flaw):  # type: ignore[arg-type]
         value = getattr(flaw, field.name)
         if isinstance(value, float) and not value >= 0.0:
-            raise FricError(f"{name}: {field.name} is {value:g}", mend="Give zero or a positive value.")
+            raise FricError(f"{name}: {field.name} is {value:g}", hint="Give zero or a positive value.")
 
 
 def _positive(flaw: object, name: str, *which: str) -> None:
     for field in which:
         if not getattr(flaw, field) > 0.0:
-            raise FricError(f"{name}: {field} is {getattr(flaw, field):g}", mend="Give a positive value.")
+            raise FricError(f"{name}: {field} is {getattr(flaw, field):g}", hint="Give a positive value.")
 
 
 def _below_one(flaw: object, name: str, field: str) -> None:
     if not abs(getattr(flaw, field)) < 1.0:
-        raise FricError(f"{name}: {field} is {getattr(flaw, field):g}", mend="Give a share below 1.")
+        raise FricError(f"{name}: {field} is {getattr(flaw, field):g}", hint="Give a share below 1.")
 
 
 @dataclass(frozen=True)
@@ -232,7 +232,7 @@ class Drift:
     def __post_init__(self) -> None:
         _positive(self, "drift", "time")
         if not self.amount > -1.0:
-            raise FricError(f"the amount of a drift is {self.amount:g}", mend="Give more than -100 %.")
+            raise FricError(f"the amount of a drift is {self.amount:g}", hint="Give more than -100 %.")
 
 
 @dataclass(frozen=True)
@@ -289,7 +289,7 @@ class Reality:
 
     def __post_init__(self) -> None:
         if sum(abs(wave.amplitude) for wave in self.waves) >= 1.0:
-            raise FricError("the waves of the friction together reach 1", mend="Some per cent are usual.")
+            raise FricError("the waves of the friction together reach 1", hint="Some per cent are usual.")
 
     @property
     def moves_friction(self) -> bool:
@@ -331,7 +331,7 @@ class SecondMass:
             if getattr(self, name) not in {"motor", "table"}:
                 raise FricError(
                     f"second_mass: the {name} is on the '{getattr(self, name)}'",
-                    mend="It is on the motor or the table.",
+                    hint="It is on the motor or the table.",
                 )
 
 

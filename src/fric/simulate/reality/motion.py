@@ -56,7 +56,7 @@ def true_axis(
     if set_valued and (second is not None or flaws.moves_friction):
         raise FricError(
             f"the friction of axis {axis.name} has no memory, and its guideway has flaws",
-            mend="Give it a model with memory, as 'gms'.",
+            hint="Give it a model with memory, as 'gms'.",
         )
     if flaws.moves_friction:
         parameters = _on_guideway(axis, parameters)
@@ -68,7 +68,7 @@ def true_axis(
         motor = M - second.mass
         if not motor > 0.0:
             raise FricError(
-                f"the second mass is {second.mass:g} kg, and all that moves {M:g} kg", mend="It is a part of that."
+                f"the second mass is {second.mass:g} kg, and all that moves {M:g} kg", hint="It is a part of that."
             )
         on_table = second.friction == "table"
         coupling = Coupling(
@@ -109,7 +109,7 @@ def _on_guideway(axis: Axis, inner: NDArray[np.float64]) -> NDArray[np.float64]:
     elif flaws.waves or flaws.dwell or flaws.friction or not flaws.direction.is_none:
         raise FricError(
             f"the friction of axis {axis.name} is '{friction.name}', which stands on no static map",
-            mend="Its level cannot vary; give it a model that does, as 'gms'.",
+            hint="Its level cannot vary; give it a model that does, as 'gms'.",
         )
     else:
         maps = []

@@ -9,12 +9,12 @@ import numpy as np
 from scipy import optimize
 
 from fric.errors import FricError
-from fric.identify.dynamics.response_fit import COARSEST
+from fric.identify.plant.response_fit import COARSEST
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.identify.dynamics.frequency_response import MeasuredResponse
+    from fric.identify.plant.frequency_response import MeasuredResponse
 
 FLOOR = 1e-5
 """Relative deviation that a line has at least: the rounding of a logged force."""

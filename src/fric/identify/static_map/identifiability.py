@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.drive.plant import Plant
-    from fric.identify.strokes.map_fit import MapFit
+    from fric.identify.static_map.map_fit import MapFit
 
 TAKEN = 0.05
 """Share of the drive's damping that its plant may be off by, before the strokes contradict it."""
@@ -28,15 +28,15 @@ CORRELATED = 0.95
 """Correlation of two parameters from which on the data tell them apart badly."""
 
 
-def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
+def identifiability_warnings(fit: MapFit, motion: Motion) -> list[str]:
     """Say what the data cannot tell about a fitted map."""
     problem, theta = fit.problem, fit.solution.theta
-    doubts: list[str] = []
+    notices: list[str] = []
     slowest = readable(float(np.abs(problem.v).min()), si_unit("velocity", motion))
     flat = not problem.fall or theta["F_s"] <= theta["F_c"] * (1 + 1e-9)
     if not problem.fall and fit.held_out is not None:
         plain, falling = (readable(error, si_unit("force", motion), 3) for error in reversed(fit.held_out))
-        doubts.append(
+        notices.append(
             Notice(
                 f"friction is not seen to fall with speed down to {slowest}: Coulomb plus viscous friction predicts "
                 f"strokes that are held out to {plain}, eq. (2) to {falling}. F_s = F_c and v_s are assumed; to see "
@@ -44,7 +44,7 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
             )
         )  # fmt: skip
     elif flat and problem.fall:
-        doubts.append(
+        notices.append(
             Notice(
                 f"F_s sits at its bound F_c: friction does not fall with speed down to {slowest}; v_s means nothing "
                 "here.",
@@ -52,14 +52,14 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
             )
         )  # fmt: skip
     elif not flat and any(isinf(limit) or limit == 0.0 for name in ("F_s", "v_s") for limit in _interval(fit, name)):
-        doubts.append(
+        notices.append(
             Notice(
                 f"the data do not reach the Stribeck range: F_s and v_s are not settled by strokes from {slowest} up. "
                 "Log slower strokes.", "fall-open", "doubt",
             )
         )  # fmt: skip
     if not flat and theta["F_c"] <= 0.0:
-        doubts.append(
+        notices.append(
             Notice(
                 "F_c ends at its bound of 0: the fall reaches beyond the fastest stroke. Log faster strokes, or take "
                 "Coulomb plus viscous friction with --form coulomb.", "F_c-at-bound", "wrong",
@@ -68,28 +68,28 @@ def map_doubts(fit: MapFit, motion: Motion) -> list[str]:
     if fit.left_out:
         unit = si_unit("velocity", motion)
         strokes = ", ".join(f"{p.record} ({readable(p.velocity, unit)})" for p in fit.left_out)
-        doubts.append(
+        notices.append(
             Notice(
                 f"left out, because they stand off all others: the strokes at {strokes}. Look at their records.",
                 "strokes-left-out", "doubt",
             )
         )  # fmt: skip
-    doubts += _correlations(fit, without=("v_s", "delta") if flat else ())
-    own_scatter = float(np.sum(fit.residual**2 / (problem.standard_error**2 - fit.between**2)))
-    if fit.between and chdtrc(problem.degrees_of_freedom, own_scatter) < 0.01:
+    notices += _correlations(fit, without=("v_s", "delta") if flat else ())
+    single_scatter = float(np.sum(fit.residual**2 / (problem.standard_error**2 - fit.between**2)))
+    if fit.between and chdtrc(problem.degrees_of_freedom, single_scatter) < 0.01:
         spread = readable(fit.between, si_unit("force", motion), 2)
         text = f"strokes scatter by {spread} beyond their own noise; weights and intervals allow for it."
-        doubts.append(Notice(text, "strokes-scatter", "note"))
-    doubts += directions_differ(fit, motion)
+        notices.append(Notice(text, "strokes-scatter", "note"))
+    notices += directions_differ(fit, motion)
     visible = fit.rmse > 1e-6 * float(np.abs(problem.F).max())
     if visible and _patterned(problem.v, fit.residual / problem.standard_error):
-        doubts.append(
+        notices.append(
             Notice(
                 "the residuals are not noise, they follow the speed: eq. (2) does not describe these strokes wholly. "
                 "Try --delta free or --direction each, and look at the figure.", "residuals-follow-speed", "doubt",
             )
         )  # fmt: skip
-    return doubts
+    return notices
 
 
 def directions_differ(fit: MapFit, motion: Motion) -> list[str]:
@@ -156,7 +156,7 @@ def _patterned(v: NDArray[np.float64], residual: NDArray[np.float64]) -> bool:
     return (ratio - 2.0) / sqrt(4.0 * (n - 2) / (n**2 - 1)) < -2.33
 
 
-def damping_doubt(fit: MapFit, plant: Plant, motion: Motion) -> list[str]:
+def damping_warning(fit: MapFit, plant: Plant, motion: Motion) -> list[str]:
     """Say when more than the drive's own damping was taken off with a plant, or all viscous friction with it.
 
     A response shows the sum of both in A; sigma is then what is left of it, and 0 within its error.
@@ -170,10 +170,10 @@ def damping_doubt(fit: MapFit, plant: Plant, motion: Motion) -> list[str]:
     at = [name for name, one in zip(fit.problem.free, used, strict=True) if one].index("sigma")
     short = -float(inverse[at] @ (fit.residual / fit.problem.standard_error))
     error = 2 * float(np.linalg.norm(inverse[at]))
-    told = readable(plant.damping, si_unit("viscous", motion))
+    words = readable(plant.damping, si_unit("viscous", motion))
     if short > max(error, TAKEN * plant.damping):
         beyond = readable(short, si_unit("viscous", motion))
-        text = f"the drive's own damping of {told} that was taken off is {beyond} more than the strokes show: "
+        text = f"the drive's own damping of {words} that was taken off is {beyond} more than the strokes show: "
         return [Notice(text + "is the plant's A or K_f too large?", "damping-too-large", "wrong")]
-    text = f"sigma is 0: the damping of {told} that was taken off with the plant's A holds the viscous friction too."
+    text = f"sigma is 0: the damping of {words} that was taken off with the plant's A holds the viscous friction too."
     return [Notice(text, "A-holds-viscous", "note")]

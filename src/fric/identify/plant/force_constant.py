@@ -19,8 +19,8 @@ from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.dynamics.force_lag_fit import force_lines, lag_in_band, pooled_lags
-from fric.identify.dynamics.frequency_response import SEGMENTS, MeasuredResponse, measure_response
+from fric.identify.plant.force_lag_fit import force_lines, lag_in_band, pooled_lags
+from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, measure_response
 from fric.notice import Notice
 from fric.units import Motion, readable, si_unit
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 LEAST_FILTER = 0.2
 """Samples of T_f from which on it is taken for a filter."""
 
-TOLD = 0.1
+DESCRIBED = 0.1
 """Samples from which on a lag is told."""
 
 DIFFERS = 0.05
@@ -63,7 +63,7 @@ class ForceScale:
 
     @property
     def shift(self) -> float:
-        """Return the lag where it is more than its own error and `TOLD` samples, else 0 [s]."""
+        """Return the lag where it is more than its own error and `DESCRIBED` samples, else 0 [s]."""
         return float(self.lag) if self.lag is not None and _matters(self.lag, self.sampling) else 0.0
 
     def estimates(self) -> dict[str, Estimate]:
@@ -96,42 +96,44 @@ def force_constant(
     unit = si_unit("force per input", motion)
     stated = None if given is None else Estimate(given, unit, fixed=True)
     both = [log for log in logs if log.input is not None and log.force is not None and np.ptp(log.input) > 0]
-    told: list[str] = []
+    warnings: list[str] = []
     responses = []
     for log in both:
         try:
             measured = _measured(log, period, segment)
             responses.append((measured, force_lines(measured)))
         except FricError as error:
-            told.append(
+            warnings.append(
                 Notice(f"{log.name}: no response of force to input ({error.what}): it has no part in K_f",
                        "force-response-missing", "doubt")
             )  # fmt: skip
     if not responses:
-        return ForceScale(stated, warnings=tuple(told))
+        return ForceScale(stated, warnings=tuple(warnings))
     sampling = max(measured.sampling or 0.0 for measured, _ in responses)
     values, covariance, freedom = pooled_lags([lag_in_band(lines) for _, lines in responses])
     filtered = values[2] > 3 * np.sqrt(covariance[2, 2]) and values[2] > LEAST_FILTER / sampling
     if not filtered:
         values, covariance, freedom = pooled_lags([lag_in_band(lines, filtered=False) for _, lines in responses])
-    reach = float(stdtrit(freedom, 0.975))
-    half = reach * np.sqrt(np.diag(covariance))
+    quantile = float(stdtrit(freedom, 0.975))
+    half = quantile * np.sqrt(np.diag(covariance))
     K_f = float(np.exp(values[0]))
     lag = float(values[1] + values[2])
-    reach_lag = reach * float(np.sqrt(max(np.array([0.0, 1.0, 1.0]) @ covariance @ np.array([0.0, 1.0, 1.0]), 0.0)))
-    late = Estimate(lag, si_unit("time", motion), (lag - reach_lag, lag + reach_lag))
+    half_width_lag = quantile * float(
+        np.sqrt(max(np.array([0.0, 1.0, 1.0]) @ covariance @ np.array([0.0, 1.0, 1.0]), 0.0))
+    )
+    late = Estimate(lag, si_unit("time", motion), (lag - half_width_lag, lag + half_width_lag))
     corner = None
     if filtered:
         T_low, T_high = (float(values[2] + side * half[2]) for side in (-1, 1))
         corner = Estimate(1 / (2 * np.pi * float(values[2])), "Hz", (1 / (2 * np.pi * T_high), 1 / (2 * np.pi * T_low)))
     found = Estimate(K_f, unit, (K_f * float(np.exp(-half[0])), K_f * float(np.exp(half[0]))))
-    told += _lag_told(late, corner, sampling)
+    warnings += _lag_described(late, corner, sampling)
     if stated is not None and abs(K_f / float(stated) - 1) > max(DIFFERS, float(half[0])):
-        told.append(
+        warnings.append(
             Notice(f"K_f was given as {float(stated):.4g} {unit}, and the logged force is {K_f:.4g} {unit} times the "
                    "input: the scale of one of them is wrong", "K_f-differs", "wrong")
         )  # fmt: skip
-    return ForceScale(stated or found, late, corner, sampling, tuple(told))
+    return ForceScale(stated or found, late, corner, sampling, tuple(warnings))
 
 
 def _measured(log: Log, period: float | None, segment: float | None) -> MeasuredResponse:
@@ -147,7 +149,7 @@ def _measured(log: Log, period: float | None, segment: float | None) -> Measured
 
 def _matters(lag: Estimate, sampling: float) -> bool:
     low, high = lag.ci95 or (0.0, 0.0)
-    return abs(float(lag)) > max(TOLD / sampling, 0.5 * (float(high) - float(low)))  # type: ignore[arg-type]
+    return abs(float(lag)) > max(DESCRIBED / sampling, 0.5 * (float(high) - float(low)))  # type: ignore[arg-type]
 
 
 def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Motion) -> list[str]:
@@ -188,7 +190,7 @@ def _relative(estimate: Estimate) -> float:
     return 0.5 * (float(high) - float(low)) / float(estimate)  # type: ignore[arg-type]
 
 
-def _lag_told(lag: Estimate, corner: Estimate | None, sampling: float) -> list[str]:
+def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> list[str]:
     if not _matters(lag, sampling):
         return []
     samples = float(lag) * sampling

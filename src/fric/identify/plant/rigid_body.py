@@ -11,9 +11,9 @@ from scipy import signal, stats
 
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.dynamics.covariance import hac_covariance
-from fric.identify.dynamics.force_constant import against_mass
-from fric.identify.dynamics.force_constant import force_constant as slope_of_force
+from fric.identify.plant.covariance import hac_covariance
+from fric.identify.plant.force_constant import against_mass
+from fric.identify.plant.force_constant import force_constant as slope_of_force
 from fric.identify.records.conditioning import Conditioning, kept, thinned, zero_phase
 from fric.identify.records.force_lag import acting_force
 from fric.identify.records.sampling import even_sampling
@@ -144,9 +144,9 @@ def identify_motion(
     spread = np.std(residual, ddof=1)
     deviation = spread * np.sqrt(np.diag(np.linalg.inv(X.T @ X)))
     covariance = hac_covariance(X, residual, lengths)
-    reach = float(stats.t.ppf(0.975, len(y) - len(values)))
+    quantile = float(stats.t.ppf(0.975, len(y) - len(values)))
 
-    half = reach * np.sqrt(np.diag(covariance))
+    half = quantile * np.sqrt(np.diag(covariance))
     units = [_unit(name, channel, motion) for name in names]
     estimates = {
         name: Estimate(float(v), unit, (float(v - h), float(v + h)))
@@ -154,14 +154,14 @@ def identify_motion(
     }
 
     K_f = scale.K_f
-    plant = scale.estimates() | _plant(values, covariance, reach, direction, channel, K_f, delay, max(rates), motion)
+    plant = scale.estimates() | _plant(values, covariance, quantile, direction, channel, K_f, delay, max(rates), motion)
     time = np.concatenate([c.time[kept(len(c.time), s.decimation)] for c, s in zip(raw, settings, strict=True)])
     lag = float(residual[1:] @ residual[:-1] / (residual @ residual))
     return MotionFit(
         logs[0].axis, motion, channel, estimates, dict(zip(names, map(float, deviation), strict=True)), plant,
         float(np.linalg.norm(residual) / np.linalg.norm(y)), float(np.linalg.cond(X)), lag, rates[0], settings[0],
         time, y, X @ values,
-        (*_warnings(raw, estimates, lag, deviation, half / reach, K_f, delay), *scale.warnings,
+        (*_warnings(raw, estimates, lag, deviation, half / quantile, K_f, delay), *scale.warnings,
          *against_mass(plant, mass, motion)),
     )  # fmt: skip
 
@@ -175,7 +175,7 @@ def _columns(
     if len(log) < settings.border + 30 * settings.decimation:
         raise FricError(
             f"{len(log)} samples are too few for a border of {settings.border} and a decimation of "
-            f"{settings.decimation}", where=log.where, mend="Log a longer motion, or give a smaller --decimation.",
+            f"{settings.decimation}", where=log.where, hint="Log a longer motion, or give a smaller --decimation.",
         )  # fmt: skip
     if log.force is not None and force_constant is None:
         force = acting_force(log.time, log.force, delay - lag if lag else 0.0)
@@ -209,13 +209,13 @@ def _refuse_rank(X: NDArray[np.float64], names: Sequence[str], log: Log) -> None
     dead = [name for name, norm in zip(names, size, strict=True) if norm == 0]
     if dead:
         raise FricError(
-            f"the motion does not excite {', '.join(dead)}", where=log.where, mend="Log a motion in both directions."
+            f"the motion does not excite {', '.join(dead)}", where=log.where, hint="Log a motion in both directions."
         )
     if np.linalg.cond(X / size) > 1e3:
         raise FricError(
             "the motion does not tell mass, viscous and Coulomb friction apart",
             where=log.where,
-            mend="Log a motion in both directions, with changing speed and acceleration.",
+            hint="Log a motion in both directions, with changing speed and acceleration.",
         )
 
 
@@ -228,7 +228,7 @@ def _unit(name: str, channel: str, motion: Motion) -> str:
 
 
 def _plant(
-    values: NDArray[np.float64], covariance: NDArray[np.float64], reach: float, direction: str, channel: str,
+    values: NDArray[np.float64], covariance: NDArray[np.float64], quantile: float, direction: str, channel: str,
     K_f: Estimate | None, delay: float | None, sampling: float, motion: Motion,
 ) -> dict[str, Estimate]:  # fmt: skip
     """Return A = F_v/M, B = K_f/M, and their intervals by the delta method."""
@@ -238,12 +238,12 @@ def _plant(
     gradient = np.zeros(len(values))
     A = float(share @ values[viscous] / M)
     gradient[0], gradient[viscous] = -A / M, share / M
-    reach_A = reach * float(np.sqrt(gradient @ covariance @ gradient))
-    found = {"A": Estimate(A, si_unit("rate", motion), (A - reach_A, A + reach_A))}
+    half_width_A = quantile * float(np.sqrt(gradient @ covariance @ gradient))
+    found = {"A": Estimate(A, si_unit("rate", motion), (A - half_width_A, A + half_width_A))}
     k = 1.0 if channel == "input" else None if K_f is None else float(K_f)
     if k is not None:
         B = k / M
-        relative = reach * np.sqrt(covariance[0, 0]) / abs(M)
+        relative = quantile * np.sqrt(covariance[0, 0]) / abs(M)
         if channel == "force" and K_f is not None and isinstance(K_f.ci95, tuple):
             low, high = K_f.ci95
             relative = float(np.hypot(relative, (high - low) / 2 / k))  # type: ignore[operator]
@@ -261,9 +261,9 @@ def _warnings(
     raw: Sequence[_Columns], estimates: dict[str, Estimate], lag: float, plain: NDArray[np.float64],
     honest: NDArray[np.float64], K_f: Estimate | None, delay: float | None,
 ) -> list[str]:  # fmt: skip
-    told: list[str] = []
+    warnings: list[str] = []
     if lag > 0.3:
-        told.append(Notice(
+        warnings.append(Notice(
             f"neighbouring residuals are alike (autocorrelation {lag:.2f}): the fit leaves something out, and the "
             f"intervals are up to {np.max(honest / plain):.1f} times those of independent residuals",
             "residuals-alike", "note",
@@ -271,26 +271,26 @@ def _warnings(
     speed = np.concatenate([np.abs(columns.velocity) for columns in raw])
     resting = float(np.mean(speed < REST * speed.max()))
     if resting > 0.1:
-        told.append(Notice(
+        warnings.append(Notice(
             f"the axis rests in {resting:.0%} of the samples, where Coulomb friction takes any value: "
             "F_c is drawn towards zero", "axis-rests", "doubt",
         ))  # fmt: skip
     for name, estimate in estimates.items():
         if (name == "M" or name.startswith(("F_v", "F_c"))) and float(estimate) <= 0:
             text = f"{name} is {float(estimate):.3g} {estimate.unit}, which no axis has; check the force's sign"
-            told.append(Notice(text, "not-physical", "wrong"))
-    told.append(Notice(
+            warnings.append(Notice(text, "not-physical", "wrong"))
+    warnings.append(Notice(
         "A holds all viscous friction: a motion does not tell the drive's own damping from the guideway's",
         "A-holds-viscous", "note",
     ))  # fmt: skip
     if delay is None:
-        told.append(Notice(
+        warnings.append(Notice(
             "T_d is not seen in a motion: half a sample, the hold alone, is assumed; give it with --delay",
             "T_d-assumed", "doubt",
         ))  # fmt: skip
     if K_f is None:
-        told.append(Notice(
+        warnings.append(Notice(
             "K_f is not known: no record has force and input both; give it with --force-constant",
             "K_f-missing", "note",
         ))  # fmt: skip
-    return told
+    return warnings

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fric.errors import FricError
-from fric.reproduce.workshop import Workshop
+from fric.reproduce.step_cache import StepCache
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def bench(tmp_path):
             calls.append(settings)
             product.write_text(source.read_text() + str(settings))
 
-        return Workshop(tmp_path / "shop").step("step", make, reads=[source], leaves=[product], settings=settings)
+        return StepCache(tmp_path / "shop").step("step", make, reads=[source], leaves=[product], settings=settings)
 
     return source, product, calls, step
 
@@ -50,13 +50,13 @@ def test_a_step_that_failed_is_made_again(tmp_path):
     def fail():
         raise FricError("no")
 
-    shop = Workshop(tmp_path)
+    shop = StepCache(tmp_path)
     with pytest.raises(FricError):
         shop.step("step", fail, reads=[], leaves=[tmp_path / "x"])
-    assert Workshop(tmp_path).step("step", lambda: None, reads=[], leaves=[tmp_path / "x"])
+    assert StepCache(tmp_path).step("step", lambda: None, reads=[], leaves=[tmp_path / "x"])
 
 
 def test_a_folder_that_cannot_be_is_an_error(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(FricError, match="cannot be made"):
-        Workshop(Path(tmp_path / "file" / "folder"))
+        StepCache(Path(tmp_path / "file" / "folder"))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from fric.drive.plant import Plant
 from fric.identify.gms.identify import ASSUMED_C, identify_gms
-from fric.identify.strokes.static import identify_static
+from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs
 
 DATA = Path(__file__).parents[2] / "data"

@@ -22,7 +22,9 @@ MISFIT = 3.0
 """Times the noise that a result may leave."""
 
 
-def doubts_of(axis: Axis, tests: Sequence[MeasuredCircle], before: Fitted, found: Fitted) -> Iterator[Notice]:
+def identifiability_warnings(
+    axis: Axis, tests: Sequence[MeasuredCircle], before: Fitted, found: Fitted
+) -> Iterator[Notice]:
     """Yield what the circles leave open, and what the fit shows of them.
 
     Parameters
@@ -48,14 +50,14 @@ def doubts_of(axis: Axis, tests: Sequence[MeasuredCircle], before: Fitted, found
             "slow circle, as at 100 and 10 mm/s",
             "one-feed", "doubt",
         )  # fmt: skip
-    T_d, believed = found.balance.coordinates.delay(found.x), found.balance.coordinates.T_d
-    if T_d > (1 + LATE) * believed or T_d < (1 - LATE) * believed:
-        later = "late against" if T_d > believed else "ahead of"
+    T_d, nominal = found.balance.coordinates.delay(found.x), found.balance.coordinates.T_d
+    if T_d > (1 + LATE) * nominal or T_d < (1 - LATE) * nominal:
+        later = "late against" if T_d > nominal else "ahead of"
         yield Notice(
             f"axis {axis.name}: the position is {later} the voltage: the delay is {T_d * 1e3:.2f} ms, and "
-            f"{believed * 1e3:.2f} ms were believed. Where the log itself shifts position and voltage, by a sample of "
+            f"{nominal * 1e3:.2f} ms were believed. Where the log itself shifts position and voltage, by a sample of "
             f"{found.balance.records[0].sampled * 1e3:.3g} ms or so, that is in it too: the lead is wrong by as much",
-            "position-late" if T_d > believed else "position-early", "doubt",
+            "position-late" if T_d > nominal else "position-early", "doubt",
         )  # fmt: skip
     noise = found.noise()
     if noise is not None and found.rms > MISFIT * noise:

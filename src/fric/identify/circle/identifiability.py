@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fric.identify.circle.revolutions import Revolutions
 
 
-def doubts_of(
+def identifiability_warnings(
     tests: Sequence[MeasuredCircle],
     turns: Sequence[Revolutions],
     geometry: Mapping[str, Estimate],
@@ -39,32 +39,32 @@ def doubts_of(
     largest
         Up to what angle it was looked for [rad].
     """
-    test, told = tests[0], []
+    test, warnings = tests[0], []
     if not both:
-        told.append(_one_direction(test, float(geometry["mismatch"])))
+        warnings.append(_one_direction(test, float(geometry["mismatch"])))
     elif test.instrument == "encoders":
         text = "the axes' own encoders cannot see squareness: what is told of it is of their loops"
-        told.append(Notice(text, "squareness-unseen", "note"))
+        warnings.append(Notice(text, "squareness-unseen", "note"))
     moved = [name for name in test.names if not _holds_zero(geometry[f"backlash.{name}"])]
     if moved:
-        told.append(_lost_motion(test, moved, bool(turns[0].lag)))
+        warnings.append(_lost_motion(test, moved, bool(turns[0].lag)))
     if test.is_ball_bar:
         text = (
             "a ball bar alone tells no lag of an axis, and scale only as far as its own length is calibrated: an error "
             "of its length moves both scales alike"
         )
-        told.append(Notice(text, "ball-bar-length", "note"))
+        warnings.append(Notice(text, "ball-bar-length", "note"))
     if min(one.count for one in turns) < 2:
         text = "there is one whole revolution: what does not repeat is not told from what does"
-        told.append(Notice(text, "one-revolution", "note"))
+        warnings.append(Notice(text, "one-revolution", "note"))
     wide = sorted({name for of in behind for name, angle in of.items() if angle >= largest - 1e-6})
     if wide:
         text = (
             f"the glitch at {', '.join(wide)} has not ended {degrees(largest):.0f}° behind the reversal: a part of it "
             "may be told as backlash, scale or mismatch. Measure at a lower feed or a larger radius"
         )
-        told.append(Notice(text, "glitch-does-not-end", "doubt"))
-    return tuple(told)
+        warnings.append(Notice(text, "glitch-does-not-end", "doubt"))
+    return tuple(warnings)
 
 
 def _holds_zero(estimate: Estimate) -> bool:

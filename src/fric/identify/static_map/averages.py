@@ -40,7 +40,7 @@ class Mean:
 
 
 def average(samples: NDArray[np.float64], method: Average = "robust") -> Mean:
-    """Return the robust mean (Huber) or the median of a stretch of samples, shape (n,)."""
+    """Return the robust mean (Huber) or the median of a segment of samples, shape (n,)."""
     return huber_mean(samples) if method == "robust" else median(samples)
 
 

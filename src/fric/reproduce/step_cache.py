@@ -16,7 +16,7 @@ from fric.output import staged
 LEDGER = ".steps.json"
 
 
-class Workshop:
+class StepCache:
     """A folder with a ledger of what each step was made from.
 
     A step is made again when a file that it reads, its settings, or the code of fric has changed, or when what it left

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-def reversals(position: NDArray[np.float64], threshold: float | None = None) -> NDArray[np.intp]:
+def find_reversals(position: NDArray[np.float64], threshold: float | None = None) -> NDArray[np.intp]:
     """Return the samples at which a motion turns round, in the order of time.
 
     A reversal is an extreme from which the motion comes back by more than the threshold: the flicker of an encoder is
@@ -35,8 +35,8 @@ def reversals(position: NDArray[np.float64], threshold: float | None = None) -> 
     flat = 0.5 * count
     found: list[int] = []
     direction, begin = 0, 0
-    while (turn := _next_turn(z, begin, direction, threshold)) is not None:
-        extreme, passed, turned = turn
+    while (reversal := _next_reversal(z, begin, direction, threshold)) is not None:
+        extreme, passed, turned = reversal
         if direction:
             level = np.flatnonzero(np.abs(z[begin:passed] - z[extreme]) <= flat) + begin
             found.append(int(level[0] + level[-1]) // 2)
@@ -44,7 +44,7 @@ def reversals(position: NDArray[np.float64], threshold: float | None = None) -> 
     return np.array(found, dtype=np.intp)
 
 
-def _next_turn(z: NDArray[np.float64], begin: int, direction: int, threshold: float) -> tuple[int, int, int] | None:
+def _next_reversal(z: NDArray[np.float64], begin: int, direction: int, threshold: float) -> tuple[int, int, int] | None:
     """Return the extreme after ``begin``, the sample that is past it by the threshold, and the direction from there."""
     stop = begin
     block = 1024

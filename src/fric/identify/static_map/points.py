@@ -10,9 +10,9 @@ import numpy as np
 from fric.errors import FricError
 from fric.identify.records.chords import SHORTEST
 from fric.identify.records.resolution import lattice_step
-from fric.identify.records.segments import Stretch, steady_stretches
-from fric.identify.strokes.averages import Average, average
-from fric.identify.strokes.map_fit import SpeedPoint
+from fric.identify.records.segments import Segment, steady_segments
+from fric.identify.static_map.averages import Average, average
+from fric.identify.static_map.map_fit import SpeedPoint
 from fric.notice import Notice
 from fric.units import readable, si_unit
 
@@ -43,7 +43,7 @@ def stroke_points(
 ) -> tuple[list[SpeedPoint], list[str]]:
     """Return one point for each stroke of the records, by velocity, and what there is to say of the others.
 
-    A record that says it is of constant velocity, and ripples too much for a steady stretch, gives its inner part.
+    A record that says it is of constant velocity, and ripples too much for a steady segment, gives its inner part.
 
     Raises
     ------
@@ -64,11 +64,11 @@ def stroke_points(
             "no stroke at constant velocity was found"
             + (f" (the records say that they are {kinds})" if kinds else "") + why,
             where=logs[0].source,
-            mend="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
+            hint="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
         )  # fmt: skip
-    told: list[str] = []
+    warnings: list[str] = []
     if without:
-        told.append(
+        warnings.append(
             Notice(
                 f"{len(without)} of {len(stated or logs)} records give no stroke: {'; '.join(without)}",
                 "records-without-stroke", "doubt" if 4 * len(without) > len(stated or logs) else "note",
@@ -78,7 +78,7 @@ def stroke_points(
     swinging = sorted({abs(p.velocity) for p in points if p.swing})
     if swinging:
         most = max(p.swing for p in points)
-        told.append(
+        warnings.append(
             Notice(
                 f"the velocity of {sum(p.swing > 0 for p in points)} strokes swings by up to {most:.0%} (rms) between "
                 f"{readable(swinging[0], unit)} and {readable(swinging[-1], unit)}: what averaging over a falling "
@@ -86,36 +86,36 @@ def stroke_points(
                 "strokes-swing", "doubt" if most > STICKS else "note",
             )
         )  # fmt: skip
-    return sorted(points, key=lambda point: point.velocity), told
+    return sorted(points, key=lambda point: point.velocity), warnings
 
 
 def _points_of(log: Log, method: Average, plant: Plant | None) -> tuple[list[SpeedPoint], str]:
     force = log.require("force", "the friction map")
-    stretches, reason = steady_stretches(log), ""
-    if not stretches:
-        rippling = _inner_part(log) if log.kind == "constant-velocity" else "no stretch at constant velocity"
+    segments, reason = steady_segments(log), ""
+    if not segments:
+        rippling = _inner_part(log) if log.kind == "constant-velocity" else "no segment at constant velocity"
         if isinstance(rippling, str):
             return [], rippling
-        stretches = [rippling]
+        segments = [rippling]
     points = []
-    for stretch in stretches:
-        part = slice(stretch.start, stretch.stop)
+    for segment in segments:
+        part = slice(segment.start, segment.stop)
         mean = average(force[part], method)
-        damping = plant.K_f * plant.A / plant.B * stretch.velocity if plant else 0.0
-        swing = velocity_swing(log, stretch)
+        damping = plant.K_f * plant.A / plant.B * segment.velocity if plant else 0.0
+        swing = velocity_swing(log, segment)
         error = mean.standard_error
         if swing > STICKS:
             error = float(np.hypot(error, 0.5 * np.std(force[part])))
         points.append(
             SpeedPoint(
-                stretch.velocity, mean.value - damping, error, len(stretch), log.name, float(log.time[stretch.start]),
-                float(log.time[stretch.stop - 1]), stretch.settled, swing,
+                segment.velocity, mean.value - damping, error, len(segment), log.name, float(log.time[segment.start]),
+                float(log.time[segment.stop - 1]), segment.settled, swing,
             )
         )  # fmt: skip
     return points, reason
 
 
-def _inner_part(log: Log) -> Stretch | str:
+def _inner_part(log: Log) -> Segment | str:
     """Return the inner part of a stroke whose velocity ripples, or why it is none."""
     if len(log) < 2 * SHORTEST:
         return f"{len(log)} samples"
@@ -143,10 +143,10 @@ def _inner_part(log: Log) -> Stretch | str:
     if abs(speeds[0] - speeds[1]) > UNEVEN * abs(velocity):
         return f"its speed goes from {readable(abs(speeds[0]), unit)} to {readable(abs(speeds[1]), unit)}"
     error = abs(speeds[0] - speeds[1]) / 2
-    return Stretch(first, last, velocity, error, onset=first)
+    return Segment(first, last, velocity, error, onset=first)
 
 
-def velocity_swing(log: Log, stretch: Stretch) -> float:
+def velocity_swing(log: Log, segment: Segment) -> float:
     """Return the root mean square of the velocity about its mean over that mean; 0 where it is under `SWINGS`.
 
     Of a logged position it is the sum of ``(2πf·Z)²`` over the lines that stand out of its noise, below the frequency
@@ -156,35 +156,35 @@ def velocity_swing(log: Log, stretch: Stretch) -> float:
     ----------
     log
         The record.
-    stretch
-        Its steady stretch.
+    segment
+        Its steady segment.
     """
-    part, n = slice(stretch.start, stretch.stop), len(stretch)
+    part, n = slice(segment.start, segment.stop), len(segment)
     if n < 4 * SHORTEST:
         return 0.0
-    t = log.time[part] - log.time[stretch.start]
+    t = log.time[part] - log.time[segment.start]
     sampling = (n - 1) / float(t[-1])
     if log.position is None:
         v = np.asarray(log.velocity)[part]
         noise = float(np.var(np.diff(v))) / 2
         spread = max(float(np.var(v)) - noise, 0.0)
-        swing = float(np.sqrt(spread)) / abs(stretch.velocity)
+        swing = float(np.sqrt(spread)) / abs(segment.velocity)
         return swing if swing > SWINGS else 0.0
     count = lattice_step(log.position[part][:ENOUGH]) or 0.0
-    z = log.position[part] - stretch.velocity * t
+    z = log.position[part] - segment.velocity * t
     each = max(n // ENOUGH, 1)
     n = n // each
     z = z[: n * each].reshape(n, each).mean(axis=1)
     z, sampling = z - z.mean(), sampling / each
     # the sawtooth of whole counts, under whichever alias, has less than this of the velocity below that frequency
-    top = min(0.25 * sampling, SWINGS / np.sqrt(2) * abs(stretch.velocity) / count if count else np.inf)
-    if float(np.std(z)) * 2 * np.pi * top < SWINGS * abs(stretch.velocity):
+    top = min(0.25 * sampling, SWINGS / np.sqrt(2) * abs(segment.velocity) / count if count else np.inf)
+    if float(np.std(z)) * 2 * np.pi * top < SWINGS * abs(segment.velocity):
         return 0.0
     power = _power(z)
     f = np.arange(len(power)) * sampling / n
     floor = max(float(np.median(power[f > 0.25 * sampling])), (count**2 / 12) * 2 / n)
     seen = (f <= top) & (f >= 2 * sampling / n) & (power > 12 * floor)
-    swing = float(np.sqrt(np.sum((2 * np.pi * f[seen]) ** 2 * power[seen]))) / abs(stretch.velocity)
+    swing = float(np.sqrt(np.sum((2 * np.pi * f[seen]) ** 2 * power[seen]))) / abs(segment.velocity)
     return swing if swing > SWINGS else 0.0
 
 

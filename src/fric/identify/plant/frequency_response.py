@@ -9,7 +9,7 @@ import numpy as np
 from scipy import fft, signal
 
 from fric.errors import FricError
-from fric.identify.dynamics.spectra import (
+from fric.identify.plant.spectra import (
     coherence_of,
     distortion,
     drift,
@@ -66,7 +66,7 @@ class MeasuredResponse:
         Frequency, magnitude, unwrapped phase, coherence and deviation.
     method
         Averaged over ``periods`` or ``segments``, or given as a ``table``.
-    told
+    description
         How it was estimated, in words.
     averages
         Independent averages; 0 where a table does not say.
@@ -88,7 +88,7 @@ class MeasuredResponse:
 
     table: FrequencyResponse
     method: Literal["periods", "segments", "table"]
-    told: str
+    description: str
     averages: float
     correlation: float = 1.0
     sampling: float | None = None
@@ -138,7 +138,7 @@ def measure_response(
     z = record.require(output, "a frequency response")
     sampling = even_sampling(record)
     if np.ptp(u) == 0:
-        raise FricError("the input does not move", where=record.where, mend="Log an excitation.")
+        raise FricError("the input does not move", where=record.where, hint="Log an excitation.")
     if segment is None:
         samples = _period(record, u, sampling) if period is None else round(period * sampling)
         if samples is not None:
@@ -150,10 +150,10 @@ def _table(record: FrequencyResponse) -> MeasuredResponse:
     if record.frequency.size < 3 or not np.all(np.diff(record.frequency) > 0) or record.frequency[0] <= 0:
         raise FricError(
             "a response needs three frequencies or more, increasing from above 0 Hz", where=record.where,
-            mend="Sort the table and leave the row of 0 Hz out.",
+            hint="Sort the table and leave the row of 0 Hz out.",
         )  # fmt: skip
     if not np.all(record.magnitude > 0):
-        raise FricError("a magnitude is not positive", where=record.where, mend="Leave these frequencies out.")
+        raise FricError("a magnitude is not positive", where=record.where, hint="Leave these frequencies out.")
     deviation, warnings = record.deviation, list[str]()
     if deviation is None and record.coherence is not None:
         coherence = np.clip(record.coherence, 1e-6, 1 - 1e-9)
@@ -187,7 +187,7 @@ def _over_periods(
     known = _driven(record.reference, period) if record.reference is not None else None
     lines = excited(spectra, known)
     if np.count_nonzero(lines) < 3:
-        raise FricError("fewer than three frequencies are excited", where=record.where, mend="Excite more of them.")
+        raise FricError("fewer than three frequencies are excited", where=record.where, hint="Excite more of them.")
     repeating = distortion(spectra, lines)
     means = (np.mean(x[:, ~lines], axis=0) for x in (spectra.input, spectra.position))
     quiet = QuietLines(spectra.frequency[~lines], *means) if np.any(~lines) else None
@@ -229,15 +229,15 @@ def _over_segments(
         raise FricError(
             f"a segment of {length} samples does not suit a record of {len(u)}",
             where=record.where,
-            mend="Log a longer excitation, or give another --segment.",
+            hint="Log a longer excitation, or give another --segment.",
         )
-    spectra, driver, told = segment_spectra(u, z, u, length, sampling), u, "the input as driver"
+    spectra, driver, text = segment_spectra(u, z, u, length, sampling), u, "the input as driver"
     if record.reference is not None and _accelerates(record.reference):
         joint = segment_spectra(u, z, record.reference, length, sampling)
         moved = joint.frequency[coherence_of(joint.driver, joint.input) > COHERENT]
         if moved.size >= 20 and moved.max() > 10 * moved.min():  # more than a slow motion besides the excitation
             spectra, driver = joint, record.reference
-            told = "the reference as driver, so that what a closed loop feeds back averages out"
+            text = "the reference as driver, so that what a closed loop feeds back averages out"
     manner = f"{len(spectra.input)} Welch segments of {length / sampling:.4g} s"
     if segment is None and swept(spectra.at(moved_at(spectra, is_input=driver is u))):
         spectra = neighbour_spectra(u, z, driver, sampling)
@@ -250,7 +250,7 @@ def _over_segments(
     return MeasuredResponse(
         as_table(record, spectra.frequency, G, deviation, coherence),
         "segments",
-        f"{manner}, {told}",
+        f"{manner}, {text}",
         spectra.averages,
         spectra.correlation,
         sampling,

@@ -154,7 +154,7 @@ class ContourTest:
 
 
 @dataclass(frozen=True)
-class Material:
+class ReportInput:
     """All that was given for a report, the newest of each, and what it takes the place of.
 
     Parameters

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import stdtrit
 
-from fric.identify.strokes.stribeck_fit import DELTA_RANGE, Solution, StribeckProblem
+from fric.identify.static_map.stribeck_fit import DELTA_RANGE, Solution, StribeckProblem
 
 
 def profile_interval(

@@ -14,11 +14,11 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.records.clipping import clipped_samples
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
-from fric.identify.records.segments import Stretch
-from fric.identify.strokes.averages import Average
-from fric.identify.strokes.map_doubts import damping_doubt, directions_differ, map_doubts
-from fric.identify.strokes.map_fit import Form, MapFit, SpeedPoint, Weights, fit_map
-from fric.identify.strokes.points import stroke_points
+from fric.identify.records.segments import Segment
+from fric.identify.static_map.averages import Average
+from fric.identify.static_map.identifiability import damping_warning, directions_differ, identifiability_warnings
+from fric.identify.static_map.map_fit import Form, MapFit, SpeedPoint, Weights, fit_map
+from fric.identify.static_map.points import stroke_points
 from fric.notice import Notice
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
@@ -80,7 +80,7 @@ def identify_static(
 ) -> StaticFit:
     """Identify the static friction map, eq. (2), from strokes at constant velocity.
 
-    Each steady stretch gives one point: velocity, robust mean force, standard error. Strokes scatter beyond their
+    Each steady segment gives one point: velocity, robust mean force, standard error. Strokes scatter beyond their
     noise (temperature, lubrication, place); the variance between them is estimated with the map, added to each
     point's own, and so weights and intervals know it. Intervals are by profile likelihood.
 
@@ -116,7 +116,7 @@ def identify_static(
     if np.ptp(forces) <= 1e-9 * np.abs(forces).max(initial=0.0):
         raise FricError(
             f"every stroke took the same force, {readable(float(forces[0]), si_unit('force', logs[0].motion))}",
-            where=logs[0].source, mend="Is it the right column? Friction changes its sign with the direction.",
+            where=logs[0].source, hint="Is it the right column? Friction changes its sign with the direction.",
         )  # fmt: skip
     cut = _cut_off(logs) + missing
     axis, motion = logs[0].axis, logs[0].motion
@@ -134,7 +134,7 @@ def identify_static(
     if direction == "each":
         if not (positive and backward):
             raise FricError(
-                "only one direction was measured", mend="Log strokes in both directions, or use --direction both."
+                "only one direction was measured", hint="Log strokes in both directions, or use --direction both."
             )
         both = fit_map(points, delta, weights, motion, with_offset=True, form=form)
         shared = _stated(load, motion) or both.estimates["offset"]
@@ -147,17 +147,17 @@ def identify_static(
             for own, sense in ((positive, 1.0), (mirrored, -1.0))
         )  # fmt: skip
         static, negative = (_with_shared(one, shared) for one in (static, negative))
-        told = readable(float(shared), si_unit("force", motion))
+        words = readable(float(shared), si_unit("force", motion))
         text = (
-            f"what both directions share, {told}, is the offset (gravity, the bias of an amplifier) and no friction: "
+            f"what both directions share, {words}, is the offset (gravity, the bias of an amplifier) and no friction: "
             "strokes cannot tell it from a Coulomb friction that differs between the directions; give --load where you "
             "know it"
         )
         if load is None:  # where more than the level differs, the level will too
             warnings.append(Notice(text, "offset-shared", "wrong" if directions_differ(both, motion) else "note"))
         for name, one in (("positive", static), ("negative", negative)):
-            doubts = [Notice.of(text) for text in map_doubts(one, motion)]
-            warnings += [Notice(f"{name} direction: {text}", text.code, text.severity) for text in doubts]
+            notices = [Notice.of(text) for text in identifiability_warnings(one, motion)]
+            warnings += [Notice(f"{name} direction: {text}", text.code, text.severity) for text in notices]
         warnings += _flaws(logs, points, static)
         method = f"{static.form_told(motion)}; {method}"
         return StaticFit(axis, motion, tuple(points), static, negative, {}, tuple(warnings), method, plant)
@@ -183,8 +183,8 @@ def identify_static(
     if known is not None:
         fit = replace(fit, estimates=dict(fit.estimates) | {"offset": known})
     if plant is not None:
-        warnings += damping_doubt(fit, plant, motion)
-    warnings += map_doubts(fit, motion)
+        warnings += damping_warning(fit, plant, motion)
+    warnings += identifiability_warnings(fit, motion)
     warnings += _flaws(logs, points, fit)
     method = f"{fit.form_told(motion)}; {method}"
     return StaticFit(axis, motion, tuple(points), fit, None, {}, tuple(warnings), method, plant)
@@ -230,7 +230,7 @@ def _flaws(logs: Sequence[Log], points: Sequence[SpeedPoint], fit: MapFit) -> li
     level = float(np.median(np.abs(fit.problem.F)))
     named = {log.name: log for log in logs}
     strokes = [
-        (named[point.record], Stretch(start, stop + 1, point.velocity, 0.0, start, point.settled))
+        (named[point.record], Segment(start, stop + 1, point.velocity, 0.0, start, point.settled))
         for point in points
         if not point.swing and len(named) == len(logs)
         for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop])]
@@ -273,6 +273,6 @@ def _one_speed(points: Sequence[SpeedPoint], motion: Motion) -> tuple[dict[str, 
         "velocity": Estimate(speed, si_unit("velocity", motion)),
         "force": Estimate(value, si_unit("force", motion), (value - half, value + half)),
     }
-    told = readable(speed, si_unit("velocity", motion))
-    text = f"one speed alone was logged ({told}): the friction there is given, and no map."
+    words = readable(speed, si_unit("velocity", motion))
+    text = f"one speed alone was logged ({words}): the friction there is given, and no map."
     return at_speed, Notice(text, "one-speed", "doubt")

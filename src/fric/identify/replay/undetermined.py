@@ -39,19 +39,19 @@ def opened(
     records
         The records.
     """
-    told, motion, notices, found = told_by(records), records[0].log.motion, [], dict(within)
+    text, motion, notices, found = told_by(records), records[0].log.motion, [], dict(within)
     declared = {(s, p.name): p for s, parameters in coordinates.model.declared().items() for p in parameters}
     forces = [key for key in within if key in declared and declared[key].dimension == "force"]
-    if not told.slides and forces:
+    if not text.slides and forces:
         for key in forces:
             found[key] = tuple(
-                (max(low, told.peak) if len(within[key]) == 1 else low, np.inf) for low, _ in within[key]
+                (max(low, text.peak) if len(within[key]) == 1 else low, np.inf) for low, _ in within[key]
             )
         names = " and ".join(name for _, name in forces)
         notices.append(
             Notice(
-                f"the records never slide: the force still rises at the reversals, with {told.slope:.0%} of its mean "
-                f"slope, so {readable(told.peak, si_unit('force', motion))} is no more than a lower bound of {names}; "
+                f"the records never slide: the force still rises at the reversals, with {text.slope:.0%} of its mean "
+                f"slope, so {readable(text.peak, si_unit('force', motion))} is no more than a lower bound of {names}; "
                 "log a larger amplitude",
                 "never-slides", "wrong",
             )
@@ -62,14 +62,14 @@ def opened(
             continue
         k = np.atleast_1d(np.asarray(values[key[0]][key[1]], float))
         ways = np.broadcast_to(level, k.shape) / k
-        if (ways < told.resolved).any():
+        if (ways < text.resolved).any():
             found[key] = tuple(
-                (low, np.inf if way < told.resolved else high) for (low, high), way in zip(limits, ways, strict=True)
+                (low, np.inf if way < text.resolved else high) for (low, high), way in zip(limits, ways, strict=True)
             )
             notices.append(
                 Notice(
                     f"{key[1]} is a lower bound: its spring gives way within {readable(float(ways.min()), length)}, "
-                    f"and after a reversal the motion is seen again {readable(told.resolved, length)} later (the "
+                    f"and after a reversal the motion is seen again {readable(text.resolved, length)} later (the "
                     f"encoder's step, and {SAMPLES} samples); log slower, or with a finer encoder",
                     "stiffness-unresolved", "wrong",
                 )

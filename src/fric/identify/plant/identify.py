@@ -12,11 +12,11 @@ from scipy import stats
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.dynamics.force_constant import against_mass, force_constant
-from fric.identify.dynamics.frequency_response import MeasuredResponse, measure_response
-from fric.identify.dynamics.mode_fit import at, solve_with_modes
-from fric.identify.dynamics.plant_warnings import told_of
-from fric.identify.dynamics.response_fit import Lines, Solution, select, solve
+from fric.identify.plant.force_constant import against_mass, force_constant
+from fric.identify.plant.frequency_response import MeasuredResponse, measure_response
+from fric.identify.plant.mode_fit import at, solve_with_modes
+from fric.identify.plant.plant_warnings import described
+from fric.identify.plant.response_fit import Lines, Solution, select, solve
 from fric.identify.records.flaws import clock_flaws
 from fric.identify.records.sampling import evened
 from fric.log import FrequencyResponse, Log
@@ -200,7 +200,7 @@ def identify_plant(
         except FricError as error:
             if not clock:
                 raise
-            raise FricError(error.what, where=error.where, mend=f"The cause may be this: {clock[0]}") from None
+            raise FricError(error.what, where=error.where, hint=f"The cause may be this: {clock[0]}") from None
         try:
             solution, kept = solve_with_modes(lines)
         except FricError as error:
@@ -216,7 +216,7 @@ def identify_plant(
     estimates = solution.estimates(motion)
     scale = force_constant(logs, given_force_constant, motion, period=period, segment=segment)
     estimates |= scale.estimates()
-    told = [*uneven, *scale.warnings, *against_mass(estimates, mass, motion)]
+    text = [*uneven, *scale.warnings, *against_mass(estimates, mass, motion)]
     transport = estimates["T_d"]
     if rate is not None:
         low, high = transport.ci95 or (0.0, 0.0)
@@ -225,7 +225,7 @@ def identify_plant(
     return PlantFit(
         fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
         _second_mass(solution),
-        (*told_of(fits, solution, influence, estimates, rate), *told, *clocks),
+        (*described(fits, solution, influence, estimates, rate), *text, *clocks),
     )  # fmt: skip
 
 
@@ -235,11 +235,11 @@ def _second_mass(solution: Solution) -> dict[str, Estimate] | None:
         return None
     half = solution.half_widths()[3 + solution.form.friction :]
     f, zeta, ratio = found.frequency, found.damping, found.ratio
-    told = len(half) > 2
-    limits = (ratio - float(half[2]), ratio + float(half[2])) if told else None
+    text = len(half) > 2
+    limits = (ratio - float(half[2]), ratio + float(half[2])) if text else None
     return {
         "frequency": Estimate(f, "Hz", (f * float(np.exp(-half[0])), f * float(np.exp(half[0])))),
-        "ratio": Estimate(ratio, "1", limits, assumed=not told),
+        "ratio": Estimate(ratio, "1", limits, assumed=not text),
         "damping": Estimate(zeta, "1", (zeta * float(np.exp(-half[1])), zeta * float(np.exp(min(half[1], 20.0))))),
     }
 
@@ -265,9 +265,9 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
     value, deviation = float(split.values[3]), float(np.sqrt(split.covariance[3, 3]))
     alike = max(_alike(split, lines, misfit) for lines, misfit in zip(sets, misfits, strict=True))
     split = replace(split, covariance=split.covariance * alike)
-    reach = float(stats.t.ppf(0.975, split.freedom)) * deviation * float(np.sqrt(alike))
+    half_width = float(stats.t.ppf(0.975, split.freedom)) * deviation * float(np.sqrt(alike))
     length = "rad" if fits[0].measured.table.motion == "rotary" else "m"
-    coulomb = Estimate(value, f"{length}/s^2", (value - reach, value + reach))
+    coulomb = Estimate(value, f"{length}/s^2", (value - half_width, value + half_width))
     differs = abs(value) > float(stats.t.ppf((1 + SURE) / 2, split.freedom)) * deviation
     found = FrictionInfluence(gains, seen, half, differs=differs, compared=True, coulomb=coulomb)
     return (split if differs and value > 0 else together), found

@@ -8,7 +8,7 @@ import numpy as np
 
 from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
-from fric.identify.dynamics.response_fit import UNTOLD, Lines, Solution, near, solve
+from fric.identify.plant.response_fit import UNDETERMINED, Lines, Solution, near, solve
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -70,10 +70,10 @@ def solve_with_modes(lines: Lines) -> Found:
         return rigid
     scale = max(_usual(lines, found), 1e-3)
     bounded = [float(np.sum(np.minimum(np.abs(_off(lines, one.solution)) / scale, OFF) ** 2)) for one in (rigid, found)]
-    return found if bounded[0] - bounded[1] > GAIN and _is_told(found.solution, at(lines, found.kept)) else rigid
+    return found if bounded[0] - bounded[1] > GAIN and _is_determined(found.solution, at(lines, found.kept)) else rigid
 
 
-def _is_told(solution: Solution, lines: Lines) -> bool:
+def _is_determined(solution: Solution, lines: Lines) -> bool:
     """Say whether frequency and ratio of a second mass are told by the lines, and the rigid axis below it as well.
 
     Friction around rest is a spring, too: of its lowest lines a small motion makes a resonance, at or below them.
@@ -112,7 +112,7 @@ def _starts(
     """Return second masses by how well eq. (1) explains what they leave, the best first."""
     tried = []
     for frequency in frequencies:
-        for ratio in (0.15, 0.4, 0.7) if encoder == "motor" else (UNTOLD,):
+        for ratio in (0.15, 0.4, 0.7) if encoder == "motor" else (UNDETERMINED,):
             resonance = Resonance(float(frequency), ratio, 0.03, encoder)
             without = lines._replace(response=lines.response / resonance.factor(0.0, lines.frequency))
             try:

@@ -20,12 +20,12 @@ from fric.units import Motion, si_unit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.identify.dynamics.frequency_response import MeasuredResponse
+    from fric.identify.plant.frequency_response import MeasuredResponse
 
 COARSEST = 0.3
 """Relative deviation up to which the logarithm of a response is as good as unbiased."""
 
-UNTOLD = 0.5
+UNDETERMINED = 0.5
 """Share of the table in the moving mass, where it is not told."""
 
 MISFIT = 0.99
@@ -83,7 +83,7 @@ class Form(NamedTuple):
             return None
         tail = [float(value) for value in x[3 + self.friction :]]
         return Resonance(
-            float(np.exp(tail[0])), tail[2] if len(tail) > 2 else UNTOLD, float(np.exp(tail[1])), self.encoder
+            float(np.exp(tail[0])), tail[2] if len(tail) > 2 else UNDETERMINED, float(np.exp(tail[1])), self.encoder
         )
 
     def response(
@@ -215,7 +215,7 @@ def select(
             f"{np.count_nonzero(used)} of {len(f)} frequencies have a coherence of {coherence:g} or more"
             + (f" between {band[0]:g} and {band[1]:g} Hz" if band != (0.0, np.inf) else ""),
             where=table.where,
-            mend="Excite harder or longer, or lower --coherence.",
+            hint="Excite harder or longer, or lower --coherence.",
         )
     floor = 1e-9  # a response without any noise weighs much, but not infinitely
     lines = Lines(
@@ -348,6 +348,6 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[NDArray[np.
         turned = weight @ np.cos(np.angle(-response * 1j * omega * (1j * omega + at[0])))
         if turned > 0.5:
             raise FricError(
-                "the response is that of eq. (1) with the sign turned", mend="Set sign: -1 for input or position."
+                "the response is that of eq. (1) with the sign turned", hint="Set sign: -1 for input or position."
             )
     return at, best

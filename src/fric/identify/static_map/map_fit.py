@@ -14,9 +14,9 @@ from scipy.special import stdtrit
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.stribeck import StaticMap
-from fric.identify.strokes.averages import MAD_TO_SIGMA
-from fric.identify.strokes.profile import profile_interval
-from fric.identify.strokes.stribeck_fit import PARAMETERS, Solution, StribeckProblem
+from fric.identify.static_map.averages import MAD_TO_SIGMA
+from fric.identify.static_map.profile import profile_interval
+from fric.identify.static_map.stribeck_fit import PARAMETERS, Solution, StribeckProblem
 from fric.units import Motion, readable, si_unit
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class SpeedPoint:
     settled
         False where the force had not settled by half of the stroke.
     record, start, stop
-        Record, and the time in it [s] at which the steady stretch begins and ends.
+        Record, and the time in it [s] at which the steady segment begins and ends.
     swing
         Root mean square of the velocity about its mean over that mean [1]; 0 where it does not swing.
     """
@@ -229,7 +229,7 @@ def _without_outliers(problem: StribeckProblem, certain: NDArray[np.float64], *,
         if problem.degrees_of_freedom < 1:
             raise FricError(
                 f"{len(whole.v)} strokes cannot give {len(problem.free)} parameters",
-                mend=f"Log strokes at {len(problem.free) + 1} speeds or more, or fix delta.",
+                hint=f"Log strokes at {len(problem.free) + 1} speeds or more, or fix delta.",
             )
         solution, between = _solve_with_scatter(problem, own[kept], fixed=fixed)
         if swing is not None and not fixed:

@@ -30,8 +30,8 @@ def plant_records(
     """
     axes = {(record.axis, record.motion) for record in records}
     if len(axes) > 1:
-        told = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
-        raise FricError(f"the logs are of different axes: {told}", mend="Identify one axis at a time.")
+        text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
+        raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")
     responses = [r for r in records if isinstance(r, FrequencyResponse) or r.kind == "frequency-response"]
     in_time: list[Log | FrequencyResponse] = [r for r in records if isinstance(r, Log)]
     motions = [r for r in in_time if isinstance(r, Log) and r.kind in {"motion", None}]
@@ -45,6 +45,6 @@ def plant_records(
         raise FricError(
             f"no record is of kind frequency-response or motion (there are {kinds})",
             where=records[0].source,
-            mend="Say --method response or --method motion to take them as such.",
+            hint="Say --method response or --method motion to take them as such.",
         )
     return method, chosen

@@ -12,10 +12,10 @@ from fric.units import readable
 
 if TYPE_CHECKING:
     from fric.estimate import Estimate
-    from fric.identify.dynamics.plant import FrictionInfluence, ResponseFit
-    from fric.identify.dynamics.response_fit import Solution
+    from fric.identify.plant.identify import FrictionInfluence, ResponseFit
+    from fric.identify.plant.response_fit import Solution
 
-DOUBTFUL, FALSE = 0.02, 0.1
+UNSURE, FALSE = 0.02, 0.1
 """Misfit from which on a fit is in doubt, and from which on it is wrong [1]."""
 
 
@@ -26,7 +26,7 @@ QUIET = 20.0
 """Frequency up to which friction's harmonics are looked for [Hz]; above, an encoder's steps take more voltage."""
 
 
-def told_of(
+def described(
     fits: Sequence[ResponseFit], solution: Solution, friction: FrictionInfluence, estimates: dict[str, Estimate],
     hold: float | None,
 ) -> list[str]:  # fmt: skip
@@ -45,15 +45,15 @@ def told_of(
     hold
         Sampling rate of the hold [Hz].
     """
-    told: list[str] = []
+    warnings: list[str] = []
     for fit in fits:
         name = fit.measured.table.name
-        told += [_named(name, warning) for warning in fit.measured.warnings]
-        told += _of_lines(name, fit)
-    told += _of_mode(solution) + _of_friction(fits, friction, estimates)
+        warnings += [_named(name, warning) for warning in fit.measured.warnings]
+        warnings += _of_lines(name, fit)
+    warnings += _of_mode(solution) + _of_friction(fits, friction, estimates)
     if float(estimates["A"]) <= float(solution.half_widths()[0]):
         lowest = min(float(fit.measured.table.frequency[fit.used].min()) for fit in fits)
-        told.append(
+        warnings.append(
             Notice(
                 "A is not told from 0: excite below its corner (the lowest frequency used is "
                 f"{lowest:.3g} Hz), and harder", "A-open", "doubt",
@@ -61,26 +61,26 @@ def told_of(
         )  # fmt: skip
     edge = 0.5 / hold if hold else 0.0
     if float(estimates["T_d"]) <= edge * (1 + 1e-6):
-        told.append(
+        warnings.append(
             Notice(
                 f"T_d ended at its bound, {'the hold alone' if hold else 'zero'}: input and position are not logged at "
                 "one instant, or the response is not behind the hold that is assumed (--hold)", "T_d-at-bound", "doubt",
             )
         )  # fmt: skip
-    told.append(
+    warnings.append(
         Notice(
             "A holds the guideway's viscous friction, over the moving mass, besides the drive's own damping",
             "A-holds-viscous", "note",
         )
     )  # fmt: skip
     if "K_f" not in estimates:
-        told.append(
+        warnings.append(
             Notice(
                 "K_f is not known: no record has force and input both; give it with --force-constant",
                 "K_f-missing", "note",
             )
         )  # fmt: skip
-    return told
+    return warnings
 
 
 def _named(name: str, warning: str) -> Notice:
@@ -89,10 +89,10 @@ def _named(name: str, warning: str) -> Notice:
 
 
 def _of_lines(name: str, fit: ResponseFit) -> list[str]:
-    told: list[str] = []
+    warnings: list[str] = []
     if fit.stand_off:
         lines = ", ".join(f"{f:.4g}" for f in fit.stand_off[:8]) + (", …" if len(fit.stand_off) > 8 else "")
-        told.append(
+        warnings.append(
             Notice(
                 f"{name}: {len(fit.stand_off)} lines stand off all others and are left out, as friction's harmonics at "
                 f"lines that are not driven do ({lines} Hz)", "lines-stand-off", "note",
@@ -102,19 +102,19 @@ def _of_lines(name: str, fit: ResponseFit) -> list[str]:
         f = fit.measured.table.frequency[fit.used]
         off = np.abs(np.log(fit.measured.response[fit.used] / fit.model(f)))
         worst, size = float(f[int(np.argmax(off))]), fit.solution.misfit
-        severity: Severity = "wrong" if size >= FALSE else "doubt" if size >= DOUBTFUL else "note"
-        mend = (
+        severity: Severity = "wrong" if size >= FALSE else "doubt" if size >= UNSURE else "note"
+        hint = (
             f"; look at the figure, and keep to where it fits (--highest '{0.5 * worst:.2g} Hz')"
             if size >= FALSE
             else ""
         )
-        told.append(
+        warnings.append(
             Notice(
                 f"{name}: eq. (1) leaves {100 * size:.2g} % that noise does not explain, most at {worst:.4g} Hz; the "
-                f"intervals allow for it{mend}", "response-misfit", severity,
+                f"intervals allow for it{hint}", "response-misfit", severity,
             )
         )  # fmt: skip
-    return told
+    return warnings
 
 
 def _of_mode(solution: Solution) -> list[str]:
@@ -155,14 +155,14 @@ def _of_friction(fits: Sequence[ResponseFit], friction: FrictionInfluence, estim
         each += f"{gain * B / float(estimates['K_f']):.3g} 1/s to it"
     added = [_friction_seen(fit) for fit in fits]
     small = all(one is not None and one < SMALL for one in added)
-    mend = (
+    hint = (
         f"by the lines between the driven ones it is less than {SMALL:.0%} of A"
         if small
         else "log a second amplitude, or excite around a steady motion"
     )
     return [
         Notice(
-            f"the axis reverses while it is excited, and A holds friction: {each}; {mend}",
+            f"the axis reverses while it is excited, and A holds friction: {each}; {hint}",
             "A-holds-friction", "note" if small else "wrong",
         )
     ]  # fmt: skip
