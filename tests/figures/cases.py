@@ -57,6 +57,7 @@ from tests.identify.virtual_logs import logs_of
 ROOT = Path(__file__).parents[2]
 Case = tuple[Figure, list[Panel]]
 CASES: dict[str, Callable[[], Case]] = {}
+SUBJECTS: dict[str, Callable[[], Any]] = {}
 
 
 def case(make: Callable[[], Case]) -> Callable[[], Case]:
@@ -69,7 +70,14 @@ def machine() -> Any:
     return read_machine(ROOT / "configs/xy-table.yaml")
 
 
-@cache
+def subject(make: Callable[[], Any]) -> Callable[[], Any]:
+    """Enter what figures are of, by its type: a figure that is new is drawn of it without a case of its own."""
+    made = cache(make)
+    SUBJECTS[make.__name__] = made
+    return made
+
+
+@subject
 def circles() -> Any:
     return [run_circle(machine(), PAPER_SCHEMES[name], Circle(5e-3, 50e-3, 1)) for name in "af"]
 
@@ -238,10 +246,14 @@ def many_machines() -> Case:
     return figure, [Panel(left, curves), Panel(right, bars=share)]
 
 
+@subject
+def static_fit() -> Any:
+    return identify_static(read_logs(ROOT / "data/constant-velocity.h5"))
+
+
 @case
 def static_map() -> Case:
-    logs = read_logs(ROOT / "data/constant-velocity.h5")
-    fit = identify_static(logs)
+    fit = static_fit()
     figure = draw_static_map(fit)
     v, F = (np.array([getattr(point, name) for point in fit.points]) for name in ("velocity", "force"))
     error = 1.96 * np.hypot([point.standard_error for point in fit.points], fit.static.between)
@@ -265,9 +277,15 @@ def static_map() -> Case:
     ]
 
 
+@subject
+def gms_fit() -> Any:
+    logs = read_logs(ROOT / "data/presliding-sine.h5")
+    return identify_gms(logs, static=StaticMap(105.0, 165.0, 1e-3), refined=False)
+
+
 @case
 def gms() -> Case:
-    fit = identify_gms(read_logs(ROOT / "data/presliding-sine.h5"), static=StaticMap(105.0, 165.0, 1e-3), refined=False)
+    fit = gms_fit()
     figure = draw_gms(fit)
     panels = []
     loops = sorted(fit.hysteresis, key=lambda one: one.amplitude)
@@ -294,9 +312,14 @@ def gms() -> Case:
     return figure, panels
 
 
+@subject
+def plant_fit() -> Any:
+    return identify_plant(read_records(ROOT / "data/frequency-response.h5"))
+
+
 @case
 def plant() -> Case:
-    fit = identify_plant(read_records(ROOT / "data/frequency-response.h5"))
+    fit = plant_fit()
     figure = draw_plant(fit)
     (response,) = fit.responses
     table, used = response.measured.table, response.used
@@ -389,10 +412,14 @@ def lugre_records() -> Any:
     return prepared(logs_of(models()["lugre"].typical(), 11, motions=("small", "large")))
 
 
+@subject
+def replay_fit() -> Any:
+    return identify_by_replay("lugre", lugre_records(), start=models()["lugre"].typical())
+
+
 @case
 def replay() -> Case:
-    true = models()["lugre"].typical()
-    fit = identify_by_replay("lugre", lugre_records(), start=true)
+    fit = replay_fit()
     figure = draw_replay(fit)
     panels = []
     for n, (record, own) in enumerate(zip(fit.records, fit.own, strict=True)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import json
 import os
+import re
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -96,7 +97,7 @@ def finish(
     make
         Makes the result; is handed a function that it may tell of its progress.
     output, plot
-        Files that the result is saved to, and that its figure is drawn to.
+        Files that the result is saved to, and that its figure is drawn to; ``NAME=FILE`` draws that of another name.
     json
         Print the document, and nothing else on standard output.
     force
@@ -109,12 +110,13 @@ def finish(
         A folder that the result is saved into, in place of a file; the result looks after what is there.
     """
     figures = {path: draw for path, draw in (also or {}).items() if path is not None}
+    view, plot = named(plot)
     written = [path for path in (output, plot, *figures) if path is not None]
     refuse_existing(*written, force=force)
     with progress(doing) as advance:
         result = make(advance)
     if plot is not None:
-        result.plot(plot, force=force)
+        result.plot(plot, view=view, force=force)
     for path, draw in figures.items():
         from fric.figures.style import save_figure
 
@@ -134,6 +136,12 @@ def finish(
             OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
     print_warnings(result.warnings)
     return result
+
+
+def named(plot: Path | None) -> tuple[str | None, Path | None]:
+    """Part ``NAME=FILE`` into the name of a figure and the file that it goes to."""
+    found = re.fullmatch(r"([a-z][a-z-]*)=(.+)", str(plot or ""))
+    return (found[1], Path(found[2])) if found else (None, plot)
 
 
 def print_json(document: Mapping[str, Any]) -> None:

@@ -14,7 +14,11 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on sta
 Force = Annotated[bool, typer.Option("--force", help="Replace an output that exists.")]
 Plot = Annotated[
     Path | None,
-    typer.Option("--plot", metavar="FIG", help="Draw a figure: .png, .svg or .pdf by the name's ending."),
+    typer.Option(
+        "--plot",
+        metavar="[VIEW=]FIG",
+        help="Draw a figure, or that of a name; .png, .svg or .pdf.",
+    ),
 ]
 PlantFile = Annotated[
     Path | None,

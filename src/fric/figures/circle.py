@@ -11,6 +11,7 @@ from matplotlib.projections.polar import PolarAxes
 
 from fric.contour import QUADRANTS
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure
+from fric.figures.views import view
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,6 +22,7 @@ LINES = 4
 """Grid lines on either side of the nominal circle, which is drawn with a radius of twice as many."""
 
 
+@view("contour", of="CircleRun")
 def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     """Return the radial error of each scheme on a polar plot, all at one magnification (Figs. 8 and 9 of the paper).
 

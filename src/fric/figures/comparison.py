@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLUE, GREY, VERMILION, look, new_figure
+from fric.figures.views import view
 from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from fric.identify.replay.compare import Comparison
 
 
+@view("scores", of="Comparison")
 def draw_comparison(comparison: Comparison) -> Figure:
     """Draw the rms of every model, and the loops of the first stroke pair scored of the first record that is scored."""
     scores = comparison.scores

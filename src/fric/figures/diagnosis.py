@@ -10,6 +10,7 @@ from matplotlib.projections.polar import PolarAxes
 
 from fric.figures.circle import LINES, direction_arrow, grid_lines, grid_of
 from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure
+from fric.figures.views import view
 from fric.identify.circle.glitches import smoothed
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ PARTS = 1440
 """Parts of a turn that are drawn."""
 
 
+@view("diagnosis", of="Diagnosis")
 def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figure:
     """Return the radial deviation of a measured circle on a polar plot, and over time at each reversal.
 

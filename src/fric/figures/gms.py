@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure
+from fric.figures.views import view
 from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 Scale = tuple[float, str]
 
 
+@view("cycles", of="GMSFit")
 def draw_gms(fit: GMSFit) -> Figure:
     """Draw the loops, the virgin curve with its knots and band, and the measured against the replayed force.
 

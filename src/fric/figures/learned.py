@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure
+from fric.figures.views import view
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from fric.identify.circle.learn import Learned
 
 
+@view("rounds", of="Learned")
 def draw_learned(found: Learned) -> Figure:
     """Return the glitch over the rounds, and the radial error over the angle before and after.
 

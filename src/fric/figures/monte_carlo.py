@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLUE, GREY, SKY, VERMILION, new_figure
+from fric.figures.views import view
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from fric.simulate.monte_carlo import MonteCarlo
 
 
+@view("distribution", of="MonteCarlo")
 def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = None) -> Figure:
     """Return the glitches of all machines by scheme, and the share of machines on which each scheme is the best.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import CYCLE, GREY, VERMILION, new_figure
+from fric.figures.views import view
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from fric.simulate.path import PathRun
 
 
+@view("contour", of="PathRun")
 def path_figure(runs: Sequence[PathRun]) -> Figure:
     """Return the path with the places where an axis turns, and beside it the contour error of each scheme along it.
 

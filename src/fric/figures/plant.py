@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fric.figures.style import BLACK, BLUE, CYCLE, GREY, VERMILION, look, new_figure
+from fric.figures.views import view
 from fric.units import si_unit
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 MARKERS = "osD^v"
 
 
+@view("response", of="PlantFit")
 def draw_plant(fit: PlantFit) -> Figure:
     """Draw measured responses with 95 % bars and eq. (1) with its band; below, what eq. (1) leaves.
 
@@ -152,6 +154,7 @@ def _influence(axes: Axes, fit: PlantFit) -> None:
     axes.legend()
 
 
+@view("motion", of="MotionFit")
 def draw_motion(fit: MotionFit) -> Figure:
     """Draw the logged force with that of the fitted rigid axis, and what is left.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure
+from fric.figures.views import view
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from fric.design.observer import ObserverDesign
 
 
+@view("q", of="ObserverDesign")
 def q_filter_figure(design: ObserverDesign) -> Figure:
     """Draw |Q| below 1/|Delta|, as in Fig. 7: the chosen Q, and the largest by eq. (8), which touches.
 

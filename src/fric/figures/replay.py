@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLACK, BLUE, GREY, new_figure
+from fric.figures.views import view
 from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ MOST = 4
 """Records that are drawn."""
 
 
+@view("replay", of="ReplayFit")
 def draw_replay(fit: ReplayFit) -> Figure:
     """Draw, for each record, measured and replayed force over position, and the residual over time."""
     records = fit.records[:MOST]

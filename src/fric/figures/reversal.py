@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLUE, GREEN, GREY, VERMILION, new_figure
+from fric.figures.views import view
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,6 +20,7 @@ AROUND = np.pi / 12
 """Half the width of what is shown, as an angle on the circle [rad]."""
 
 
+@view("reversal", of="CircleRun")
 def reversal_figure(runs: Sequence[CircleRun], axis: str | None = None) -> Figure:
     """Return error and voltages over time around the last reversal of an axis, one column per scheme.
 

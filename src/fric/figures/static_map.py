@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
+from fric.figures.views import view
 from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 _VELOCITY_SCALES = {"linear": (1e3, "mm/s"), "rotary": (1.0, "rad/s")}
 
 
+@view("map", of="StaticFit")
 def draw_static_map(fit: StaticFit) -> Figure:
     """Draw the measured forces with error bars, the fitted map of eq. (2) and its 95 % band.
 

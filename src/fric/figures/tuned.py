@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure
+from fric.figures.views import view
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,6 +20,7 @@ AROUND = np.radians(25.0)
 """Half of what is shown around a reversal, as an angle on the circle [rad]."""
 
 
+@view("voltage", of="TunedAxis")
 def draw_tuned(one: TunedAxis) -> Figure:
     """Return the control voltage around the reversals of an axis, measured and replayed: before tuning and after.
 

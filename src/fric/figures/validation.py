@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fric.figures.style import GREY, VERMILION, new_figure
+from fric.figures.views import view
 from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from fric.simulate.validation import Validation
 
 
+@view("validation", of="Validation")
 def draw_validation(validation: Validation) -> Figure:
     """Draw measured and simulated signals, and their difference, over the worst second."""
     log, (first, stop) = validation.log, validation.worst

@@ -43,9 +43,32 @@ class Result(ABC):
         """What the data cannot tell."""
         return tuple(self.document.get("warnings", ()))
 
-    def plot(self, path: Path | str | None = None, *, force: bool = False) -> Figure:
-        """Draw the figure, and save it where a path is given (.png, .svg or .pdf)."""
-        drawn = self.figure()
+    def views(self) -> list[str]:
+        """Return the names of the figures that can be drawn of what is in the result."""
+        from fric.figures.views import views_of
+
+        return list(views_of([*vars(self).values()]))
+
+    def plot(self, path: Path | str | None = None, *, view: str | None = None, force: bool = False) -> Figure:
+        """Draw the figure, or that of a name, and save it where a path is given (.png, .svg or .pdf).
+
+        Parameters
+        ----------
+        path
+            The file.
+        view
+            The name of a figure, one of `views`; by default the one that belongs to the result.
+        force
+            Replace a file that exists.
+
+        Raises
+        ------
+        FricError
+            When there is no figure of that name, or the file's ending is no format.
+        """
+        from fric.figures.views import draw_view
+
+        drawn = self.figure() if view is None else draw_view(view, [*vars(self).values()])
         if path is not None:
             from fric.figures.style import save_figure
 

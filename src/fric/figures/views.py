@@ -1,0 +1,88 @@
+"""The figures by name: each is a function in a file of this room that says what it draws; a new one is one new file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import fric.figures
+from fric.errors import FricError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Draw = TypeVar("Draw", bound="Callable[..., Figure]")
+
+
+@dataclass(frozen=True)
+class View:
+    """One figure: its name, the type that it draws (or a sequence of), and the function."""
+
+    name: str
+    of: str
+    draw: Callable[..., Figure]
+
+    @property
+    def summary(self) -> str:
+        """The first sentence of the function's docstring."""
+        return (self.draw.__doc__ or "").strip().split("\n\n", 1)[0].replace("\n", " ")
+
+
+_FOUND: dict[tuple[str, str], View] = {}
+
+
+def view(name: str, of: str) -> Callable[[Draw], Draw]:
+    """Enter a function as the figure ``name`` of a type, given by its name: a figure imports none of what it draws."""
+
+    def entered(draw: Draw) -> Draw:
+        _FOUND[of, name] = View(name, of, draw)
+        return draw
+
+    return entered
+
+
+@cache
+def views() -> tuple[View, ...]:
+    """Return every figure of this package, by type and name."""
+    for module in iter_modules(fric.figures.__path__):
+        import_module(f"fric.figures.{module.name}")
+    return tuple(one for _, one in sorted(_FOUND.items()))
+
+
+def views_of(parts: Sequence[Any]) -> dict[str, Callable[[], Figure]]:
+    """Return the figures of what a result holds, by name, each ready to be drawn."""
+    found: dict[str, Callable[[], Figure]] = {}
+    for part in parts:
+        many = isinstance(part, Sequence) and not isinstance(part, str)
+        kind = type(part[0] if many and part else part).__name__
+        for one in views():
+            if one.of == kind:
+                found[one.name] = lambda one=one, part=part: one.draw(part)  # type: ignore[misc]
+    return found
+
+
+def draw_view(name: str, parts: Sequence[Any]) -> Figure:
+    """Draw the figure of that name.
+
+    Parameters
+    ----------
+    name
+        As in `view`.
+    parts
+        What a result holds: identified models, runs, …; the first that has such a figure is drawn.
+
+    Raises
+    ------
+    FricError
+        When none has a figure of that name.
+    """
+    found = views_of(parts)
+    if name not in found:
+        raise FricError(
+            f"there is no figure '{name}' of this result", hint=f"Take one of {', '.join(found)}." if found else ""
+        )
+    return found[name]()

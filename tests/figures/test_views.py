@@ -1,0 +1,89 @@
+"""Figures are found by name; a new one, of docs/new-figure.md, is drawn and tested without another edit."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fric
+from fric.errors import FricError
+from fric.figures.views import views
+from tests.figures.cases import SUBJECTS
+from tests.figures.drawn import labels
+
+ROOT = Path(__file__).parents[2]
+PLUGIN = """
+import os
+import fric.figures
+
+fric.figures.__path__.append(os.environ["NEW_FIGURE"])
+"""
+FRIC = "import sys, new_figure_plugin; from fric.cli.main import main; sys.exit(main())"
+
+
+def kind(found):
+    return type(found[0] if isinstance(found, list) else found).__name__
+
+
+@pytest.mark.parametrize("subject", SUBJECTS)
+def test_each_figure_draws_what_it_is_of(subject):
+    """Labels with units, and curves of finite numbers that are no constants; the same again from the same numbers."""
+    found = SUBJECTS[subject]()
+    drawn = [one for one in views() if one.of == kind(found)]
+    assert drawn
+    for one in drawn:
+        figure, again = one.draw(found), one.draw(found)
+        assert all(re.fullmatch(r"\S.*\[[^\[\]]+\]", label) for label in labels(figure)), (one.name, labels(figure))
+        lines = [line for axes in figure.axes for line in axes.get_lines()]
+        assert any(np.ptp(np.ma.filled(line.get_ydata(), 0.0)[:10000]) > 0 for line in lines), one.name
+        for first, second in zip(lines, [line for axes in again.axes for line in axes.get_lines()], strict=True):
+            np.testing.assert_array_equal(first.get_ydata(), second.get_ydata())
+        assert one.summary.endswith("."), one.name
+
+
+def test_a_result_draws_its_figures_by_name(tmp_path):
+    found = fric.circle("configs/xy-table.yaml", "a", radius=0.005, revolutions=1)
+    assert {"contour", "reversal"} <= set(found.views())
+    found.plot(tmp_path / "reversal.svg", view="reversal")
+    assert "time" in (tmp_path / "reversal.svg").read_text()
+    with pytest.raises(FricError, match="there is no figure 'reversals'"):
+        found.plot(view="reversals")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("figure")
+    (code,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/new-figure.md").read_text(), re.MULTILINE | re.DOTALL)
+    (folder / "normal_scores.py").write_text(code)
+    (folder / "new_figure_plugin.py").write_text(PLUGIN)
+    return folder
+
+
+def python(folder, *words):
+    path = os.pathsep.join([str(folder), str(ROOT / "src"), str(ROOT)])
+    environment = os.environ | {"PYTHONPATH": path, "NEW_FIGURE": str(folder), "COLUMNS": "200"}
+    done = subprocess.run(
+        [sys.executable, *words], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_a_new_figure_is_drawn_by_the_command_and_held_by_the_shared_tests(folder):
+    words = [
+        "identify",
+        "static",
+        "data/constant-velocity.h5",
+        "-o",
+        str(folder / "map.yaml"),
+        "--plot",
+        f"residuals={folder / 'scores.png'}",
+    ]
+    assert "wrote" in python(folder, "-c", FRIC, *words)
+    assert (folder / "scores.png").read_bytes()[1:4] == b"PNG"
+    words = ["-m", "pytest", "-p", "new_figure_plugin", "-p", "no:xdist", "tests/figures/test_views.py"]
+    assert "1 passed" in python(folder, *words, "-k", "draws_what_it_is_of and static_fit")
