@@ -12,7 +12,8 @@ import pytest
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.export.trial import Arc, read_trace, try_in_linuxcnc
+from fric.export.bench import Program, read_trace, run_program
+from fric.export.trial import Arc, try_in_linuxcnc
 from tests.export.parts import MACHINE
 
 needs_linuxcnc = pytest.mark.skipif(
@@ -84,3 +85,22 @@ def test_a_machine_whose_friction_has_risen_is_what_its_page_says() -> None:
         then, now = old.axis(name).friction, machine.axis(name).friction
         assert np.isclose(now.steady_state(0.0 + 1e-9) / then.steady_state(1e-9), 1.25, rtol=2e-3)
         assert machine.axis(name).nominal_friction.models["gms"].steady_state(0.1) == then.steady_state(0.1)
+
+
+@needs_linuxcnc
+@pytest.mark.long
+def test_a_program_of_strokes_is_run_and_recorded_from_its_first_motion_on(tmp_path: Path) -> None:
+    text = "G21 G90 G64\nG1 X10 F600\nG4 P0.1\nG1 X0 F300\nM2\n"
+    machine = read_machine(MACHINE)
+    found = run_program(machine, Program(text, speed=0.1, acceleration=5.0, travel=0.05), tmp_path)
+    speed = found.channel("velocity", 0)
+    assert speed.max() == pytest.approx(0.01)
+    assert speed.min() == pytest.approx(-0.005)
+    assert np.abs(found.channel("reference", 0)[-1]) < 1e-9
+    steady = np.abs(speed - 0.01) < 1e-9
+    axis = machine.axis("x")
+    force = axis.plant.K_f * found.channel("input", 0)[steady]
+    drag = axis.plant.K_f * axis.plant.A / axis.plant.B * 0.01  # of the drive itself
+    assert np.mean(force[len(force) // 2 :]) == pytest.approx(axis.friction.steady_state(0.01) + drag, rel=0.01)
+    with pytest.raises(FricError, match="LinuxCNC did not finish"):
+        run_program(machine, Program("G1 X100 F600\nM2\n", 0.1, 5.0, travel=0.05), tmp_path / "beyond")

@@ -1,0 +1,228 @@
+"""A bench on which a real LinuxCNC drives exported compensation on exported axes: its planner, its PID, its threads.
+
+LinuxCNC runs without a screen and without realtime. What makes a session the same from run to run: each motion that is
+recorded starts from rest behind a dwell, and a gate holds axes and compensation on the command until it begins. The plant
+computes in sub-steps of nominal length, so that the jitter of the computer does not enter.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.control.scheme import NONE
+from fric.errors import FricError
+from fric.export.linuxcnc import COMPONENTS, linuxcnc_files
+from fric.export.rendering import identifier, render
+from fric.export.select import compensation_of, machine_of
+from fric.friction.stribeck import StaticMap
+from fric.simulate.contour_run import pair
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.control.scheme import Scheme
+    from fric.simulate.machine import Machine
+
+TAIL = 200
+"""Periods for which a record goes on after an arc."""
+SECONDS = 400.0
+"""After which a session is ended."""
+NOBODY = "65534"
+"""User and group under which LinuxCNC runs, where fric runs as root: LinuxCNC refuses root."""
+CHANNELS = ("reference", "velocity", "acceleration", "position", "encoder", "input", "feedforward")
+"""What the sampler writes of each axis, x before y: velocity and acceleration are those commanded, position is true."""
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program in G-code, and what LinuxCNC's planner may do along it.
+
+    Parameters
+    ----------
+    text
+        The program; it ends with M2.
+    speed, acceleration
+        Limits of each axis and of the path [m/s], [m/s²].
+    travel
+        How far each axis may be from 0 [m].
+    whole
+        Recording everything from the first motion on, dwells too; else each arc apart.
+    """
+
+    text: str
+    speed: float
+    acceleration: float
+    travel: float
+    whole: bool = True
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What the sampler wrote, one row a servo period.
+
+    Parameters
+    ----------
+    rows
+        A count of the periods; then each of `CHANNELS` of x and of y in mm and V; then the line of the program.
+    sampling
+        Rows a second [Hz].
+    """
+
+    rows: NDArray[np.float64]
+    sampling: float
+
+    def channel(self, name: str, axis: int) -> NDArray[np.float64]:
+        """Return one of `CHANNELS` of the first or the second axis in SI, shape (n,)."""
+        scale = 1.0 if name in ("input", "feedforward") else 1e-3
+        return np.ascontiguousarray(scale * self.rows[:, 1 + 2 * CHANNELS.index(name) + axis])
+
+    @property
+    def line(self) -> NDArray[np.intp]:
+        """Line of the program at each row; 0 where none runs."""
+        return self.rows[:, -1].astype(int)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Time of each row [s]."""
+        return (self.rows[:, 0] - self.rows[0, 0]) / self.sampling
+
+
+def require_linuxcnc() -> None:
+    """Raise a `FricError` where LinuxCNC is not installed, or its components may not be."""
+    for word, package in (("linuxcnc", "linuxcnc-uspace"), ("halcompile", "linuxcnc-uspace-dev")):
+        if shutil.which(word) is None:
+            raise FricError(f"a trial needs {word}, which is not installed", hint=f"apt-get install {package}.")
+    if os.geteuid() != 0:
+        raise FricError(
+            "a trial installs components into LinuxCNC's own folder, which needs root", hint="Run it with sudo."
+        )
+
+
+def build_bench(machine: Machine, exported: Scheme, program: Program, folder: Path) -> None:
+    """Write a bench into a folder, and install its components: both axes and their compensation, and what runs them.
+
+    Raises
+    ------
+    FricError
+        When LinuxCNC is not installed, the machine has no two axes, something cannot be exported, or does not build.
+    """
+    require_linuxcnc()
+    names = pair(machine)
+    files, axes = dict[str, str | bytes](), []
+    for name in names:
+        axis, made = machine.axis(name), f"fric_{identifier(name)}_"
+        compensation = compensation_of(machine, name, exported)
+        if compensation.friction is None:  # nothing is fed forward; the component is there
+            compensation = replace(compensation, friction=StaticMap(F_c=0.0, F_s=0.0, v_s=1.0))
+        for part in (compensation, machine_of(machine, name)):
+            files |= {f: text for f, text in linuxcnc_files(part).items() if f.endswith((".c", ".h", ".comp"))}
+        axes.append(
+            {
+                "name": identifier(name), "K_v": axis.cascade.K_v, "K_p": axis.cascade.K_p / 1e3,
+                "K_i": axis.cascade.K_i / 1e3, "limit": min(axis.cascade.limit, 1e6),
+                "plant": made + COMPONENTS["machine"], "compensation": made + COMPONENTS["compensation"],
+            }
+        )  # fmt: skip
+    values = {
+        "axes": axes, "machine": machine.name, "tail": TAIL, "channels": CHANNELS, "whole": program.whole,
+        "period_ns": round(1e9 / machine.axis(names[0]).cascade.sampling), "reach": 1e3 * program.travel,
+        "speed": f"{1e3 * program.speed:.9g}", "acceleration": f"{1e3 * program.acceleration:.9g}",
+    }  # fmt: skip
+    for file in ("bench.ini", "bench.hal", "fric_gate.comp", "session.py", "trace.yaml"):
+        files[file] = render(f"bench/{file}.j2", **values)
+    folder.mkdir(parents=True, exist_ok=True)
+    for file, content in (files | {"program.ngc": program.text, "bench.tbl": "", "bench.var": ""}).items():
+        (folder / file).write_bytes(content if isinstance(content, bytes) else content.encode())
+    for component in sorted(folder.glob("*.comp")):
+        done = subprocess.run(["halcompile", "--install", component.name], cwd=folder, capture_output=True, text=True)
+        if done.returncode:
+            told = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
+            raise FricError(f"halcompile refuses the component: {told}", where=str(component))
+
+
+def run_session(machine: Machine, on: Scheme, exported: Scheme, folder: Path) -> Recording:
+    """Run the program of a bench with a scheme switched on, in namespaces of its own, and return its record.
+
+    Raises
+    ------
+    FricError
+        When LinuxCNC refuses the program or does not finish it, or rows of the record are lost.
+    """
+    place = folder / f"session-{identifier(on.name)}"
+    shutil.rmtree(place, ignore_errors=True)
+    place.mkdir()
+    for name in ("bench.ini", "bench.hal", "program.ngc", "session.py", "bench.tbl", "bench.var"):
+        shutil.copy(folder / name, place)
+    (place / "home").mkdir()
+    (place / "session.py").chmod(0o755)
+    pins = [
+        f"ff.{identifier(name)}.{pin}={int(value)}"
+        for name in pair(machine)
+        for pin, value in (("gain", on.feeds_forward), ("enable-observer", on.observer or not exported.observer))
+    ]
+    for one in [place, *place.rglob("*")]:
+        os.chown(one, int(NOBODY), int(NOBODY))
+    # In a process namespace of its own: LinuxCNC ends every other LinuxCNC that it sees.
+    script = (
+        'mount --bind "$1" /mnt && mount -t tmpfs none /tmp && chmod 1777 /tmp && cd /mnt && exec setpriv '
+        f"--reuid {NOBODY} --regid {NOBODY} --clear-groups env -u DISPLAY RUNTESTS=1 HOME=/mnt/home "
+        f'FRIC_SECONDS={SECONDS:g} FRIC_PINS="$2" linuxcnc /mnt/bench.ini'
+    )
+    words = ["unshare", "--ipc", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
+    words += ["bash", "-c", script, "_", str(place.resolve()), ",".join(pins)]
+    done = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=SECONDS + 60)
+    (place / "log.txt").write_text(done.stdout + done.stderr)
+    lost, trace = place / "lost.txt", place / "trace.txt"
+    if not (lost.exists() and trace.exists()):
+        told = [line for line in (done.stdout + done.stderr).splitlines() if line.startswith("session:")]
+        raise FricError(
+            f"LinuxCNC did not finish: {told[0] if told else done.stderr.strip()[-160:]}", where=str(place / "log.txt")
+        )
+    return Recording(read_trace(trace, int(lost.read_text())), machine.axis(pair(machine)[0]).cascade.sampling)
+
+
+def read_trace(trace: Path, lost: int) -> NDArray[np.float64]:
+    """Return the rows of a record, shape (n, 16).
+
+    Raises
+    ------
+    FricError
+        When rows were lost, by the sampler's own count or by the periods' in the rows.
+    """
+    text = trace.read_text().splitlines()
+    rows = np.loadtxt(text, ndmin=2) if text else np.empty((0, 1))
+    if lost or not len(rows) or np.any(np.diff(rows[:, 0]) != 1):
+        raise FricError(
+            f"the sampler lost rows ({lost} overruns)", where=str(trace), hint="Run the trial alone on the computer."
+        )
+    return rows
+
+
+def run_program(machine: Machine, program: Program, folder: Path, scheme: Scheme = NONE) -> Recording:
+    """Run a program in LinuxCNC on the machine's axes, from an empty folder to its record; nothing is fed forward.
+
+    Parameters
+    ----------
+    machine
+        The machine: its first two axes are the plant, and x and y of the program.
+    program
+        The program and its limits.
+    folder
+        Where the bench is written and its record is left.
+    scheme
+        What is exported and switched on.
+
+    Raises
+    ------
+    FricError
+        When LinuxCNC is not installed, refuses the program or does not finish it, or rows of its record are lost.
+    """
+    build_bench(machine, scheme, program, folder)
+    return run_session(machine, scheme, scheme, folder)
