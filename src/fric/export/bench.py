@@ -1,8 +1,8 @@
 """A bench on which a real LinuxCNC drives exported compensation on exported axes: its planner, its PID, its threads.
 
-LinuxCNC runs without a screen and without realtime. What makes a session the same from run to run: each motion that is
-recorded starts from rest behind a dwell, and a gate holds axes and compensation on the command until it begins. The plant
-computes in sub-steps of nominal length, so that the jitter of the computer does not enter.
+LinuxCNC runs without a screen and without realtime. What makes a session the same from run to run: a motion that is
+recorded starts from rest behind a dwell, and a gate holds axes and compensation on the command until it begins. The
+plant computes in sub-steps of nominal length, so that the jitter of the computer does not enter.
 """
 
 from __future__ import annotations

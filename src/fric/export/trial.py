@@ -123,12 +123,13 @@ def _arcs(machine: Machine, scheme: Scheme, record: Recording, feeds: Sequence[f
     for (feed, direction), first, last in zip(asked, starts, ends, strict=True):
         true, simulated = [], []
         for n, name in enumerate(pair(machine)):
-            axis = machine.axis(name)
-            motion = (record.channel(one, n)[first:last] for one in ("reference", "velocity", "acceleration"))
-            simulated.append(run_axis(axis, Reference(record.sampling, *motion), scheme).position)
-            true.append(record.channel("position", n)[first:last])
-        measured = circularity(*true, radius)
-        found.append(Arc(scheme, feed, direction, measured, circularity(*simulated, radius)))
+            r, v, a, z = (
+                record.channel(one, n)[first:last] for one in ("reference", "velocity", "acceleration", "position")
+            )
+            simulated.append(run_axis(machine.axis(name), Reference(record.sampling, r, v, a), scheme).position)
+            true.append(z)
+        measured, expected = (circularity(x, y, radius) for x, y in (true, simulated))
+        found.append(Arc(scheme, feed, direction, measured, expected))
     return found
 
 
