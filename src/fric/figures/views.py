@@ -65,7 +65,7 @@ def views_of(parts: Sequence[Any]) -> dict[str, Callable[[], Figure]]:
     return found
 
 
-def draw_view(name: str, parts: Sequence[Any]) -> Figure:
+def figure_named(name: str, parts: Sequence[Any]) -> Figure:
     """Draw the figure of that name.
 
     Parameters

@@ -66,9 +66,9 @@ class Result(ABC):
         FricError
             When there is no figure of that name, or the file's ending is no format.
         """
-        from fric.figures.views import draw_view
+        from fric.figures.views import figure_named
 
-        drawn = self.figure() if view is None else draw_view(view, [*vars(self).values()])
+        drawn = self.figure() if view is None else figure_named(view, [*vars(self).values()])
         if path is not None:
             from fric.figures.style import save_figure
 
