@@ -1,15 +1,18 @@
-"""Run the bench: `python -m benchmarks.reality [--seeds N] [--workers N] [--write PAGE.md] [FLAW …]`."""
+"""Run the bench: `python -m benchmarks.reality [--seeds N] [--minutes N] [--to FOLDER] [--write PAGE.md] [FLAW …]`.
+
+What was run stands in the folder, one JSON file a machine, and is not run again as long as code and machine are the
+same: so the bench can be run in pieces.
+"""
 
 from __future__ import annotations
 
 import argparse
-import json
 import sys
-from collections import defaultdict
 from pathlib import Path
 
-from benchmarks.reality.bench import STEPS, Outcome, Row, run_all
+from benchmarks.reality.bench import STEPS, Row, run_all
 from benchmarks.reality.page import page
+from benchmarks.reality.results import Results
 from benchmarks.reality.session import flaws
 from fric.cli.console import progress
 from fric.simulate.processes import default_workers
@@ -22,38 +25,24 @@ def main() -> int:
     parser.add_argument("flaws", nargs="*", default=NAMES, metavar="FLAW", help=", ".join(NAMES))
     parser.add_argument("--seeds", type=int, default=40)
     parser.add_argument("--workers", type=int, default=default_workers())
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="begin no session after this time")
+    parser.add_argument("--to", type=Path, default=Path("build/reality"), metavar="FOLDER", help="of the results")
+    parser.add_argument("--any-version", action="store_true", help="keep what older code gave")
     parser.add_argument("--write", type=Path, metavar="PAGE.md", help="write the table here")
-    parser.add_argument("--errors", type=Path, metavar="OUT.json", help="write every number with its truth here")
     given = parser.parse_args()
-    found: dict[str, list[Outcome]] = defaultdict(list)
-    with progress("sessions", total=len(given.flaws) * given.seeds) as advance:
-        for outcomes in run_all(given.flaws, given.seeds, given.workers):
-            for outcome in outcomes:
-                found[outcome.flaw].append(outcome)
+    results = {flaw: Results(given.to, flaw, any_version=given.any_version) for flaw in given.flaws}
+    missing = [(flaw, one.missing(given.seeds)) for flaw, one in results.items()]
+    with progress("sessions", total=sum(len(seeds) for _, seeds in missing)) as advance:
+        for outcomes in run_all(missing, given.workers, given.minutes):
+            results[outcomes[0].flaw].add(outcomes)
             advance(len(outcomes))
-    rows = [Row(flaw, tuple(sorted(found[flaw], key=lambda o: o.seed))) for flaw in given.flaws]
-    text = page(rows)
+    rows = [Row(flaw, tuple(one.outcomes)) for flaw, one in results.items() if one.outcomes]
     if given.write:
-        given.write.write_text(text, encoding="utf-8")
-    if given.errors:
-        given.errors.write_text(
-            json.dumps([_plain(o) for row in rows for o in row.outcomes], indent=1), encoding="utf-8"
-        )
+        given.write.write_text(page(rows), encoding="utf-8")
     for row in rows:
-        print(f"{row.flaw:<20} " + "  ".join(f"{step} {row.verdict(step):<8}" for step in STEPS), flush=True)
+        verdicts = "  ".join(f"{step} {row.verdict(step):<8}" for step in STEPS)
+        print(f"{row.flaw:<20} {len(row.outcomes):>3} seeds  {verdicts}", flush=True)
     return any(row.verdict(step) == "silent" for row in rows for step in STEPS)
-
-
-def _plain(outcome: Outcome) -> dict[str, object]:
-    return {"flaw": outcome.flaw, "seed": outcome.seed} | {
-        name: {
-            "numbers": {key: [n.value, n.low, n.high, n.truth] for key, n in step.numbers.items()},
-            "notices": [notice.as_dict() for notice in step.notices],
-            "failure": step.failure,
-            "crash": step.crash,
-        }
-        for name, step in outcome.steps.items()
-    }
 
 
 if __name__ == "__main__":

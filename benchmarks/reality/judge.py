@@ -54,8 +54,27 @@ class Step:
 
     @property
     def wrong(self) -> list[str]:
-        """Codes of the warnings that say the result is wrong until mended; an error says so too."""
-        return [n.code or "(no code)" for n in self.notices if n.severity == "wrong"] + ["error"] * bool(self.failure)
+        """Codes of the warnings that say the result is wrong until mended."""
+        return [n.code or "(no code)" for n in self.notices if n.severity == "wrong"]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON holds it; a limit that is open is null."""
+        numbers = {
+            name: [None if np.isinf(value) else float(f"{value:.8g}") for value in (n.value, n.low, n.high, n.truth)]
+            for name, n in self.numbers.items()
+        }
+        notices = [[n.code, n.severity] for n in self.notices]
+        return {"numbers": numbers, "notices": notices, "failure": self.failure, "crash": self.crash}
+
+    @classmethod
+    def of(cls, entry: Mapping[str, Any]) -> Step:
+        """Return it from what `as_dict` gave; of the warnings the text is their code."""
+        numbers = {
+            name: Number(value, -np.inf if low is None else low, np.inf if high is None else high, truth)
+            for name, (value, low, high, truth) in entry["numbers"].items()
+        }
+        notices = [Notice(code, code, severity) for code, severity in entry["notices"]]
+        return cls(numbers, notices, entry["failure"], entry["crash"])
 
 
 @dataclass

@@ -10,6 +10,7 @@ import pytest
 from benchmarks.reality.bench import STEPS, Outcome, Row, glitches, run
 from benchmarks.reality.judge import Number, Step, identified
 from benchmarks.reality.page import page
+from benchmarks.reality.results import Results
 from benchmarks.reality.session import Sessions, flaws
 from benchmarks.reality.truth import plant_truth, static_truth, steady_force, virgin_truth
 from fric.notice import Notice
@@ -50,24 +51,25 @@ def test_the_effective_steady_force_is_what_strokes_show(flaw: str) -> None:
     np.testing.assert_allclose(shown, expected, rtol=spread)
 
 
-def row(*shares: tuple[bool, bool]) -> Row:
-    """Return a row of sessions, each covered or not, told or not."""
+def row(*shares: tuple[bool, bool], code: str = "sampling-jitters") -> Row:
+    """Return a row of sessions on the machine that jitters, each covered or not, told or not."""
     outcomes = []
     for n, (covered, told) in enumerate(shares):
         steps = {name: Step() for name in STEPS}
         steps["plant"].numbers["A"] = Number(1.0, 0.9, 1.1, 1.0 if covered else 2.0)
         steps["static"].numbers["F_c"] = Number(1.0, -inf, inf, 2.0)
-        steps["plant"].notices = [Notice("A lags", "lags", "wrong")] if told else []
-        outcomes.append(Outcome("base", n, steps, None))
-    return Row("base", tuple(outcomes))
+        steps["plant"].notices = [Notice("A is off", code, "wrong")] if told else []
+        outcomes.append(Outcome("jitter", n, steps, None))
+    return Row("jitter", tuple(outcomes))
 
 
 def test_a_verdict_is_covered_told_or_silent() -> None:
     assert row(*[(True, False)] * 9, (False, False)).verdict("plant") == "covered"
     assert row(*[(True, False)] * 8, *[(False, False)] * 2).verdict("plant") == "silent"
     assert row(*[(True, False)] * 8, *[(False, True)] * 2).verdict("plant") == "told"
+    assert row(*[(False, True)] * 10, code="force-lags").verdict("plant") == "silent"  # it names another flaw
     assert row((False, False)).verdict("static") == "covered"
-    assert row((False, True)).codes() == {"lags": 1.0}
+    assert row((False, True)).codes() == {"sampling-jitters": 1.0}
     crashed = row((True, True))
     crashed.outcomes[0].steps["gms"].crash = "ValueError"
     assert crashed.verdict("gms") == "silent"
@@ -78,7 +80,23 @@ def test_the_page_has_every_machine_and_says_which_are_silent() -> None:
         assert f"| `{flaw}`" in PAGE
     told = page([row((False, False))])
     assert "**silent**<br>A 0%, -50.0%" in told
-    assert "Silent now: `base` (plant)." in told
+    assert "Silent now: `jitter` (plant)." in told
+
+
+def test_results_grow_seed_by_seed_and_are_dropped_where_the_code_is_another(tmp_path, monkeypatch) -> None:
+    given = row((True, False), (False, True)).outcomes
+    first = Results(tmp_path, "jitter")
+    assert first.missing(3) == [0, 1, 2]
+    first.add(given[1:])
+    assert Results(tmp_path, "jitter").missing(3) == [0, 2]
+    Results(tmp_path, "jitter").add(given[:1])
+    again = Results(tmp_path, "jitter")
+    assert again.missing(2) == []
+    kept, whole = Row("jitter", tuple(again.outcomes)), Row("jitter", given)
+    assert page([kept]) == page([whole])
+    monkeypatch.setattr("benchmarks.reality.results.version", lambda flaw: "of other code")
+    assert Results(tmp_path, "jitter").missing(2) == [0, 1]
+    assert Results(tmp_path, "jitter", any_version=True).missing(2) == []
 
 
 @pytest.mark.long

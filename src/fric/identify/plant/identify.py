@@ -184,15 +184,16 @@ def identify_plant(
     FricError
         When a record does not give a response, too few lines are sure, or the sign of input or position is turned.
     """
-    fits, sets, clocks, uneven = [], [], [], list[str]()
-    records = list(records)
-    for n, record in enumerate(records):
-        if isinstance(record, Log):
-            records[n], told_of_clock = evened(record)
-            uneven += told_of_clock
-    for record in records:
-        clock = clock_flaws([record], "plant") if isinstance(record, Log) else []
+    fits, sets, clocks, logs, uneven = [], [], [], list[Log](), list[str]()
+    for given in records:
+        # of the record as it was logged: what is made up for along a cubic looks like jitter
+        clock = clock_flaws([given], "plant") if isinstance(given, Log) else []
         clocks += clock
+        record: Log | FrequencyResponse = given
+        if isinstance(given, Log):
+            record, told_of_clock = evened(given)
+            uneven += told_of_clock
+            logs.append(record)
         try:
             measured = measure_response(record, period=period, segment=segment)
             rate = None if continuous else hold or measured.sampling
@@ -212,7 +213,6 @@ def identify_plant(
     motion = fits[0].measured.table.motion
     rates = [fit.hold for fit in fits if fit.hold is not None]
     rate = min(rates) if rates else None
-    logs = [record for record in records if isinstance(record, Log)]
     estimates = solution.estimates(motion)
     scale = force_constant(logs, given_force_constant, motion, period=period, segment=segment)
     estimates |= scale.estimates()

@@ -25,6 +25,8 @@ Strokes = Sequence[tuple["Log", "Segment"]]
 
 SMALL = 0.01
 """Share of the friction up to which what varies over place or time is no more than good to know."""
+FASTER = 1.2
+"""Ratio of speeds from which on a record shows the jitter that a slower one does."""
 HALF_WIDTHS = 1.0
 """Half-widths of the tightest interval of a level from which on an estimate is wrong by what varies."""
 
@@ -48,7 +50,9 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
             "if they were not: speeds and times are wrong by that. Log at a lower rate or fewer channels, or with the "
             "time of each sample.", "samples-lost", "wrong",
         ))  # fmt: skip
-    if jitters := [(log, one) for log, one in found if one.jitter]:
+    # what jitters shows in every record that is as fast; a ripple of one speed is no jitter
+    unmoved = [one.speed for _, one in found if one.speed and not (one.jitter or one.lost)]
+    if jitters := [(log, one) for log, one in found if one.jitter and FASTER * one.speed > max(unmoved, default=0.0)]:
         log, worst_one = max(jitters, key=lambda pair: pair[1].displaced)
         size = readable(worst_one.jitter, "s")
         warnings.append(Notice(

@@ -50,11 +50,14 @@ class Timing:
         What that does to the position: root mean square [m].
     lost
         Share of the samples that were lost while the time was counted on [1]; 0 where none is told.
+    speed
+        Usual speed while it moves [m/s]; 0 where the position tells nothing of the clock.
     """
 
     jitter: float = 0.0
     displaced: float = 0.0
     lost: float = 0.0
+    speed: float = 0.0
 
 
 def timing(log: Log) -> Timing:
@@ -74,8 +77,7 @@ def timing(log: Log) -> Timing:
     lost = _lost(steps[even], step)
     if lost:
         return Timing(lost=lost)
-    jitter, displaced = _jitter(z, t, step)
-    return Timing(jitter, displaced)
+    return _jitter(z, t, step)
 
 
 def _lost(steps: NDArray[np.float64], encoder: float) -> float:
@@ -98,8 +100,8 @@ def _lost(steps: NDArray[np.float64], encoder: float) -> float:
     return float(alone.sum() / steady.sum())
 
 
-def _jitter(z: NDArray[np.float64], t: NDArray[np.float64], encoder: float) -> tuple[float, float]:
-    """Return the standard deviation of the instants [s], and what it moves [m], by regression of noise on speed²."""
+def _jitter(z: NDArray[np.float64], t: NDArray[np.float64], encoder: float) -> Timing:
+    """Return the deviation of the instants, and what it moves, by regression of noise on speed²."""
     count = len(z) // WINDOW
     power, higher = (_power(z, order, count) for order in ORDERS)
     speed = np.abs(z[WINDOW - 1 : count * WINDOW : WINDOW] - z[: count * WINDOW : WINDOW])
@@ -110,7 +112,7 @@ def _jitter(z: NDArray[np.float64], t: NDArray[np.float64], encoder: float) -> t
     whole = ~np.asarray(np.any(gaps, axis=1))[1:-1]
     moving = (v2 > 0.01 * np.max(v2, initial=0.0)) & whole
     if moving.sum() < 8 or np.median(higher[moving]) < WHITE * np.median(power[moving]):
-        return 0.0, 0.0
+        return Timing()
     floor = encoder**2 / 12.0
     excess = power[moving] - floor
     tau2 = excess / v2[moving]
@@ -118,8 +120,8 @@ def _jitter(z: NDArray[np.float64], t: NDArray[np.float64], encoder: float) -> t
     error = 1.2533 * 1.4826 * float(np.median(np.abs(tau2 - found))) / np.sqrt(moving.sum())
     displaced = float(np.sqrt(np.median(v2[moving]) * max(found, 0.0)))
     if found < SURE * error or displaced < ABOVE * encoder / np.sqrt(12.0):
-        return 0.0, 0.0
-    return float(np.sqrt(found)), displaced
+        return Timing(speed=float(np.sqrt(np.median(v2[moving]))))
+    return Timing(float(np.sqrt(found)), displaced, speed=float(np.sqrt(np.median(v2[moving]))))
 
 
 def _power(z: NDArray[np.float64], order: int, count: int) -> NDArray[np.float64]:
