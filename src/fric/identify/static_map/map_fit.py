@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import sqrt
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import stdtrit
 
-from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.stribeck import StaticMap
-from fric.identify.static_map.averages import MAD_TO_SIGMA
 from fric.identify.static_map.profile import profile_interval
+from fric.identify.static_map.scatter import solve_with_scatter, without_outliers
 from fric.identify.static_map.stribeck_fit import PARAMETERS, Solution, StribeckProblem
 from fric.units import Motion, readable, si_unit
 
@@ -24,18 +21,6 @@ if TYPE_CHECKING:
 
 Weights = Literal["error", "equal"]
 Form = Literal["auto", "coulomb", "stribeck"]
-
-OUTLYING = 6.0
-"""Standard deviations from the map beyond which a stroke is left out."""
-
-REPEATED = 0.05
-"""Ratio of speeds, less one, up to which two strokes repeat each other."""
-
-SWUNG = 0.3
-"""Share of what averaging over a swing does to a force that is its error: the swing is no sine."""
-
-MOST_OUTLYING = 0.15
-"""Share of the strokes that may be left out: where more stand off, it is the map that is wrong."""
 
 DIMENSIONS = {p.name: p.dimension for p in StaticMap.parameters} | {"offset": "force"}
 
@@ -98,6 +83,8 @@ class MapFit:
         Strokes that stand off all others, and had no part in the fit.
     held_out
         How well the two forms predict strokes that are held out, where one was chosen by it.
+    standing_off
+        Strokes that stand off all others and had a part in the fit, each with by how much [N]; they weigh by it.
     """
 
     problem: StribeckProblem
@@ -107,6 +94,7 @@ class MapFit:
     between: float
     left_out: tuple[SpeedPoint, ...] = ()
     held_out: HeldOut | None = None
+    standing_off: tuple[tuple[SpeedPoint, float], ...] = ()
 
     @property
     def static_map(self) -> StaticMap:
@@ -162,6 +150,8 @@ def fit_map(
     (as a standard deviation), and its own error, and where the strokes of its direction next to it in speed, or those
     that repeat it, contradict it: the slowest and the fastest have none beside them, and are never left out for it.
 
+    Single strokes that stand off and are kept weigh by what they stand off.
+
     Where Coulomb plus viscous friction predicts held-out strokes no worse, or a parameter of eq. (2) ends at its bound,
     that is taken: F_s = F_c and v_s are then assumed.
 
@@ -196,11 +186,11 @@ def fit_map(
         v, F, own, delta, with_offset, form != "coulomb",
         swing if np.any(swing > 0) and form != "coulomb" else None, offset,
     )  # fmt: skip
-    fitted = _without_outliers(problem, 0.0 * F if weights == "equal" else own, fixed=weights == "equal")
+    fitted = without_outliers(problem, 0.0 * F if weights == "equal" else own, fixed=weights == "equal")
     held_out = None
     if form == "auto":
         simple = replace(fitted.problem, fall=False, swing=None, standard_error=fitted.own)
-        solution, between = _solve_with_scatter(simple, fitted.own, fixed=weights == "equal")
+        solution, between = solve_with_scatter(simple, fitted.own, fixed=weights == "equal")
         simple = replace(simple, standard_error=np.sqrt(fitted.own**2 + between**2))
         held_out = HeldOut(_press(fitted.problem, fitted.solution), _press(simple, solution))
         if held_out.coulomb <= held_out.stribeck or _at_bound(fitted.problem, fitted.solution):
@@ -209,41 +199,9 @@ def fit_map(
     estimates, covariance = _estimates(fitted.problem, fitted.solution, motion)
     if damping_error > 0:
         estimates = _with_damping_error(estimates, fitted.problem, fitted.solution, damping_error)
-    return MapFit(fitted.problem, fitted.solution, estimates, covariance, fitted.between, left_out, held_out)
-
-
-class _Fitted(NamedTuple):
-    problem: StribeckProblem
-    solution: Solution
-    between: float
-    own: NDArray[np.float64]
-    kept: NDArray[np.bool_]
-
-
-def _without_outliers(problem: StribeckProblem, certain: NDArray[np.float64], *, fixed: bool) -> _Fitted:
-    """Fit the strokes, the one that stands off most left out, until none does."""
-    whole, kept, own = problem, np.ones(len(problem.v), bool), problem.standard_error
-    while True:
-        swing = None if whole.swing is None else whole.swing[kept]
-        problem = replace(whole, v=whole.v[kept], F=whole.F[kept], standard_error=own[kept], swing=swing)
-        if problem.degrees_of_freedom < 1:
-            raise FricError(
-                f"{len(whole.v)} strokes cannot give {len(problem.free)} parameters",
-                hint=f"Log strokes at {len(problem.free) + 1} speeds or more, or fix delta.",
-            )
-        solution, between = _solve_with_scatter(problem, own[kept], fixed=fixed)
-        if swing is not None and not fixed:
-            swung = problem.model(solution.theta) - replace(problem, swing=None).model(solution.theta)
-            own = own.copy()
-            own[kept] = np.hypot(whole.standard_error[kept], SWUNG * swung)
-            problem = replace(problem, standard_error=own[kept])
-            solution, between = _solve_with_scatter(problem, own[kept], fixed=fixed)
-        worst = _outlying(problem, solution, certain, kept)
-        if worst is None:
-            break
-        kept[worst] = False
-    problem = replace(problem, standard_error=np.sqrt(own[kept] ** 2 + between**2))
-    return _Fitted(problem, solution, between, own[kept], kept)
+    part = [point for point, used in zip(points, fitted.kept, strict=True) if used]
+    standing = tuple((point, float(by)) for point, by in zip(part, fitted.beyond, strict=True) if by)
+    return MapFit(fitted.problem, fitted.solution, estimates, covariance, fitted.between, left_out, held_out, standing)
 
 
 def _estimates(
@@ -307,69 +265,3 @@ def _press(problem: StribeckProblem, solution: Solution) -> float:
     residual = (problem.F - problem.model(solution.theta)) / np.maximum(1 - leverage, 1e-3)
     weight = 1 / problem.standard_error**2
     return float(np.sqrt(np.sum(weight * residual**2) / np.sum(weight)))
-
-
-def _outlying(
-    problem: StribeckProblem, solution: Solution, own: NDArray[np.float64], kept: NDArray[np.bool_]
-) -> int | None:
-    """Return the stroke that stands off most, where it stands off map and neighbours beyond all measure."""
-    if np.count_nonzero(~kept) >= MOST_OUTLYING * len(kept) or problem.degrees_of_freedom < 4:
-        return None
-    residual = np.abs(problem.F - problem.model(solution.theta))
-    usual = MAD_TO_SIGMA * float(np.median(residual)) + 1e-9 * float(np.abs(problem.F).max())
-    measure = OUTLYING * np.maximum(usual, own[kept])
-    for worst in np.argsort(-residual / measure):
-        if residual[worst] <= measure[worst]:
-            return None
-        if _contradicted(problem, int(worst), float(measure[worst])):
-            return int(np.flatnonzero(kept)[worst])
-    return None
-
-
-def _contradicted(problem: StribeckProblem, n: int, measure: float) -> bool:
-    """Say whether the strokes beside one in speed, of its direction, contradict it.
-
-    Between two others friction is between theirs, whatever the shape of its fall, to within the measure; two that
-    repeat its speed are asked alone.
-    """
-    same = (np.sign(problem.v) == np.sign(problem.v[n])) & (np.arange(len(problem.v)) != n)
-    apart = np.log(np.abs(problem.v) / np.abs(problem.v[n]))
-    repeats = problem.F[same & (np.abs(apart) < REPEATED)]
-    if len(repeats) > 1:
-        return abs(float(problem.F[n] - np.median(repeats))) > measure
-    below, above = np.flatnonzero(same & (apart < 0)), np.flatnonzero(same & (apart >= 0))
-    if not (len(below) and len(above)):
-        return False
-    beside = [problem.F[below[np.argmax(apart[below])]], problem.F[above[np.argmin(apart[above])]]]
-    return bool(problem.F[n] < min(beside) - measure or problem.F[n] > max(beside) + measure)
-
-
-def _solve_with_scatter(problem: StribeckProblem, own: NDArray[np.float64], *, fixed: bool) -> tuple[Solution, float]:
-    """Minimise, estimate the variance between strokes from the residuals, and again until both agree."""
-    solution = problem.solve()
-    variance = 0.0
-    if fixed:
-        return solution, variance
-    for _ in range(30):
-        residual = problem.F - problem.model(solution.theta)
-        found = excess_variance(residual, own, problem.degrees_of_freedom)
-        if abs(found - variance) <= 1e-8 * found:
-            break
-        variance = found
-        solution = replace(problem, standard_error=np.sqrt(own**2 + variance)).solve()
-    return solution, sqrt(variance)
-
-
-def excess_variance(residual: NDArray[np.float64], standard_error: NDArray[np.float64], dof: int) -> float:
-    """Return the variance between strokes [N²] that explains residuals larger than their standard errors.
-
-    Paule and Mandel's (1982) estimate: the smallest q ≥ 0 with ``Σ r²/(se² + q) ≤ dof``.
-    """
-
-    def surplus(q: float) -> float:
-        return float(np.sum(residual**2 / (standard_error**2 + q))) - dof
-
-    if surplus(0.0) <= 0:
-        return 0.0
-    high = float(np.sum(residual**2)) / dof * (1 + 1e-6)
-    return float(brentq(surplus, 0.0, high, xtol=1e-15 * high, rtol=1e-10))
