@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import comb
 
 import numpy as np
 
@@ -20,6 +21,9 @@ identified.
 make reality          # 40 seeds a machine; writes this page, and ends with status 1 where a flaw is silent
 ```
 
+It takes an hour of one core, and goes on where it was stopped: `python -m benchmarks.reality --minutes 10` runs ten
+minutes of it. What was run stands in `build/reality/`, one JSON file a machine.
+
 Each session logs strokes at 11 speeds, sines in pre-sliding, a sine in sliding and a multisine; `identify plant`,
 `static` and `gms` then run with their defaults, each on what the one before found. The truth that an interval is held
 against is the effective one, what can be seen in these logs: A with the guideway's viscous friction, T_d with the time
@@ -27,7 +31,8 @@ by which the position is late, the map as eq. (2) fits the mean force at the spe
 as the mean of both directions.
 
 - **covered**: in {holds:.0%} of the sessions or more, the interval of every parameter holds the truth.
-- **told**: in {holds:.0%} or more it does, or a warning of severity *wrong* (or an error) says that it does not.
+- **told**: in {holds:.0%} or more it does, or a warning of severity *wrong* that names this flaw (or an error) says
+  that it does not; a warning that names another one does not count.
 - **silent**: neither, or a crash. This is a defect.
 
 Below the verdict stand the parameters whose interval holds the truth less often, with the share of the sessions and the
@@ -36,7 +41,7 @@ warnings, the codes of severity *wrong* are bold. The glitch is that of a circle
 µm: as `simulate circle` predicts it from what was identified in the first session, and what the machine then does;
 under scheme (a), no compensation, and (c), with the GMS model that was identified.
 
-Made with {seeds} seeds a machine.
+Made with {seeds} seeds a machine.{chance}
 
 | machine | plant | static | gms | warnings (share of the sessions) | (a) predicted, done | (c) predicted, done |
 |---|---|---|---|---|---|---|
@@ -53,8 +58,20 @@ def page(rows: Sequence[Row]) -> str:
     silent = [f"`{row.flaw}` ({', '.join(step for step in STEPS if row.verdict(step) == 'silent')})" for row in rows
               if any(row.verdict(step) == "silent" for step in STEPS)]  # fmt: skip
     lines += ["", f"Silent now: {', '.join(silent)}." if silent else "No flaw is silent."]
-    seeds = max(len(row.outcomes) for row in rows)
-    return HEAD.format(seeds=seeds, holds=HOLDS) + "\n".join(lines) + "\n"
+    counts = sorted({len(row.outcomes) for row in rows})
+    seeds = " to ".join(str(count) for count in dict.fromkeys((counts[0], counts[-1])))
+    return HEAD.format(seeds=seeds, holds=HOLDS, chance=_chance(rows, counts[0])) + "\n".join(lines) + "\n"
+
+
+def _chance(rows: Sequence[Row], seeds: int) -> str:
+    """Say how often chance alone makes an interval that holds in 95 % of all sessions seem to hold too seldom."""
+    missed = np.arange(int((1 - HOLDS) * seeds + 1e-9) + 1)
+    enough = float(sum(comb(seeds, int(n)) * 0.05**n * 0.95 ** (seeds - n) for n in missed))
+    number = sum(len(row.names(step)) for row in rows for step in STEPS)
+    return (
+        f" An interval that holds the truth in 95% of all sessions is found under {HOLDS:.0%} of so many by chance with "
+        f"a probability of {1 - enough:.0%}; {number} are looked at here."
+    )
 
 
 def _flaw(flaw: str) -> str:
