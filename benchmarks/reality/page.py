@@ -69,7 +69,7 @@ def _chance(rows: Sequence[Row], seeds: int) -> str:
     enough = float(sum(comb(seeds, int(n)) * 0.05**n * 0.95 ** (seeds - n) for n in missed))
     number = sum(len(row.names(step)) for row in rows for step in STEPS)
     return (
-        f" An interval that holds the truth in 95% of all sessions is found under {HOLDS:.0%} of so many by chance with "
+        f" An interval that holds the truth in 95% of all sessions is under {HOLDS:.0%} of so many by chance with "
         f"a probability of {1 - enough:.0%}; {number} are looked at here."
     )
 
