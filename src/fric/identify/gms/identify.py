@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -29,8 +29,10 @@ from fric.identify.gms.notices import notices_of
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_errors
 from fric.identify.records.flaws import clock_flaws
 from fric.identify.records.prepared import Prepared, prepared
+from fric.identify.replay.lateness import half_width, lateness_told, suspects
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.notice import Notice
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
@@ -102,26 +104,53 @@ def identify_gms(
             hint="Look at what `fric identify static` says of that map, or leave --static out.",
         )
     ready = prepared([*presliding, *sliding], plant)
-    hysteresis = [find_cycles(record, cycles) for record in ready[: len(presliding)]]
+    settings = (static, negative, blocks, most_blocks, knots, refined, cycles)
+    result, late = _identified(ready, len(presliding), *settings)
+    told_late: list[Notice] = []
+    if suspected := suspects(ready, late):
+        moved = tuple(one.later(suspected.get(one.name, 0.0)) for one in ready)
+        again, left = _identified(moved, len(presliding), *settings)
+        total = {name: by + float(left[name]) for name, by in suspected.items()}
+        sure = again.rmse < result.rmse and all(abs(by) > half_width(left[name]) for name, by in total.items())
+        result = again if sure else result
+        told_late = [lateness_told(ready, total, left, sure=sure)]
+    warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
+    return replace(result, warnings=(*told_late, *warnings, *clock_flaws([*presliding, *sliding], "gms")))
+
+
+def _identified(
+    ready: Sequence[Prepared],
+    count: int,
+    static: StaticMap | None,
+    negative: StaticMap | None,
+    blocks: int | None,
+    most_blocks: int,
+    knots: Sequence[float] | None,
+    refined: bool,
+    cycles: tuple[int, int] | None,
+) -> tuple[GMSFit, Mapping[str, Estimate]]:
+    """Return the fit to prepared records, the first so many of them in pre-sliding, and how late their forces are."""
+    hysteresis = [find_cycles(record, cycles) for record in ready[:count]]
     curve = virgin_curve(hysteresis, static, negative)
     between = mean_map(static, negative) if static is not None else None
     if between is not None and not curve.saturates:
         curve = replace(curve, level=between.F_s)
-    motion = presliding[0].motion
+    log, motion = ready[0].log, ready[0].log.motion
     choice, found, without = _blocks(curve, blocks, most_blocks, knots, si_unit("force", motion))
     base = between or StaticMap(found.limit.sum(), found.limit.sum(), 1e-3)
     cycled = [one.for_replay() for one in hysteresis]
-    slides = [record.in_sliding() for record in ready[len(presliding) :]] if static is not None else []
+    slides = [record.in_sliding() for record in ready[count:]] if static is not None else []
     records = [*cycled, *slides]
 
     model: FrictionModel
     together: Covariance | None = None
+    late: Mapping[str, Estimate] = {}
     if refined:
         start = _at_level(base, found, ASSUMED_C, curve.saturates)
         given = static or base, negative
         fit = _refined(records, given, start, with_level=curve.saturates, with_C=bool(slides))
         alpha, k, C = (fit.estimates["gms"][name] for name in ("alpha", "k", "C"))
-        level, model, together = fit.level, fit.model, fit.covariance
+        level, model, together, late = fit.level, fit.model, fit.covariance, fit.late
         if C.fixed:
             C = replace(C, fixed=False, assumed=True)
     else:
@@ -137,12 +166,10 @@ def identify_gms(
     blocks_found = Blocks(np.asarray(k.value), limit / np.asarray(k.value))
     curve = with_all_errors(curve, blocks_found(curve.displacement))
     result = GMSFit(
-        presliding[0].axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(hysteresis),
-        found, choice,
+        log.axis, motion, base, static is not None, alpha, k, C, level, curve, tuple(hysteresis), found, choice,
         blocks, knots is not None, refined, tuple(replays), together, (),
     )  # fmt: skip
-    warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
-    return replace(result, warnings=(*warnings, *clock_flaws([*presliding, *sliding], "gms")))
+    return result, late
 
 
 def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:

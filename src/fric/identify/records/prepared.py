@@ -9,15 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from fric.errors import FricError
 from fric.identify.records.force_lag import acting_force
 from fric.identify.records.motion import Motion, smooth_motion
+from fric.identify.records.preparation import Own, Preparation
 from fric.identify.records.reversals import find_reversals
-from fric.units import si_unit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,62 +37,6 @@ CYCLES = 3
 
 PIECES = 10
 """Pieces of equal length that are resampled where there are no cycles."""
-
-Own = Literal["offset", "damping", "mass"]
-"""What a record adds of its own: a constant force, a force over the velocity, and one over the acceleration."""
-
-DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "mass"}
-"""The dimension of the coefficient of each (see `fric.units`)."""
-
-
-@dataclass(frozen=True)
-class Preparation:
-    """What was made of a record before the replay, as data.
-
-    Parameters
-    ----------
-    source
-        The channel that the force is from: ``force``, or ``input`` times the force constant.
-    delay
-        By how much later the force acts than it is logged [s]; negative where it is logged late.
-    timing
-        How surely force and position belong to one instant, as a standard deviation [s].
-    encoder
-        The encoder's step [m]; 0 where none is visible.
-    plant
-        The plant that was used; None where none is known.
-    mass, damping
-        Inertia [kg] and the drive's own linear damping [N·s/m] that were taken off; None where no plant is known.
-    inertia_share, damping_share
-        Size of each (99 % quantile) relative to that of the force.
-    own
-        What the record adds of its own, and the fit finds beside the model.
-    every
-        One sample of so many was taken.
-    """
-
-    source: Literal["force", "input"]
-    delay: float
-    timing: float
-    encoder: float
-    mass: float | None = None
-    damping: float | None = None
-    inertia_share: float | None = None
-    damping_share: float | None = None
-    own: tuple[Own, ...] = ("offset",)
-    every: int = 1
-    plant: Plant | None = None
-
-    def as_dict(self, motion: Literal["linear", "rotary"]) -> dict[str, Any]:
-        """Return it as it stands in a document: quantities with units; what is not known is left out."""
-        dimensions = {"delay": "time", "timing": "time", "encoder": "position", "mass": "mass", "damping": "viscous"}
-        entry: dict[str, Any] = {"source": self.source}
-        for name, dimension in dimensions.items():
-            if (value := getattr(self, name)) is not None:
-                entry[name] = {"value": value, "unit": si_unit(dimension, motion)}
-        shares = {name: getattr(self, name) for name in ("inertia_share", "damping_share")}
-        entry |= {name: share for name, share in shares.items() if share is not None}
-        return entry | {"own": list(self.own), "every": self.every}
 
 
 @dataclass(frozen=True)
@@ -181,6 +125,11 @@ class Prepared:
         progress, sense = (m.velocity, m.acceleration) if self.slides else (self.travel, m.velocity)
         limits = np.quantile(progress, np.arange(1, PARTS) / PARTS)
         return np.asarray(np.searchsorted(limits, progress) + PARTS * (sense > 0))
+
+    def later(self, late: float) -> Prepared:
+        """Return the record with its force as it acted, where it was logged so much later than its position [s]."""
+        force = acting_force(self.motion.time, self.force, -late)
+        return replace(self, force=force, done=replace(self.done, delay=self.done.delay - late))
 
     def restricted(self, used: NDArray[np.bool_]) -> Prepared:
         """Return the record with fewer samples compared; the replay still runs through all of them."""

@@ -13,8 +13,10 @@ from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval
 from fric.friction import models
 from fric.friction.directed import Directed
-from fric.identify.records.prepared import DIMENSIONS, Own, Prepared
+from fric.identify.records.preparation import DIMENSIONS, Own
+from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates
+from fric.identify.replay.lateness import lateness, of_timing
 from fric.identify.replay.ranges import search_ranges
 from fric.identify.replay.replay_intervals import correlated, edges, joint, limits, order, replay_covariance
 from fric.identify.replay.replay_search import Point, Search
@@ -58,6 +60,8 @@ class ReplayFit:
         The search coordinates that are free in the end, and their values.
     covariance
         How the parameters that were fitted err together.
+    late
+        By how much the force is logged later than the position [s], by record, see `lateness`.
     warnings
         What the records cannot tell.
     """
@@ -75,6 +79,7 @@ class ReplayFit:
     coordinates: Coordinates
     x: NDArray[np.float64]
     covariance: Covariance
+    late: Mapping[str, Estimate]
     warnings: tuple[str, ...] = ()
 
     @property
@@ -243,7 +248,7 @@ def _described(
     covariance = np.full((len(x), len(x)), np.nan)
     if seen.any():
         slopes = best.gradient[:, seen]
-        covariance[np.ix_(seen, seen)] = replay_covariance(slopes, best.residual, records, quantile) + _of_timing(
+        covariance[np.ix_(seen, seen)] = replay_covariance(slopes, best.residual, records, quantile) + of_timing(
             search, x, slopes
         )
     values = coordinates.values(x)
@@ -284,17 +289,5 @@ def _described(
     own = tuple(tuple(float(c) for c in r.record_part(r.force - r.replay(model))) for r in records)
     return ReplayFit(
         model, records[0].log.axis, motion, estimates, records, level, own, rmse, r2, independent, coordinates, x,
-        joint(coordinates, x, covariance, seen, blocks), tuple(warnings),
+        joint(coordinates, x, covariance, seen, blocks), lateness(search, best, quantile), tuple(warnings),
     )  # fmt: skip
-
-
-def _of_timing(search: Search, x: NDArray[np.float64], slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what the covariance (p, p) gains since force and position belong to one instant to within a sample.
-
-    The channels of a log are aligned to ±dt/2, which no number of cycles shows: all records are moved by one standard
-    deviation of that, to first order.
-    """
-    model = search.coordinates.build(x)
-    late = [record.done.timing * np.gradient(record.replay(model), record.motion.time) for record in search.records]
-    moved = np.linalg.lstsq(slopes, search.projected(late), rcond=None)[0]
-    return np.asarray(np.outer(moved, moved))

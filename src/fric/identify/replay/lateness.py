@@ -1,0 +1,123 @@
+"""By how much the force of a record is logged later than its position, told by a replay; and what it may be at least.
+
+A force that is logged τ late is ``F(t - τ)``, to first order ``F - τ·dF/dt``. After a reversal that turns the corner of
+the hysteresis cycle round, which blocks of a model cannot: so a model that is free to follow a virgin curve of any
+shape tells it from stiffness. One that is not would take its own misfit for a lag.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.estimate import Estimate
+from fric.identify.replay.replay_intervals import replay_covariance
+from fric.notice import Notice
+from fric.units import readable, si_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.friction import FrictionModel
+    from fric.identify.records.prepared import Prepared
+    from fric.identify.replay.replay_search import Point, Search
+
+SUSPECTED = 0.6
+"""Samples from which on a lag is looked at once more, with the force moved by it."""
+
+BLOCKS = 3
+"""Blocks from which on a model follows a virgin curve of any shape."""
+
+
+def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate]:
+    """Return by how much the force is logged later than the position [s], by record; of cycles alone.
+
+    It is one Gauss–Newton step from the solution, in the lag of each record and all parameters together, and its
+    interval holds for what the model misses in each cycle alike, and for channels that are aligned to half a sample.
+
+    Parameters
+    ----------
+    search, best
+        The search, and where it ended.
+    quantile
+        Half widths are this many standard deviations.
+    """
+    records, seen = search.records, search.seen(best)
+    cycled = [n for n, record in enumerate(records) if not record.slides and len(record.reversals) > 4]
+    if search.coordinates.blocks < BLOCKS or not cycled or not seen.any():
+        return {}
+    rates = _rates(search.coordinates.build(best.x), records)
+    late = [search.projected([rate * (n == one) for n, rate in enumerate(rates)]) for one in cycled]
+    gradient = np.column_stack([*late, best.gradient[:, seen]])
+    step = -np.linalg.lstsq(gradient, best.residual, rcond=None)[0]
+    deviation = np.sqrt(np.diag(replay_covariance(gradient, best.residual, records, quantile)))[: len(cycled)]
+    half = quantile * np.hypot(deviation, [records[n].done.timing for n in cycled])
+    unit = si_unit("time", records[0].log.motion)
+    return {
+        records[n].name: Estimate(float(value), unit, (float(value - width), float(value + width)))
+        for n, value, width in zip(cycled, step, half, strict=False)
+    }
+
+
+def suspects(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> dict[str, float]:
+    """Return the lags of records that are worth a second look [s], by name."""
+    intervals = {one.name: float(np.median(np.diff(one.motion.time))) for one in records}
+    return {name: float(by) for name, by in late.items() if abs(float(by)) > SUSPECTED * intervals[name]}
+
+
+def half_width(estimate: Estimate) -> float:
+    """Return half the 95 % interval of a lag [s]."""
+    low, high = estimate.ci95 or (-np.inf, np.inf)
+    return 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
+
+
+def lateness_told(
+    records: Sequence[Prepared], total: Mapping[str, float], left: Mapping[str, Estimate], *, sure: bool
+) -> Notice:
+    """Say by how much the force of records is late, and whether it was moved back by that.
+
+    Parameters
+    ----------
+    records
+        The records.
+    total, left
+        The lag of each [s], and what is left of it once the force was moved, whose interval is that of the total.
+    sure
+        Whether the lags are no chance, and the fit with them is better.
+    """
+    motion = records[0].log.motion
+    dt = {one.name: float(np.median(np.diff(one.motion.time))) for one in records}
+    parts = [
+        f"'{name}' {readable(by, si_unit('time', motion), 2)} ± {readable(half_width(left[name]), 's', 2)} "
+        f"({by / dt[name]:+.2g} samples)"
+        for name, by in total.items()
+    ]
+    if sure:
+        return Notice(
+            f"the force is logged later than the position: {'; '.join(parts)}; it was moved back by that. Log both "
+            "channels at one instant.", "force-late", "doubt",
+        )  # fmt: skip
+    return Notice(
+        f"the force may be logged later than the position: {'; '.join(parts)}; what the model misses looks alike, "
+        "and k may be off by as much as the force changes meanwhile. Log both channels at one instant, and more "
+        "samples a cycle.", "force-late-open", "doubt",
+    )  # fmt: skip
+
+
+def of_timing(search: Search, x: NDArray[np.float64], slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what the covariance (p, p) gains since force and position belong to one instant to within a sample.
+
+    The channels of a log are aligned to ±dt/2, which no number of cycles shows: all records are moved by one standard
+    deviation of that, to first order.
+    """
+    rates = _rates(search.coordinates.build(x), search.records)
+    late = [record.done.timing * rate for record, rate in zip(search.records, rates, strict=True)]
+    moved = np.linalg.lstsq(slopes, search.projected(late), rcond=None)[0]
+    return np.asarray(np.outer(moved, moved))
+
+
+def _rates(model: FrictionModel, records: Sequence[Prepared]) -> list[NDArray[np.float64]]:
+    """Return the rate of the replayed force [N/s], shape (n,), of each record."""
+    return [np.gradient(record.replay(model), record.motion.time) for record in records]
