@@ -44,6 +44,8 @@ from .results.diagnose import DiagnosisResult as DiagnosisResult
 from .results.diagnose import diagnose as diagnose
 from .results.export import ExportResult as ExportResult
 from .results.export import export_axis as export_axis
+from .results.formats import FormatsResult as FormatsResult
+from .results.formats import formats as formats
 from .results.gms import GMSResult as GMSResult
 from .results.gms import identify_gms as identify_gms
 from .results.ingest import CirclesResult as CirclesResult

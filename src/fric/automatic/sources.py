@@ -13,7 +13,7 @@ from fric.documents.bundled import bundled
 from fric.errors import FricError
 from fric.identify.records.inspection import inspect
 from fric.io.hdf5 import read_records
-from fric.io.ingest import FOREIGN
+from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log
 from fric.results.given import Record
@@ -99,7 +99,7 @@ def find_sources(given: Iterable[Path], mapping: str | None = None) -> Sources:
             records = read_records(path)
             seen += records
             found.logs.append(_source(path, records, None))
-        elif kind is None and path.suffix.lower() in FOREIGN:
+        elif kind is None and path.suffix.lower() in endings():
             _foreign(path, mapping, found, seen)
     if found.copies:
         found.description.append(f"left out, since other files hold the same samples: {_first(found.copies)}")

@@ -34,9 +34,9 @@ class _BadCells(StrEnum):
 
 def ingest(
     files: Annotated[
-        list[Path],
-        typer.Argument(metavar="FILE…", help="Logs: text (also .gz), MATLAB .mat, Parquet, fric's own .h5."),
-    ],
+        list[Path] | None,
+        typer.Argument(metavar="FILE…", help="Logs: text (also .gz), .mat, .mf4, …; --list tells the formats."),
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="LOG.h5", help="The log file to write.")
     ] = None,
@@ -57,6 +57,9 @@ def ingest(
         Path | None,
         typer.Option("--propose", metavar="MAP.yaml", help="Write the mapping that would be guessed; read nothing in."),
     ] = None,
+    list_formats: Annotated[
+        bool, typer.Option("--list", help="List the formats that are read, and which libraries are installed.")
+    ] = False,
     radius: Annotated[str | None, typer.Option(help="Circle: its nominal radius; else found.")] = None,
     feed: Annotated[str | None, typer.Option(help="Circle: its feed; else found.")] = None,
     sampling: Annotated[str | None, typer.Option(help="Circle: rate of a trace without time, as 4 kHz.")] = None,
@@ -74,6 +77,11 @@ def ingest(
     """
     from fric.io.memory import keep_freed_memory
 
+    if list_formats:
+        finish(lambda _: fric.formats(), json=as_json)
+        return
+    if not files:
+        raise typer.BadParameter("name the files to read; `fric ingest --list` tells the formats")
     if propose is not None:
         from fric.io.propose import propose as propose_mapping
 

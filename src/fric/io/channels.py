@@ -126,7 +126,9 @@ def plan(
             raise FricError(f"no column is {name}", where=where, hint=_hint(table, name))
     if not response and not {"position", "velocity"} & origins.keys():
         raise FricError("no column is position or velocity", where=where, hint=_hint(table, "position"))
-    wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
+    known = tuple(RESPONSE_DIMENSIONS) if response else CHANNELS  # the position goes before what is put on its clock
+    ranked = (origins[name].column for name in sorted(origins, key=known.index))
+    wanted = tuple(dict.fromkeys(column for column in ranked if column is not None))
     if not wanted:
         raise FricError("no channel is read from a column", where=where, hint="Name the column of one at least.")
     names = tuple(column.name for column in table.columns)

@@ -16,7 +16,7 @@ from fric.io.audit import Clock, Signs
 from fric.io.channels import plan
 from fric.io.digest import FileDigest
 from fric.io.hdf5 import LogWriter, header_of, log_writer
-from fric.io.readers import tables
+from fric.io.readers import endings, tables
 from fric.io.readers.base import Table
 from fric.io.rows import WholeRows
 from fric.log import KINDS, Kind
@@ -25,9 +25,6 @@ from fric.units import Motion
 
 if TYPE_CHECKING:
     from fric.io.channels import Values
-
-FOREIGN = frozenset({".csv", ".tsv", ".txt", ".dat", ".log", ".gz", ".mat", ".parquet"})
-"""Endings of what is read; a log file of fric's own does not end so."""
 
 BadCells = Literal["error", "drop"]
 EVERYTHING = (-inf, inf)
@@ -194,7 +191,7 @@ def _together(refused: Sequence[FricError], files: int) -> FricError:
 
 def refuse_foreign_name(output: Path) -> None:
     """Refuse to write HDF5 to a name that ends as a foreign log does."""
-    if output.suffix.lower() in FOREIGN:
+    if output.suffix.lower() in endings():
         raise FricError(
             f"what is written is HDF5, and the name ends in {output.suffix}", where=str(output),
             hint=f"Call it {output.with_suffix('.h5').name}.",
@@ -307,8 +304,7 @@ class _Session:
         if samples < 2:
             inside = "" if self._window == EVERYTHING else " between --from and --to"
             raise FricError(f"has {samples} samples{inside}", where=str(table.path), hint="A log needs two at least.")
-        if text := clock.stop():
-            self.warnings.append(text)
+        self.warnings += [*table.told, *filter(None, [clock.stop()])]
         self._stated |= chosen.stated
         total = dropped + int(said.get("dropped", 0))
         sha256 = _digest(table, digest)

@@ -39,5 +39,5 @@ def test_null_is_no_number(tmp_path):
 
 def test_cut_short(tmp_path):
     (tmp_path / "log.parquet").write_bytes(b"PAR1" + bytes(100))
-    with pytest.raises(FricError, match="no whole Parquet file"):
+    with pytest.raises(FricError, match="is damaged: Parquet magic bytes not found"):
         ingest(tmp_path / "log.parquet", tmp_path / "log.h5")

@@ -1,7 +1,8 @@
 """Readers of foreign log files, one format a file.
 
-A reader is a module of this package with two functions: ``recognises(path, head) -> float`` looks at the first bytes
-and says how sure it is that the file is of its format, and ``tables(path, layout) -> Iterator[Table]`` reads the file.
+A reader is a module of this package with a ``FORMAT`` and two functions: ``recognises(path, head) -> float`` looks at
+the first bytes and says how sure it is that the file is of its format, and ``tables(path, layout) -> Iterator[Table]``
+reads the file.
 1 is a mark that no other format has, 0.5 the ending of the name, 0.1 text of any kind, 0 that it is not. The surest
 reader is taken, whatever its name; a new module is found by itself.
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
@@ -18,7 +20,7 @@ from typing import Any
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.input import foreign, regular
-from fric.io.readers.base import Table
+from fric.io.readers.base import Format, Table
 
 HEAD = 4096
 AGAIN = "Export it again."
@@ -28,6 +30,24 @@ AGAIN = "Export it again."
 def _readers() -> tuple[Any, ...]:
     modules = (import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__))
     return tuple(module for module in modules if hasattr(module, "recognises"))
+
+
+def formats() -> list[Format]:
+    """Return the formats that are read, by name."""
+    return sorted((reader.FORMAT for reader in _readers()), key=lambda form: form.name.casefold())
+
+
+def installed(form: Format) -> str | None:
+    """Return the version of the library that a format needs; nothing where it needs none, None where it lacks."""
+    try:
+        return version(form.module.partition(".")[0]) if form.module else ""
+    except PackageNotFoundError:
+        return None
+
+
+def endings() -> frozenset[str]:
+    """Return how the names of foreign logs end; a log file of fric's own does not end so."""
+    return frozenset(ending for form in formats() for ending in form.endings) - {".h5"}
 
 
 def tables(path: Path, layout: Layout | None = None) -> Iterator[Table]:
@@ -58,5 +78,5 @@ def tables(path: Path, layout: Layout | None = None) -> Iterator[Table]:
     raise FricError(
         "is of no format that is known",
         where=str(path),
-        hint="Text (also .gz), MATLAB .mat, Parquet and fric's own HDF5 are read; export it as CSV.",
+        hint="`fric ingest --list` tells the formats that are read; export it as CSV.",
     )

@@ -6,11 +6,13 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fric.errors import FricError, near
 from fric.input import foreign
+from fric.notice import Notice
 from fric.units import is_unit
 
 if TYPE_CHECKING:
@@ -19,6 +21,32 @@ if TYPE_CHECKING:
 
 BLOCK = 131_072
 """Samples a block: a few MiB, whatever the file's size."""
+
+
+class Format(NamedTuple):
+    """A format that a reader reads: its name, endings of files, and the module and extra that it needs, if any."""
+
+    name: str
+    endings: tuple[str, ...]
+    module: str = ""
+    extra: str = ""
+
+
+def library(form: Format, path: Path) -> Any:
+    """Return the module that reads a format.
+
+    Raises
+    ------
+    FricError
+        When it is not installed, with the command that installs it.
+    """
+    try:
+        return import_module(form.module)
+    except ImportError:
+        raise FricError(
+            f"{form.name} needs {form.module.partition('.')[0]}, which is not installed", where=str(path),
+            hint=f"pip install 'fric[{form.extra}]'",
+        ) from None  # fmt: skip
 
 
 class Column(NamedTuple):
@@ -53,6 +81,9 @@ class Table(ABC):
 
     listener: Callable[[bytes], object] | None = None
     """Is given all bytes of the file in their order, as `blocks` reads them, by a reader that `tells_bytes`."""
+
+    told: Sequence[Notice] = ()
+    """What the user should know of the table, once it is read."""
 
     @property
     def tells_bytes(self) -> bool:
@@ -173,3 +204,14 @@ def named(header: str) -> Column:
 def plain_name(name: str) -> str:
     """Return a name without its unit, in small letters, with single spaces."""
     return " ".join(named(name).name.casefold().split())
+
+
+def numbers(values: Any) -> NDArray[np.float64]:
+    """Return an array as floats: stamps in seconds (since the epoch), NaN where there is none or it is no number."""
+    import numpy as np
+
+    found = np.asarray(values)
+    if found.dtype.kind in "mM":
+        ticks = found.astype("timedelta64[ns]" if found.dtype.kind == "m" else "datetime64[ns]").astype("i8")
+        return np.where(np.isnat(found), np.nan, ticks * 1e-9)
+    return found.astype("f8") if found.dtype.kind in "fiub" and found.ndim == 1 else np.full(len(found), np.nan)

@@ -9,8 +9,10 @@ import h5py
 
 from fric.documents.mapping import Layout
 from fric.io.hdf5 import check_format
-from fric.io.readers.base import Column, Memory, Table
+from fric.io.readers.base import Column, Format, Memory, Table
 from fric.io.safe_hdf5 import column, open_file, text
+
+FORMAT = Format("fric's own log files", (".h5",))
 
 
 def recognises(path: Path, head: bytes) -> float:

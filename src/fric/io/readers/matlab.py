@@ -12,7 +12,7 @@ import numpy as np
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Column, Memory, Table
+from fric.io.readers.base import Column, Format, Memory, Table
 from fric.io.safe_hdf5 import open_file
 
 _V73 = b"MATLAB 7.3 MAT-file"
@@ -21,6 +21,8 @@ MOST_DEPTH = 16
 MOST_TEXT = 10_000
 """Letters of a text at most."""
 _V5 = b"MATLAB 5.0 MAT-file"
+
+FORMAT = Format("MATLAB", (".mat",))
 
 
 def recognises(path: Path, head: bytes) -> float:

@@ -17,7 +17,7 @@ import pandas as pd
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Block, Table
+from fric.io.readers.base import Block, Format, Table
 from fric.io.readers.sniff import Shape, is_number, shape_of, split
 
 if TYPE_CHECKING:
@@ -34,6 +34,8 @@ LOOK = 32_768
 
 _GZIP = b"\x1f\x8b"
 
+FORMAT = Format("Text", (".csv", ".tsv", ".txt", ".dat", ".log", ".gz"))
+
 
 def recognises(path: Path, head: bytes) -> float:
     """Text holds no zero byte, unless it is UTF-16; any other reader that knows the file is surer."""
@@ -43,20 +45,28 @@ def recognises(path: Path, head: bytes) -> float:
 
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
     """Read a text log: one table."""
+    head, zipped = beginning(path)
+    yield TextTable(path, shaped(path, head, layout), layout, zipped)
+
+
+def beginning(path: Path) -> tuple[bytes, bool]:
+    """Return the first bytes of a text, unpacked, and whether it is packed by gzip."""
     zipped = _is_zipped(path)
     try:
         with _opened(path, zipped) as file:
-            head = file.read(LOOK)
-            whole = not file.read(1)
+            return file.read(LOOK), zipped
     except (OSError, EOFError, zlib.error) as error:
         raise FricError(f"cannot be read: {error}", where=str(path), hint="Is the .gz file whole?") from None
+
+
+def shaped(path: Path, head: bytes, layout: Layout) -> Shape:
+    """Return how a text is written, by its first bytes."""
     if not head.strip():
         raise FricError("is empty", where=str(path), hint="Export the log again.")
     try:
-        shape = shape_of(head, layout, whole)
+        return shape_of(head, layout, whole=len(head) < LOOK)
     except FricError as error:
         raise error.at(str(path)) from None
-    yield TextTable(path, shape, layout, zipped)
 
 
 class _Piece:

@@ -1,0 +1,274 @@
+"""Channels on several clocks, put on one.
+
+The clock is that of the channel that is asked for first, the position where there is one, or every so many of its
+samples where another channel was sampled more slowly: no position is made up between counts of an encoder, no sample
+between those of the slowest channel. What was sampled at other instants is taken between its samples, linearly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.io.readers.base import Block, Column, Table
+from fric.notice import Notice
+from fric.units import readable
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Values = NDArray[np.float64]
+
+ALIKE = 1e-3
+"""Share of a sampling interval up to which two instants are one."""
+GAP = 2.5
+"""Sampling intervals from which on a part has a gap, across which nothing is taken."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Channels that share a clock.
+
+    Parameters
+    ----------
+    table
+        Where they are read from.
+    time
+        Index of the column that is their time.
+    columns
+        Indices of the channels; all other columns where not given.
+    factor
+        What one unit of that time is [s].
+    label
+        Goes before the name of a channel that another part has too.
+    """
+
+    table: Table
+    time: int
+    columns: tuple[int, ...] | None = None
+    factor: float = 1.0
+    label: str = ""
+
+    def channels(self) -> tuple[int, ...]:
+        """Return the indices of the channels."""
+        every = tuple(n for n in range(len(self.table.columns)) if n != self.time)
+        return every if self.columns is None else self.columns
+
+
+class Joined(Table):
+    """One table of the channels of several parts; column 0 is the time [s].
+
+    Instants at which one of the channels has not begun, has ended or has a gap are left out. What was moved, and how
+    far, is in `told` once the table is read.
+
+    Parameters
+    ----------
+    path, constants, said
+        As in `Table`.
+    parts
+        The parts, each on its own clock.
+    told
+        What is known of the table before it is read.
+
+    Raises
+    ------
+    FricError
+        When a stamp of a part is empty, repeated with another value, or runs backwards, or the parts share no time.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        parts: Sequence[Part],
+        constants: Mapping[str, str] | None = None,
+        said: Mapping[str, str] | None = None,
+        told: Sequence[Notice] = (),
+    ) -> None:
+        self._parts, self._before = tuple(parts), tuple(told)
+        self._places = [(n, column) for n, part in enumerate(parts) for column in part.channels()]
+        names = [parts[n].table.columns[column].name for n, column in self._places]
+        columns = [Column("time", "s")]
+        for name, (n, column) in zip(names, self._places, strict=True):
+            told_apart = f"{parts[n].label}.{name}" if names.count(name) > 1 and parts[n].label else name
+            columns.append(Column(told_apart, parts[n].table.columns[column].unit))
+        super().__init__(path, columns, constants, said)
+
+    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+        """Read the parts beside each other, block by block of the clock."""
+        used = list(dict.fromkeys(self._places[n - 1][0] for n in wanted if n)) or [0]
+        streams = {n: _Stream(self._parts[n], self._asked(n, wanted)) for n in used}
+        lead, *others = streams.values()
+        every = max(ceil(max(stream.interval for stream in streams.values()) / lead.interval - 0.05), 1)
+        slack = ALIKE * lead.interval
+        begin = max(stream.time[0] for stream in streams.values()) - slack
+        first, seen, row, early, late, holes = lead.time[0], 0, 0, 0, 0, 0
+        while len(lead.time):
+            time, end = lead.time[-seen % every :: every], lead.time[-1]
+            ended = min((other.upto(end) for other in others), default=np.inf) + slack
+            inside = (time >= begin) & (time <= ended)
+            early, late = early + int(np.sum(time < begin)), late + int(np.sum(time > ended))
+            for other in others:
+                hole = inside & ~other.follows(time)
+                inside, holes = inside & ~hole, holes + int(np.count_nonzero(hole))
+            kept = slice(None) if inside.all() else inside
+            time = time[kept]
+            values = [one[-seen % every :: every][kept] for one in lead.values]
+            found = dict(zip(lead.columns, values, strict=True))
+            for other in others:
+                found |= zip(other.columns, other.at(time), strict=True)
+            if len(time):
+                columns = [found[self._places[n - 1]] if n else time for n in wanted]
+                yield Block(row, columns, sum(stream.taken() for stream in streams.values()))
+            row, seen = row + len(time), seen + len(lead.time)
+            lead.forward()
+        if not row:
+            spans = "; ".join(f"{one.listed} from {one.begun:.9g} s to {one.last:.9g} s" for one in streams.values())
+            raise FricError(
+                f"the channels have no time in common: {spans}", where=str(self.path),
+                hint="Log them by one clock, or ingest them one by one.",
+            )  # fmt: skip
+        cut = max(early, late) * every * lead.interval > 2 * max(stream.interval for stream in streams.values())
+        self.told = [*self._before]
+        if cut or holes:
+            text = f"{self.path}: joined over {row} samples from {max(begin, first):.6g} s on, the time that all have"
+            text += f"; {holes} samples fall into gaps of another channel, and are left out" if holes else ""
+            self.told.append(Notice(text, "joined-in-part", "note"))
+        if every > 1:
+            text = f"{self.path}: {lead.listed}: one sample in {every} is taken, as the slowest channel has them"
+            self.told.append(Notice(text, "joined-thinned", "note"))
+        self.told += [note for other in others for note in other.moved(str(self.path), lead)]
+
+    def _asked(self, part: int, wanted: Sequence[int]) -> list[tuple[int, int]]:
+        """Return the channels of a part that are asked for."""
+        return list(dict.fromkeys(self._places[n - 1] for n in wanted if n and self._places[n - 1][0] == part))
+
+
+class _Stream:
+    """Samples of a part as they are read: their stamps [s] and values, without rows that only fill up the table."""
+
+    def __init__(self, part: Part, columns: Sequence[tuple[int, int]]) -> None:
+        self.columns, self._part, self._ended, self._size = columns, part, False, 0
+        self.last = -np.inf
+        names = [part.table.columns[column].name for _, column in columns]
+        self.listed = ", ".join(f"'{name}'" for name in names[:6]) or "the time"
+        self._samples = self._read()
+        self.forward()
+        if not len(self.time):
+            raise FricError(f"{self.listed} has no samples", where=str(part.table.path), hint="Map another column.")
+        self.begun = float(self.time[0])
+        self.interval = float(np.median(np.diff(self.time))) if len(self.time) > 1 else np.inf
+        self._shift = np.zeros(3)
+        self._most = 0.0
+
+    def forward(self) -> None:
+        """Replace what is held by the next samples; by none at the end."""
+        self.time, self.values = self._next()
+
+    def upto(self, end: float) -> float:
+        """Read on to an instant; return the last stamp where the part ends before it, else infinity."""
+        while not self._ended and self.time[-1] < end:
+            time, values = self._next()
+            self.time = np.concatenate([self.time, time])
+            self.values = [np.concatenate(pair) for pair in zip(self.values, values, strict=True)]
+        return float(self.time[-1]) if self.time[-1] < end else np.inf
+
+    def follows(self, time: Values) -> NDArray[np.bool_]:
+        """Say which instants lie between samples that follow one another without a gap."""
+        if len(self.time) < 2:
+            return np.ones(len(time), bool)
+        after = np.clip(np.searchsorted(self.time, time), 1, len(self.time) - 1)
+        alike = abs(self.time[after] - time) < ALIKE * self.interval
+        return np.asarray(alike | (self.time[after] - self.time[after - 1] < GAP * self.interval))
+
+    def at(self, time: Values) -> list[Values]:
+        """Return the values at instants between what is held, and let go of what is before them."""
+        found = [np.interp(time, self.time, values) for values in self.values]
+        if len(time):
+            after = np.clip(np.searchsorted(self.time, time), 1, max(len(self.time) - 1, 1))
+            beside = np.stack([self.time[after - 1] - time, self.time[np.minimum(after, len(self.time) - 1)] - time])
+            shift = np.take_along_axis(beside, np.abs(beside).argmin(axis=0)[None], axis=0)[0]
+            self._shift += [len(shift), shift.sum(), shift @ shift]
+            self._most = max(self._most, float(np.abs(shift).max()))
+            start = max(int(np.searchsorted(self.time, time[-1], "right")) - 2, 0)
+            self.time, self.values = self.time[start:], [values[start:] for values in self.values]
+        return found
+
+    def taken(self) -> int:
+        """Return the bytes that were read since this was last asked."""
+        size, self._size = self._size, 0
+        return size
+
+    def moved(self, where: str, lead: _Stream) -> list[Notice]:
+        """Tell by how much the samples were moved to the clock of another part; nothing where they lie on it."""
+        if self._most <= ALIKE * min(self.interval, lead.interval):
+            return []
+        count, total, square = self._shift
+        mean = total / count
+        even = np.sqrt(max(square / count - mean**2, 0.0)) < 0.05 * self.interval
+        by = f"by {readable(-mean, 's')}" if even else f"by up to {readable(self._most, 's')}"
+        rate = f"{1 / self.interval:.5g} Hz, {1 / lead.interval:.5g} Hz there"
+        text = (
+            f"{where}: {self.listed} (sampled at {rate}) moved {by} to the instants of {lead.listed}, between samples"
+        )
+        return [Notice(text, "joined-moved", "note")]
+
+    def _next(self) -> tuple[Values, list[Values]]:
+        found = next(self._samples, None)
+        if found is None:
+            self._ended = True
+            return np.empty(0), [np.empty(0) for _ in self.columns]
+        self.last = float(found[0][-1])
+        return found
+
+    def _read(self) -> Iterator[tuple[Values, list[Values]]]:
+        """Yield the samples; instants at the end that no value was written for are none."""
+        held: tuple[Values, list[Values]] | None = None
+        for block in self._part.table.blocks([self._part.time, *(column for _, column in self.columns)]):
+            self._size += block.size
+            found = self._cleaned(block)
+            if len(found[0]):
+                if held is not None:
+                    yield held
+                held = found
+        if held is None:
+            return
+        time, values = held
+        filled = np.logical_or.reduce([np.isfinite(one) for one in values]) if values else np.ones(len(time), bool)
+        end = len(filled) - int(np.argmax(filled[::-1])) if filled.any() else 0
+        if end:
+            yield time[:end], [one[:end] for one in values]
+
+    def _cleaned(self, block: Block) -> tuple[Values, list[Values]]:
+        """Return the samples of a block without its rows of no time, and without repeated ones."""
+        time, values = block.columns[0] * self._part.factor, list(block.columns[1:])
+        if not np.isfinite(time.sum()) and (empty := np.isnan(time)).any():
+            odd = empty & np.logical_or.reduce([np.isfinite(one) for one in values]) if values else ~empty
+            if odd.any():
+                place = self._part.table.place(block.row + int(np.argmax(odd)), self._part.time)
+                raise FricError("there is a value and no time", where=place, hint="Export the log again.")
+            time, values = time[~empty], [one[~empty] for one in values]
+        if not len(time):
+            return time, values
+        steps = np.diff(time, prepend=self._stamp)
+        self._stamp = float(time[-1])
+        if (steps > 0).all():
+            return time, values
+        # a slow channel may be repeated until its next sample
+        same = [np.append(True, (one[1:] == one[:-1]) | np.isnan(one[1:])) for one in values]
+        wrong = (steps < 0) | ((steps == 0) & ~np.logical_and.reduce([np.ones(len(steps), bool), *same]))
+        if wrong.any():
+            n = int(np.argmax(wrong))
+            what = "runs backwards" if steps[n] < 0 else "is repeated with another value"
+            raise FricError(
+                f"the time {time[n]:.9g} s {what}", where=self._part.table.place(block.row + n, self._part.time),
+                hint="Split the file there, or log the time with more digits.",
+            )  # fmt: skip
+        return time[steps > 0], [one[steps > 0] for one in values]
+
+    _stamp = -np.inf

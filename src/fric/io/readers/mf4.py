@@ -1,0 +1,105 @@
+"""ASAM MDF 4 measurements (``.mf4``), through asammdf (the extra ``mf4``)."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from traceback import clear_frames
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.documents.mapping import Layout
+from fric.errors import FricError
+from fric.io.readers.base import BLOCK, Block, Column, Format, Table, library, numbers
+from fric.io.readers.joined import Joined, Part
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FORMAT = Format("MDF 4", (".mf4",), "asammdf", "mf4")
+NUMBERS = range(6)
+"""Data types of MDF 4 that are numbers: integers and floats, of either byte order."""
+
+
+def recognises(path: Path, head: bytes) -> float:
+    """A measurement begins with its own mark, finished or not."""
+    return float(head.startswith((b"MDF     4", b"UnFinMF 4")))
+
+
+def tables(path: Path, layout: Layout) -> Iterator[Table]:
+    """Read a measurement: one table; its groups, each with a time of its own, are put on one clock."""
+    asammdf = library(FORMAT, path)
+    with path.open("rb") as file:
+        head = file.read(68)
+        if head[64:] != b"##HD":
+            raise FricError("is no whole measurement", where=str(path), hint="Export it again.")
+        # one that was never finished is copied by the library, and finished there
+        with _opened(asammdf, path if head.startswith(b"UnFin") else file) as measurement:
+            yield _table(path, measurement)
+
+
+def _opened(asammdf: Any, source: Any) -> Any:
+    """Open a measurement; what cannot be opened is let go of without the words of its finaliser on standard error."""
+    try:
+        return asammdf.MDF(source)
+    except Exception as error:
+        hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+        try:
+            clear_frames(error.__traceback__)
+        finally:
+            sys.unraisablehook = hook
+        raise
+
+
+def _table(path: Path, measurement: Any) -> Table:
+    parts = [part for n in range(len(measurement.groups)) if (part := _part(path, measurement, n)) is not None]
+    if not parts:
+        raise FricError("holds no channel of numbers over time", where=str(path), hint="Export it again.")
+    return Joined(path, parts, {"start": str(measurement.start_time)})
+
+
+def _part(path: Path, measurement: Any, number: int) -> Part | None:
+    """Return a group of channels as a part; None where it has no time, no numbers or no samples."""
+    group = measurement.groups[number]
+    master = measurement.masters_db.get(number)
+    wanted = [
+        n for n, one in enumerate(group.channels)
+        if n != master and one.data_type in NUMBERS and not group.channel_dependencies[n]
+    ]  # fmt: skip
+    if master is None or not wanted or not group.channel_group.cycles_nr:
+        return None
+    return Part(_Group(path, measurement, number, wanted), 0, label=group.channel_group.acq_name or f"group {number}")
+
+
+class _Group(Table):
+    """The channels of a group, physical values, with its time as column 0."""
+
+    def __init__(self, path: Path, measurement: Any, number: int, channels: Sequence[int]) -> None:
+        group = measurement.groups[number]
+        named = [Column(group.channels[n].name, group.channels[n].unit.strip() or None) for n in channels]
+        super().__init__(path, [Column("time", "s"), *named])
+        self._measurement, self._group, self._channels = measurement, number, tuple(channels)
+        self._samples = int(group.channel_group.cycles_nr)
+
+    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+        """Read the group record by record."""
+        channels = [n for n in dict.fromkeys(wanted) if n] or [1]
+        asked = [(None, self._group, self._channels[n - 1]) for n in channels]
+        for row in range(0, self._samples, BLOCK):
+            found = self._measurement.select(
+                asked, record_offset=row, record_count=min(BLOCK, self._samples - row), copy_master=False,
+                ignore_value2text_conversions=True,
+            )  # fmt: skip
+            by_column = {n: _physical(one) for n, one in zip(channels, found, strict=True)}
+            by_column[0] = found[0].timestamps
+            yield Block(row, [by_column[n] for n in wanted], sum(one.samples.nbytes for one in found))
+
+
+def _physical(signal: Any) -> NDArray[np.float64]:
+    """Return samples as floats, NaN where the file marks them invalid."""
+    found = numbers(signal.samples)
+    if signal.invalidation_bits is not None:
+        found[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
+    return found

@@ -1,0 +1,110 @@
+"""ROS bags – ROS 2 as MCAP or SQLite, ROS 1 – through rosbags (the extra ``ros``).
+
+Each number of a message is a column, named as in ``/joint_states.velocity[0]``, or by its joint where the message names
+some; its time is the stamp in the message's header, or else when it was recorded. Messages give no units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from itertools import islice
+from operator import attrgetter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fric.documents.mapping import Layout
+from fric.errors import FricError
+from fric.io.readers.base import Block, Column, Format, Table, library
+from fric.io.readers.joined import Joined, Part
+
+FORMAT = Format("ROS bag", (".mcap", ".db3", ".bag"), "rosbags.highlevel", "ros")
+MESSAGES = 16_384
+"""Messages a block."""
+MOST = 64
+"""Elements of an array that are columns at most: an image is none."""
+DEEP = 8
+"""Messages in one another at most."""
+
+Taken = Callable[[Any], float]
+
+
+def recognises(path: Path, head: bytes) -> float:
+    """MCAP and ROS 1 have marks of their own; SQLite is a bag by its name."""
+    sqlite = head.startswith(b"SQLite format 3\0") and path.suffix.lower() == ".db3"
+    return float(head.startswith((b"\x89MCAP", b"#ROSBAG")) or sqlite)
+
+
+def tables(path: Path, layout: Layout) -> Iterator[Table]:
+    """Read a bag: one table of all its topics that hold numbers, on one clock."""
+    reader = library(FORMAT, path)
+    from rosbags.typesys import Stores, get_typestore
+
+    with reader.AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
+        topics = [_Topic(path, bag, one) for one in bag.connections if one.msgcount]
+        parts = [Part(topic, 0, label=topic.name) for topic in topics if len(topic.columns) > 1]
+        if not parts:
+            raise FricError("holds no topic of numbers", where=str(path), hint="Record a topic such as /joint_states.")
+        yield Joined(path, parts)
+
+
+class _Topic(Table):
+    """The numbers of the messages of a topic, with their time [s] as column 0."""
+
+    def __init__(self, path: Path, bag: Any, connection: Any) -> None:
+        self._bag, self._connection, self.name = bag, connection, connection.topic
+        first = next(self._messages())[1]
+        self._stamped = hasattr(getattr(first, "header", None), "stamp")
+        self._taken = dict(_numbers(first, ""))
+        super().__init__(path, [Column("time", "s"), *(Column(self.name + key) for key in self._taken)])
+
+    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+        """Read the bag message by message."""
+        ways = list(self._taken.values())
+        row, messages = 0, self._messages()
+        while part := list(islice(messages, MESSAGES)):
+            columns = [
+                np.array([ways[n - 1](message) if n else self._time(at, message) for at, message in part], dtype="f8")
+                for n in wanted
+            ]
+            yield Block(row, columns, 8 * len(part) * len(wanted))
+            row += len(part)
+
+    def _messages(self) -> Iterator[tuple[int, Any]]:
+        for _, at, raw in self._bag.messages(connections=[self._connection]):
+            yield at, self._bag.deserialize(raw, self._connection.msgtype)
+
+    def _time(self, at: int, message: Any) -> float:
+        stamp = message.header.stamp if self._stamped else None
+        return stamp.sec + stamp.nanosec * 1e-9 if stamp and (stamp.sec or stamp.nanosec) else at * 1e-9
+
+
+def _numbers(message: Any, name: str, depth: int = 0) -> Iterator[tuple[str, Taken]]:
+    """Yield each number of a message: its name, and how it is taken from another message of the kind."""
+    joints = getattr(message, "name", None)
+    for field in getattr(message, "__dataclass_fields__", {}):
+        value = getattr(message, field)
+        if field.startswith("__") or field in ("header", "layout"):
+            continue
+        if isinstance(value, bool | int | float | np.generic):
+            yield f"{name}.{field}", attrgetter(field)
+        elif isinstance(value, np.ndarray | list) and len(value) <= MOST:
+            labels = joints if isinstance(joints, list) and len(joints) == len(value) else range(len(value))
+            for n, (label, element) in enumerate(zip(labels, value, strict=True)):
+                if isinstance(element, int | float | np.generic):
+                    yield f"{name}.{field}[{label}]", partial(_element, attrgetter(field), n)
+        elif depth < DEEP:
+            for inner, take in _numbers(value, f"{name}.{field}", depth + 1):
+                yield inner, partial(_inside, attrgetter(field), take)
+
+
+def _element(field: Taken, n: int, message: Any) -> float:
+    """Return an element; no number where a message holds fewer."""
+    values: Any = field(message)
+    return float(values[n]) if n < len(values) else np.nan
+
+
+def _inside(field: Taken, take: Taken, message: Any) -> float:
+    return take(field(message))

@@ -1,0 +1,118 @@
+"""National Instruments' TDMS files, through npTDMS (the extra ``tdms``)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.documents.mapping import Layout
+from fric.errors import FricError
+from fric.io.likely import named_as
+from fric.io.readers.base import BLOCK, Block, Column, Format, Table, library, named, numbers
+from fric.io.readers.joined import Joined, Part
+from fric.notice import Notice
+from fric.units import factor
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FORMAT = Format("TDMS", (".tdms",), "nptdms", "tdms")
+UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
+"""Properties that tell a channel's unit, in the order in which they are asked."""
+
+
+def recognises(path: Path, head: bytes) -> float:
+    """TDMS begins with its own mark."""
+    return float(head.startswith(b"TDSm"))
+
+
+def tables(path: Path, layout: Layout) -> Iterator[Table]:
+    """Read a TDMS file: a record a group where the groups hold the same channels, else one of all on one clock."""
+    nptdms = library(FORMAT, path)
+    with path.open("rb") as content, nptdms.TdmsFile.open(content) as file:
+        constants = {str(key): str(value) for key, value in file.properties.items()}
+        groups = {group.name: [one for one in group.channels() if _is_number(one)] for group in file.groups()}
+        groups = {name: channels for name, channels in groups.items() if channels}
+        names = [[one.name for one in channels] for channels in groups.values()]
+        apart = len(groups) > 1 and all(one == names[0] for one in names)
+        for gathered in [[one] for one in groups] if apart else [list(groups)]:
+            channels = {name: groups[name] for name in gathered}
+            yield _table(path, channels, constants, {"name": gathered[0]} if apart else {})
+
+
+def _is_number(channel: Any) -> bool:
+    return channel.dtype is not None and np.dtype(channel.dtype).kind in "fiubM" and len(channel) > 0
+
+
+def _table(path: Path, groups: dict[str, list[Any]], constants: dict[str, str], said: dict[str, str]) -> Table:
+    """Return groups as one table: a waveform has its own clock, other channels that of their group's time."""
+    clocks: dict[tuple[Any, ...], list[Any]] = {}
+    for name, channels in groups.items():
+        for one in channels:
+            about = one.properties
+            step = float(about.get("wf_increment", 0.0))
+            begun = (about.get("wf_start_time"), float(about.get("wf_start_offset", 0.0)))
+            clocks.setdefault((name, len(one), step, *(begun if step > 0 else (None, 0.0))), []).append(one)
+    first = min((begun for _, _, _, begun, _ in clocks if begun is not None), default=None)
+    parts, without = [], []
+    for (name, _, step, begun, offset), members in clocks.items():
+        if step > 0:
+            start = offset + (float((begun - first) / np.timedelta64(1, "ns")) * 1e-9 if begun is not None else 0.0)
+            parts.append(Part(_Waveforms(path, members, start, step), 0, label=name))
+            continue
+        table = _Channels(path, members)
+        time = next((n for n, column in enumerate(table.columns) if named_as(column) == "time"), None)
+        if time is None:
+            without.append(table)
+        else:
+            unit = table.columns[time].unit or "s"
+            parts.append(Part(table, time, factor=factor(unit, "time"), label=name))
+    if not parts and len(without) == 1:
+        return without[0]  # a mapping may say its rate
+    if not parts:
+        raise FricError("holds no channel of numbers over time", where=str(path), hint="Export it with its time.")
+    lost = [f"'{column.name}'" for table in without for column in table.columns]
+    text = f"{path}: the file gives no time for {', '.join(lost[:8])}: not read"
+    return Joined(path, parts, constants, said, [Notice(text, "channels-without-time", "note")] if lost else [])
+
+
+class _Channels(Table):
+    """Channels of one length."""
+
+    def __init__(self, path: Path, channels: Sequence[Any]) -> None:
+        super().__init__(path, [_column(one) for one in channels])
+        self._channels = tuple(channels)
+
+    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+        """Read the channels piece by piece."""
+        for row in range(0, len(self._channels[0]), BLOCK):
+            columns = [self._read(n, row) for n in wanted]
+            yield Block(row, columns, sum(values.nbytes for values in columns))
+
+    def _read(self, n: int, row: int) -> NDArray[np.float64]:
+        channel = self._channels[n]
+        return numbers(channel.read_data(row, min(BLOCK, len(channel) - row)))
+
+
+class _Waveforms(_Channels):
+    """Channels that share a clock of their own, which is column 0."""
+
+    def __init__(self, path: Path, channels: Sequence[Any], start: float, step: float) -> None:
+        super().__init__(path, channels)
+        self.columns = (Column("time", "s"), *self.columns)
+        self._start, self._step = start, step
+
+    def _read(self, n: int, row: int) -> NDArray[np.float64]:
+        if n:
+            return super()._read(n - 1, row)
+        rows = np.arange(row, min(row + BLOCK, len(self._channels[0])), dtype="f8")
+        return self._start + self._step * rows
+
+
+def _column(channel: Any) -> Column:
+    name, unit = named(channel.name)
+    said = next((str(channel.properties[key]).strip() for key in UNITS if channel.properties.get(key)), None)
+    return Column(name, said or unit)

@@ -1,0 +1,113 @@
+"""Excel workbooks (``.xlsx``), through openpyxl (the extra ``xlsx``)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
+from itertools import islice, repeat
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile, ZipFile
+
+import numpy as np
+
+from fric.documents.mapping import Layout
+from fric.errors import FricError
+from fric.io.readers.base import Block, Format, Table, library
+from fric.io.readers.sniff import shape_of
+
+FORMAT = Format("Excel", (".xlsx", ".xlsm"), "openpyxl", "xlsx")
+LOOK = 64
+"""Rows at the beginning that are looked at to find the header."""
+ROWS = 16_384
+"""Rows a block: cells are objects until they are numbers."""
+MOST = 4 << 30
+"""Bytes of a workbook, unpacked, at most."""
+MOST_TEXTS = 64 << 20
+"""Bytes of the table of texts, which the library holds in memory, at most."""
+
+
+def recognises(path: Path, head: bytes) -> float:
+    """A workbook is a ZIP archive that is named so."""
+    return 0.9 * (head.startswith(b"PK\x03\x04") and path.suffix.lower() in FORMAT.endings)
+
+
+def tables(path: Path, layout: Layout) -> Iterator[Table]:
+    """Read a workbook: a table a sheet; charts and sheets of a row or none are passed over."""
+    openpyxl = library(FORMAT, path)
+    try:
+        with ZipFile(path) as archive:
+            sizes = {one.filename: one.file_size for one in archive.infolist()}
+    except BadZipFile:
+        raise FricError("is no whole workbook (cut short?)", where=str(path), hint="Save it again.") from None
+    if sum(sizes.values()) > MOST or sizes.get("xl/sharedStrings.xml", 0) > MOST_TEXTS:
+        raise FricError("unpacks to more than is read", where=str(path), hint="Export it as CSV.")
+    book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    try:
+        sheets = [sheet for sheet in book.worksheets if len(list(islice(sheet.iter_rows(), 2))) == 2]
+        if not sheets:
+            raise FricError("holds no sheet with rows", where=str(path), hint="Export it again.")
+        for sheet in sheets:
+            yield _Sheet(path, sheet, layout, {"name": sheet.title} if len(sheets) > 1 else {})
+    finally:
+        book.close()
+
+
+class _Sheet(Table):
+    """The table of a sheet; header and units are found as in text."""
+
+    def __init__(self, path: Path, sheet: Any, layout: Layout, said: dict[str, str]) -> None:
+        first = list(islice(sheet.iter_rows(values_only=True), LOOK))
+        wide = max((n + 1 for row in first for n, cell in enumerate(row) if cell is not None), default=0)
+        lines = ["\t".join(_shown(cell) for cell in [*row, *repeat(None, wide)][:wide]) for row in first]
+        stated = layout.model_copy(update={"delimiter": "\t", "decimal": ".", "encoding": "utf-8"})
+        try:
+            shape = shape_of(("\n".join(lines) + "\n").encode(), stated, whole=True)
+        except FricError as error:
+            raise error.at(f"{path}, sheet '{sheet.title}'") from None
+        super().__init__(path, shape.columns, shape.preamble, said)
+        self._sheet, self._first, self._texts = sheet, shape.first, dict[tuple[int, int], str]()
+
+    def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
+        """Read the sheet row by row."""
+        row, rows = 0, self._rows()
+        while part := list(islice(rows, ROWS)):
+            columns = [np.array([self._number(cells, n, row + k) for k, cells in enumerate(part)]) for n in wanted]
+            yield Block(row, columns, 8 * len(part) * len(wanted))
+            row += len(part)
+
+    def place(self, row: int, column: int | None = None) -> str:
+        """Return sheet and row as the workbook counts them."""
+        return self._described(f"sheet '{self._sheet.title}', row {row + self._first + 1}", column)
+
+    def text(self, row: int, column: int) -> str | None:
+        """Return what stands in a cell that is no number."""
+        return self._texts.get((row, column))
+
+    def _rows(self) -> Iterator[Sequence[Any]]:
+        """Yield the rows of cells; empty ones at the end are none."""
+        empty = 0
+        for cells in self._sheet.iter_rows(min_row=self._first + 1, values_only=True):
+            if any(cell is not None for cell in cells):
+                yield from repeat((), empty)
+                yield cells
+                empty = 0
+            else:
+                empty += 1
+
+    def _number(self, cells: Sequence[Any], n: int, row: int) -> float:
+        cell = cells[n] if n < len(cells) else None
+        if isinstance(cell, int | float):
+            return float(cell)
+        if isinstance(cell, datetime):
+            return cell.replace(tzinfo=UTC).timestamp()
+        if cell is not None and len(self._texts) < LOOK:
+            self._texts[row, n] = str(cell)
+        return np.nan
+
+
+def _shown(cell: Any) -> str:
+    """Return a cell as text writes it; what would end a cell of text does not."""
+    if isinstance(cell, datetime):
+        return repr(cell.replace(tzinfo=UTC).timestamp())
+    return "" if cell is None else " ".join(str(cell).split())
