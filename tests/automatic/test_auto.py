@@ -99,7 +99,7 @@ def test_foreign_logs_are_recognised_and_copies_left_out(tmp_path):
     strokes = sorted((DATA / "strokes").glob("*.csv"))[:6]
     found = find_sources([DATA / "constant-velocity.h5", *strokes])
     assert [one.path for one in found.logs] == [DATA / "constant-velocity.h5"]
-    assert "other files hold the same samples" in found.told[0]
+    assert "other files hold the same samples" in found.description[0]
     alone = find_sources(strokes)
     assert all(one.mapping == "" and one.kinds == {"constant-velocity"} and "static" in one.uses for one in alone.logs)
     (tmp_path / "noise.csv").write_text("a,b\n1,2\n2,3\n", encoding="utf-8")
@@ -115,7 +115,7 @@ def test_the_one_bundled_mapping_that_fits_is_used_and_said(tmp_path):
     np.savetxt(tmp_path / "50.csv", rows, delimiter=";", header=header, comments="", fmt="%.6g")
     found = find_sources([tmp_path])
     assert [one.mapping for one in found.logs] in ([], ["screwdrive1"])
-    assert found.told  # said either way: which mapping it was, or why none
+    assert found.description  # said either way: which mapping it was, or why none
 
 
 @pytest.mark.parametrize(
