@@ -103,7 +103,7 @@ def test_foreign_logs_are_recognised_and_copies_left_out(tmp_path):
     alone = find_sources(strokes)
     assert all(one.mapping == "" and one.kinds == {"constant-velocity"} and "static" in one.uses for one in alone.logs)
     (tmp_path / "noise.csv").write_text("a,b\n1,2\n2,3\n", encoding="utf-8")
-    told = find_sources([tmp_path / "noise.csv", *strokes]).told
+    told = find_sources([tmp_path / "noise.csv", *strokes]).description
     assert any("noise.csv is left out" in text for text in told)
 
 

@@ -34,7 +34,8 @@ def _readers() -> tuple[Any, ...]:
 
 def formats() -> list[Format]:
     """Return the formats that are read, by name."""
-    return sorted((reader.FORMAT for reader in _readers() if hasattr(reader, "FORMAT")), key=lambda form: form.name.casefold())
+    found = [reader.FORMAT for reader in _readers() if hasattr(reader, "FORMAT")]
+    return sorted(found, key=lambda form: form.name.casefold())
 
 
 def installed(form: Format) -> str | None:
