@@ -9,7 +9,7 @@ from fric.documents.machine_files import read_machine
 from fric.documents.schemes import read_schemes
 from fric.errors import FricError
 from fric.io.run import read_runs, write_runs
-from fric.simulate.axis import blocks_of, setting_of
+from fric.simulate.blocks import blocks_of, setting_of
 from fric.simulate.circle import Circle, run_circle
 from tests.control.blocks import AXIS, MOTION
 

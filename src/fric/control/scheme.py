@@ -40,13 +40,16 @@ class Scheme:
         Name of the control block that takes the place of the cascade; the cascade itself where not given.
     peak_sensitivity
         Largest M_s for which blocks are designed whose files give no value, a factor; 6 dB where not given.
+    joint
+        True where the gains of the cascade are designed together with the block that feeds back.
     blocks
         Names of the further control blocks: observers and feedforward.
 
     Raises
     ------
     FricError
-        When there is no such block, one is of another kind, or there are more than a loop has room for.
+        When there is no such block, one is of another kind, there are more than a loop has room for, or a cascade is to
+        be designed together with none or with several.
     """
 
     name: str
@@ -56,6 +59,7 @@ class Scheme:
     lead: Lead | None = None
     controller: str = "cascade"
     peak_sensitivity: float | None = None
+    joint: bool = False
     blocks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -74,11 +78,21 @@ class Scheme:
                     f"scheme {self.name} names the controller '{block.name}' among its blocks",
                     hint=f"Write it as controller: {block.name}.",
                 )
+        if self.joint and len(self.designed) != 1:
+            raise FricError(
+                f"scheme {self.name} designs its cascade together with {len(self.designed)} blocks that are tuned",
+                hint="Name one observer, or one controller, that 'fric design block' designs.",
+            )
 
     @property
     def block_types(self) -> list[type[ControlBlock]]:
         """The further blocks' types."""
         return [block_type(name) for name in self.blocks]
+
+    @property
+    def designed(self) -> list[type[ControlBlock]]:
+        """The blocks that feed back and are tuned to a peak sensitivity."""
+        return [one for one in (block_type(self.controller), *self.block_types) if one.tuned and one.in_loop()]
 
     @property
     def observer(self) -> bool:
@@ -104,7 +118,7 @@ class Scheme:
     def plain(self) -> dict[str, Any]:
         """Return the scheme as plain values, without those that are not given."""
         given = vars(self) | {"blocks": list(self.blocks)}
-        return {key: value for key, value in given.items() if value is not None}
+        return {key: value for key, value in given.items() if value is not None and (key, value) != ("joint", False)}
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Scheme:

@@ -9,13 +9,16 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 
 from fric.control import block_type, blocks
 from fric.documents.base import Document, Quantity, quantities
+from fric.documents.controller import ControllerPart, controller_values
 from fric.documents.provenance import provenance
 from fric.errors import FricError
 from fric.log import FrequencyResponse, Log
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
+    from fric.control.cascade import Cascade
     from fric.design.blocks import BlockDesign
+    from fric.estimate import Estimate
 
 
 def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str) -> dict[str, float]:
@@ -48,6 +51,7 @@ class BlockDocument(Document):
         default_factory=dict, description="its parameters; what is left out is as the block is designed"
     )
     reason: str = Field("", description="why the parameters are as they are")
+    controller: ControllerPart | None = Field(None, description="the cascade that it was designed together with")
     margins: dict[str, Any] = Field(default_factory=dict, description="margins of the whole loop, at the plant's input")
 
     @model_validator(mode="after")
@@ -93,6 +97,7 @@ def block_tree(
     motion: Motion,
     logs: Sequence[Log | FrequencyResponse] = (),
     warnings: Sequence[str] = (),
+    cascade: Cascade | None = None,
 ) -> dict[str, Any]:
     """Return a control block with the margins of the loop as a block document."""
     block, margins = design.block, {} if design.margins is None else {"input": design.margins.as_dict()}
@@ -106,7 +111,12 @@ def block_tree(
             for one in block.parameters
         },
         "reason": design.reason,
+        **({} if cascade is None else {"controller": _given(controller_values(cascade, motion))}),
         "margins": margins,
         "warnings": list(warnings),
         "provenance": provenance(logs),
     }
+
+
+def _given(values: Mapping[str, Estimate]) -> dict[str, Any]:
+    return {name: {"value": float(value), "unit": value.unit} for name, value in values.items()}

@@ -66,12 +66,13 @@ class ControllerDocument(AxisDocument, ControllerPart):
 
 def controller_tree(design: CascadeDesign, axis: str, motion: Motion, notices: Iterable[str] = ()) -> dict[str, Any]:
     """Return a cascade with its margins as a controller document."""
-    values = {name: getattr(design.cascade, name) for name in ControllerPart.dimensions}
-    content: dict[str, Any] = {"axis": axis, "motion": motion}
-    content |= {
-        name: Estimate(value, si_unit(ControllerPart.dimensions[name], motion))
-        for name, value in values.items()
-        if isfinite(value)
-    }
+    content: dict[str, Any] = {"axis": axis, "motion": motion, **controller_values(design.cascade, motion)}
     content["margins"] = {name: loop.margins.as_dict() for name, loop in design.loops().items()}
     return ControllerDocument.made(content, notices=notices).tree()
+
+
+def controller_values(cascade: Cascade, motion: Motion) -> dict[str, Estimate]:
+    """Return what a cascade is given by, by name, with units; what is infinite is left out."""
+    values = {name: float(getattr(cascade, name)) for name in ControllerPart.dimensions}
+    units = {name: si_unit(ControllerPart.dimensions[name], motion) for name in values}
+    return {name: Estimate(value, units[name]) for name, value in values.items() if isfinite(value)}

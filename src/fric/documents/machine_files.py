@@ -96,6 +96,8 @@ def read_machine_document(path: Path, nominal_files: Iterable[str] = ()) -> Mach
             )
         if isinstance(part, BlockDocument):
             update: dict[str, object] = {"blocks": axes[name].blocks | {part.block: part}}
+            if part.controller is not None:
+                update["controller"] = part.controller
         elif kind == "friction":
             update = {"feedforward": axes[name].feedforward.model_copy(update={"friction": part})}
         else:

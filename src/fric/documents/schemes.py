@@ -26,6 +26,9 @@ class SchemePart(Part):
     peak_sensitivity: Quantity | None = Field(
         None, description="largest M_s that blocks are designed for whose files give no value, in dB; 6 dB if left out"
     )
+    joint: bool = Field(
+        False, description="true where the cascade's gains are designed together with the block that feeds back"
+    )
     blocks: list[str] = Field(default_factory=list, description="further control blocks: observers, feedforward")
 
     @model_validator(mode="after")

@@ -11,7 +11,7 @@ from fric.errors import FricError
 from fric.export.base import BlockPart, Part
 from fric.friction.stribeck import StaticMap
 from fric.reference import Reference
-from fric.simulate.axis import blocks_of, setting_of
+from fric.simulate.blocks import blocks_of, setting_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,6 +30,11 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
         When the scheme asks for what the axis does not have, or there is no such axis.
     """
     axis = machine.axis(name)
+    if scheme.joint:
+        raise FricError(
+            f"scheme {scheme.name} designs the cascade of axis {name} anew, and a cascade is not exported",
+            hint="Take the gains of 'fric design block --joint' into the machine file, and 'joint' out of the scheme.",
+        )
     rest = Reference(axis.cascade.sampling, *np.zeros((3, 1)))
     setting = setting_of(axis, scheme, rest)
     controller, *others = blocks_of(axis, scheme, setting)

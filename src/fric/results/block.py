@@ -11,6 +11,7 @@ from fric.control import ControlBlock, Setting, block_type
 from fric.design.blocks import BlockDesign
 from fric.design.blocks import design_block as find_block
 from fric.design.cascade import design_cascade
+from fric.design.joint import JointDesign, design_jointly
 from fric.design.perturbation import measured_perturbation
 from fric.documents.block import block_tree
 from fric.documents.machine import nominal_models
@@ -40,6 +41,8 @@ class BlockResult(Design):
         The record of the response, where there is one.
     description
         What else the user should know.
+    joint
+        The cascade that it was designed with, where it was.
     """
 
     design: BlockDesign
@@ -47,6 +50,7 @@ class BlockResult(Design):
     motion: Motion
     logs: Sequence[Record] = ()
     description: Sequence[str] = field(default_factory=tuple)
+    joint: JointDesign | None = None
 
     @property
     def belief(self) -> ControlBlock:
@@ -56,7 +60,8 @@ class BlockResult(Design):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The block file."""
-        return block_tree(self.design, self.of, self.motion, self.logs, self.description)
+        cascade = None if self.joint is None else self.joint.cascade
+        return block_tree(self.design, self.of, self.motion, self.logs, self.description, cascade)
 
     def report(self) -> list[Piece]:
         """Return the parameters, the margins, and what the block asks of a controller."""
@@ -70,7 +75,19 @@ class BlockResult(Design):
             f"{block.name}  of the kind {block.kind}, {self.design.reason}",
             Table(["parameter", "value", "what it is"], rows),
         ]
-        return [*found, *([self.margins()] if tree["margins"] else []), f"it asks for: {block.asks}"]
+        return [*found, *self._cascade(), *([self.margins()] if tree["margins"] else []), f"it asks for: {block.asks}"]
+
+    def _cascade(self) -> list[Piece]:
+        if self.joint is None:
+            return []
+        after, before = self.joint.compliance
+        rows = [
+            (name, readable(float(given["value"]), given["unit"]))
+            for name, given in self.document["controller"].items()
+            if name not in {"sampling", "limit"}
+        ]
+        text = f"with this cascade a step of friction moves the axis {before / after:.1f} times less than without both"
+        return [Table(["cascade", "value"], rows), text]
 
 
 def design_block(
@@ -82,6 +99,7 @@ def design_block(
     controller: Any = None,
     peak_sensitivity: float | str = "6 dB",
     record: str | None = None,
+    joint: bool = False,
 ) -> BlockResult:
     """Design a control block of an axis from its plant, its friction and a measured response.
 
@@ -104,6 +122,8 @@ def design_block(
         Ms that the whole loop may have at most [1], also as "6 dB".
     record
         Name of the record of the log, where it has several.
+    joint
+        Design the gains of the cascade together with the block: the stiffest loop within the peak sensitivity.
 
     Raises
     ------
@@ -138,5 +158,8 @@ def design_block(
     if not allowed > 1:
         raise FricError("no loop has a peak sensitivity of 0 dB or less", hint="Give one above 0 dB.")
     setting = Setting(linear, cascade, friction=models.get("gms"), models=models, K_f=K_f)
+    if joint:
+        both = design_jointly(kind, setting, peak_sensitivity=allowed, perturbation=Delta)
+        return BlockResult(both.block, axis, motion, logs, warnings, both)
     design = find_block(kind, setting, peak_sensitivity=allowed, perturbation=Delta)
     return BlockResult(design, axis, motion, logs, warnings)

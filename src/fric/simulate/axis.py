@@ -7,28 +7,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.control import Setting, block_type
 from fric.control.feedforward import friction_feedforward, inverse_model
-from fric.control.scheme import NONE, OBSERVER, Scheme
-from fric.design.blocks import design_block
-from fric.design.observer import PEAK_SENSITIVITY
+from fric.control.scheme import NONE, Scheme
 from fric.errors import FricError
-from fric.friction import models
 from fric.kernels.block import Commands
 from fric.kernels.loop import Board, closed_loop
 from fric.kernels.plant import velocity_tolerance
-from fric.kernels.sensing import reading
+from fric.simulate.blocks import blocks_of, jointly_designed, setting_of
 from fric.simulate.reality.motion import sensing_of, true_axis
 from fric.simulate.stability import require_stable
 from fric.threads import one_blas_thread
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
-    from fric.control import ControlBlock
-    from fric.friction import FrictionModel
     from fric.kernels.loop import Block
     from fric.kernels.plant import PlantConstants
     from fric.kernels.signatures import Step
@@ -142,6 +134,7 @@ def _loop_arguments(
     began: float = 0.0,
 ) -> tuple[Step, NDArray[np.float64], NDArray[np.float64], PlantConstants, Board, list[Block], Commands]:
     """Check what is asked of an axis, and return it as the compiled loop reads it."""
+    axis = jointly_designed(axis, scheme, reference)
     plant, cascade = axis.plant, axis.cascade
     if reference.sampling != cascade.sampling:
         raise FricError(
@@ -170,81 +163,3 @@ def _loop_arguments(
             model if excitation is None else model + excitation, against, ahead.position, ahead.velocity,
         ),
     )  # fmt: skip
-
-
-def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
-    """Return what the blocks of a scheme are packed for on an axis that starts at rest.
-
-    Raises
-    ------
-    FricError
-        When the scheme feeds friction forward that the axis' controller does not believe in.
-    """
-    nominal, start = axis.nominal or axis.plant, float(reference.position[0])
-    lead = axis.nominal_friction.lead if scheme.lead is None else scheme.lead
-    return Setting(
-        nominal,
-        axis.cascade,
-        friction=_friction(axis, scheme),
-        models=axis.nominal_friction.models,
-        gain=axis.nominal_friction.gain if scheme.gain is None else scheme.gain,
-        lead=nominal.T_d if lead == "auto" else lead,
-        K_f=nominal.K_f,
-        reference=reference,
-        position=start,
-        seen=reading(start, axis.encoder.resolution, sensing_of(axis)),
-        resolution=axis.encoder.resolution,
-    )
-
-
-def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock]:
-    """Return the blocks of a scheme on an axis, the controller first: as its files give them, or else as designed.
-
-    Raises
-    ------
-    FricError
-        When the scheme asks for the inverse-model observer, and the axis has none.
-    """
-    found: list[ControlBlock] = []
-    for name in (scheme.controller, *scheme.blocks):
-        if name == OBSERVER and axis.observer is None:
-            raise FricError(
-                f"scheme {scheme.name} needs a disturbance observer, and axis {axis.name} has none",
-                hint="Add 'observer: {cutoff: 60 Hz}' to the axis.",
-            )
-        own = {axis.cascade.name: axis.cascade, OBSERVER: axis.observer}.get(name)
-        found.append(own or _block(name, axis.blocks.get(name, {}), setting, scheme))
-    return found
-
-
-def _block(name: str, values: Mapping[str, float], setting: Setting, scheme: Scheme) -> ControlBlock:
-    """Return a block with values from a file, its tuned parameter as designed where they do not give it."""
-    kind = block_type(name)
-    if not kind.tuned or kind.tuned in values:
-        return kind.from_values(values, setting)
-    friction = setting.friction or setting.models.get("gms")
-    key = (kind, setting.plant, setting.cascade, friction, setting.K_f, scheme.peak_sensitivity)
-    if key not in _DESIGNED:
-        _DESIGNED[key] = design_block(kind, setting, peak_sensitivity=scheme.peak_sensitivity or PEAK_SENSITIVITY).block
-    own = {one.name: getattr(_DESIGNED[key], one.name) for one in kind.parameters}
-    return kind.from_values(own | dict(values), setting)
-
-
-_DESIGNED: dict[tuple[object, ...], ControlBlock] = {}
-"""Blocks that were designed for what a controller believes, which many machines and schemes share."""
-
-
-def _friction(axis: Axis, scheme: Scheme) -> FrictionModel | None:
-    """Return the friction that a scheme feeds forward on an axis."""
-    if scheme.friction is None:
-        return None
-    nominal_friction = axis.nominal_friction
-    if scheme.friction not in nominal_friction.models:
-        raise FricError(
-            f"scheme {scheme.name} feeds '{scheme.friction}' friction forward, "
-            f"and the controller of axis {axis.name} believes in {', '.join(nominal_friction.models) or 'none'}",
-            hint=f"Identify it: fric identify {scheme.friction}."
-            if scheme.friction in models()
-            else f"There is no such model; there are {', '.join(models())}.",
-        )
-    return nominal_friction.models[scheme.friction]

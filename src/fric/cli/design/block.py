@@ -33,6 +33,9 @@ def block(
         str, typer.Option(metavar="GAIN", help="Ms that the whole loop may have at most.")
     ] = "6 dB",
     record: Annotated[str | None, typer.Option(metavar="NAME", help="The record of LOG.h5 that holds it.")] = None,
+    joint: Annotated[
+        bool, typer.Option("--joint", help="Design the gains of the cascade together with the block.")
+    ] = False,
     as_json: Json = False,
     force: Force = False,
 ) -> None:
@@ -52,9 +55,10 @@ def block(
         raise typer.BadParameter("PLANT.yaml is missing")
     finish(
         lambda _: fric.design_block(
-            name, plant, log, friction=friction, controller=controller, peak_sensitivity=peak_sensitivity, record=record
+            name, plant, log, friction=friction, controller=controller, peak_sensitivity=peak_sensitivity,
+            record=record, joint=joint,
         ),
         output,
         json=as_json,
         force=force,
-    )
+    )  # fmt: skip
