@@ -7,6 +7,7 @@ from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.polynomial.polynomial import polyfit, polyval
 
 from fric.errors import FricError
 
@@ -52,6 +53,22 @@ class Circularity:
     def range(self) -> float:
         """Largest less smallest radial error [m]."""
         return float(np.ptp(self.error))
+
+    @property
+    def oscillation(self) -> float:
+        """Largest distance of the radial error from a smooth curve half way between reversals [m].
+
+        There no axis reverses and friction is smooth: what swings is the encoder's steps, waves of the guideway, or a
+        limit cycle of the loop. The curve is a polynomial of fifth degree over 40°.
+        """
+        found = 0.0
+        for quarter in range(4):
+            off = (self.angle - (quarter + 0.5) * pi / 2 + pi) % (2 * pi) - pi
+            near = np.abs(off) <= pi / 9
+            if int(near.sum()) > 20:
+                smooth = polyval(off[near], polyfit(off[near], self.error[near], 5))
+                found = max(found, float(np.abs(self.error[near] - smooth).max()))
+        return found
 
 
 def circularity(x: NDArray[np.float64], y: NDArray[np.float64], radius: float) -> Circularity:

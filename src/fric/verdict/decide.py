@@ -1,0 +1,169 @@
+"""The one function that decides, for the report, `fric auto`, `fric simulate`, `fric export` and ``--json``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from fric.notice import Notice
+from fric.units import readable
+from fric.verdict.evidence import Candidate, Evidence, Verdict, bare, upper
+from fric.verdict.words import headline, nothing, steps
+
+EARNED = 0.05
+"""Share of the uncompensated glitch by which a scheme must be better before its further effort is worth it."""
+
+FEW = 20
+"""Machines below which a share of 95 % is a guess."""
+
+RESAMPLES = 400
+"""How often the drawn machines are drawn again for the interval of a difference."""
+
+CYCLE = 0.5e-6
+"""Oscillation below which nothing is called a limit cycle [m].
+
+On the machines of configs/reality waves and cogging leave up to 0.75 µm, as much without compensation as with it, and
+encoders 0.2 µm; limit cycles of too fast observers on a second mass leave 3 to 31 µm.
+"""
+
+CYCLE_RATIO = 2.5
+"""Ratio of the oscillation to that without compensation from which it is a limit cycle.
+
+A loop with a peak sensitivity of 6 dB doubles what the guideway does.
+"""
+
+
+def decide(evidence: Evidence) -> Verdict:
+    """Return which compensation to switch on, by what 95 % of the machines that were drawn stay under.
+
+    Of the schemes that cannot be told from the best the one that asks for the least; with a tolerance, of those that
+    keep it. A scheme with a limit cycle is never recommended, and none is against a measured circle.
+
+    Parameters
+    ----------
+    evidence
+        What was run, drawn and measured.
+    """
+    why = tuple(doubts(evidence))
+    refused = [(one, text) for one in evidence.candidates for text in forbidden(one, evidence)]
+    usable = [one for one in evidence.candidates if all(one is not other for other, _ in refused)]
+    passes = None if evidence.tolerance is None else False
+    said = tuple(f"{one.named} must not be used: {text}." for one, text in refused)
+    if evidence.disagreements or not usable:
+        return Verdict(
+            choice=None, headline=nothing(evidence), why=why, effort=said, next=tuple(steps(evidence, None)),
+            passes=passes,
+        )  # fmt: skip
+    chosen = _choose(usable, evidence)
+    if evidence.tolerance is not None:
+        passes = chosen.stays_under <= evidence.tolerance
+        if not passes:
+            text = f"no scheme surely stays within {readable(evidence.tolerance, 'm')}"
+            why = (Notice(text, "tolerance-missed", "doubt"), *why)
+    return Verdict(
+        choice=chosen, headline=headline(chosen, bare(usable), evidence), why=why,
+        effort=(*_effort(chosen, usable, evidence), *said), next=tuple(steps(evidence, chosen)), passes=passes,
+    )  # fmt: skip
+
+
+def forbidden(one: Candidate, evidence: Evidence) -> list[Notice]:
+    """Return what forbids a scheme, whatever it leaves: a limit cycle, machines on which it cannot run."""
+    found = [text for text in map(Notice.of, one.warnings) if text.severity == "wrong"]
+    least = bare(evidence.candidates) or min(evidence.candidates, key=lambda other: other.oscillation)
+    own, other = np.array([one.oscillation, *one.swings]), np.array([least.oscillation, *least.swings])
+    other = other if len(other) == len(own) else other[:1]
+    cycles = own > np.maximum(max(CYCLE, 4 * evidence.resolution), CYCLE_RATIO * other)
+    if cycles.any():
+        size = readable(float(own[cycles].max()), "m", 2)
+        where = "" if cycles[0] else f", on {int(cycles.sum())} of the {len(one.swings)} machines that were drawn"
+        text = f"the loop swings by {size} where no axis reverses, a limit cycle{where}"
+        found.append(Notice(text, "limit-cycle", "wrong"))
+    if not np.isfinite(one.stays_under):
+        share = float(np.mean(np.isnan(one.drawn)))
+        found.append(Notice(f"it cannot run on {share:.0%} of the machines that were drawn", "cannot-run", "wrong"))
+    return found
+
+
+def doubts(evidence: Evidence) -> Iterator[Notice]:
+    """Yield why a verdict from this evidence is not to be trusted yet."""
+    for text in evidence.disagreements:
+        yield Notice(f"{text}: that is not as predicted", "model-disagrees", "wrong")
+    if not evidence.candidates:
+        yield Notice("nothing was simulated", "nothing-simulated", "wrong")
+    elif not evidence.machines and evidence.exact:
+        text = (
+            "the controllers believe exactly what is true of this machine, which no real machine grants, and no "
+            "machines around it were drawn"
+        )
+        yield Notice(text, "belief-is-truth", "doubt")
+    elif not evidence.machines:
+        yield Notice("one machine was simulated: how far the glitch scatters is not known", "one-machine", "doubt")
+    elif evidence.machines < FEW:
+        text = f"{evidence.machines} machines were drawn: 95 % of so few is a guess"
+        yield Notice(text, "few-machines", "doubt")
+    if not evidence.compared:
+        yield Notice("there is no measured circle to hold the simulation against", "no-measured-circle", "doubt")
+    yield from dict.fromkeys(one for one in evidence.notices if one.severity == "wrong")
+
+
+def _choose(usable: Sequence[Candidate], evidence: Evidence) -> Candidate:
+    """Return what asks for the least of those that keep the tolerance; else of those as good as the best."""
+    best = min(usable, key=lambda one: one.stays_under)
+    good = [one for one in usable if evidence.tolerance is not None and one.stays_under <= evidence.tolerance]
+    good = good or [one for one in usable if one is best or not _worth(one, best, usable, evidence)]
+    return min(good, key=lambda one: (one.demand, one.stays_under))
+
+
+def _worth(worse: Candidate, better: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> bool:
+    """Tell whether one surely leaves more than another, by more than an encoder's step and what is worth effort."""
+    without = bare(usable)
+    earned = EARNED * (max(one.middle for one in usable) if without is None else without.middle)
+    return surely_less(better, worse, max(evidence.resolution, earned))
+
+
+def surely_less(better: Candidate, worse: Candidate, least: float) -> bool:
+    """Tell whether one stays under less than another: by more than ``least`` [m], and beyond the interval of 0."""
+    return worse.stays_under - better.stays_under > least and difference(worse, better)[0] > 0
+
+
+def difference(one: Candidate, other: Candidate) -> tuple[float, float]:
+    """Return the 95 % interval of the difference of what two stay under [m], by drawing the drawn machines again.
+
+    The same machines for both: what a machine does to both falls out. Without machines it is the plain difference.
+    """
+    if not one.drawn or len(one.drawn) != len(other.drawn):
+        return (one.stays_under - other.stays_under,) * 2
+    again = np.random.default_rng(0).integers(len(one.drawn), size=(RESAMPLES, len(one.drawn)))
+    with np.errstate(invalid="ignore"):
+        found = upper(np.array(one.drawn)[again]) - upper(np.array(other.drawn)[again])
+    low, high = np.quantile(np.nan_to_num(found, nan=0.0, posinf=1.0, neginf=-1.0), [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> Iterator[str]:
+    """Tell what less effort would leave, and what more would gain, where the difference is sure."""
+    less = [one for one in usable if 0 < one.demand < chosen.demand]
+    more = [one for one in usable if one.demand > chosen.demand]
+    if less:
+        other = min(less, key=lambda one: one.stays_under)
+        if surely_less(chosen, other, evidence.resolution):
+            low, high = difference(other, chosen)
+            yield f"{_asks(other, 'less')}: {_between(low, high)} more."
+    if more:
+        other = min(more, key=lambda one: one.stays_under)
+        if surely_less(other, chosen, evidence.resolution):
+            low, high = difference(chosen, other)
+            yield f"{_asks(other, 'more')}: {_between(low, high)} less, which is not worth its effort here."
+        elif other.stays_under < chosen.stays_under:
+            yield f"{other.named}, which asks for more, is not surely better."
+
+
+def _asks(other: Candidate, how: str) -> str:
+    left = "stays under" if other.drawn else "leaves"
+    return f"{other.named}, which asks for {how}, {left} {readable(other.stays_under, 'm', 2)}"
+
+
+def _between(low: float, high: float) -> str:
+    same = readable(low, "m", 2) == readable(high, "m", 2)
+    return readable(high, "m", 2) if same else f"{readable(low, 'm', 2)} to {readable(high, 'm', 2)}"

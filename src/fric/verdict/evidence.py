@@ -1,0 +1,192 @@
+"""What a verdict rests on, and what it is: plain types."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.control.scheme import Scheme
+    from fric.notice import Notice
+
+SHARE = 0.95
+"""Share of the machines that were drawn which stay under what is told."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """What one compensation scheme leaves of a contour.
+
+    Parameters
+    ----------
+    scheme
+        The scheme.
+    glitches
+        Signed glitch at each reversal [m].
+    glitch
+        The largest magnitude of them [m].
+    warnings
+        What the simulation told; one of severity ``wrong`` forbids the scheme.
+    drawn
+        Glitch on each of the machines that were drawn [m], the same machines for every scheme; nan on one where the
+        scheme cannot run. Empty where none was drawn.
+    oscillation
+        What swings where no axis reverses [m] (`fric.contour.Circularity.oscillation`); 0 where it is not known.
+    swings
+        The same on each of the machines that were drawn [m]; empty where it is not known.
+    """
+
+    scheme: Scheme
+    glitches: tuple[float, ...]
+    glitch: float
+    warnings: tuple[str, ...] = ()
+    drawn: tuple[float, ...] = ()
+    oscillation: float = 0.0
+    swings: tuple[float, ...] = ()
+
+    @property
+    def named(self) -> str:
+        """How the scheme is called in a sentence."""
+        return f"({self.scheme.name}) {self.scheme.title}"
+
+    @property
+    def stays_under(self) -> float:
+        """What it stays under on 95 % of the machines that were drawn [m]; inf where it runs on fewer.
+
+        The glitch of the one machine where none was drawn.
+        """
+        return float(upper(np.array([self.drawn]))[0]) if self.drawn else self.glitch
+
+    @property
+    def middle(self) -> float:
+        """The median over the machines that were drawn [m]; the glitch of the one machine where none was."""
+        return float(np.quantile(self._ran, 0.5)) if self.drawn else self.glitch
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Between what the glitch lies on 95 % of the machines that were drawn [m]; None where it ran on none."""
+        if not np.isfinite(self._ran).any():
+            return None
+        low, high = np.quantile(self._ran, [0.025, 0.975])
+        return float(low), float(high)
+
+    @property
+    def _ran(self) -> NDArray[np.float64]:
+        drawn = np.array(self.drawn, float)
+        return drawn[np.isfinite(drawn)] if np.isfinite(drawn).any() else np.array([np.inf])
+
+    @property
+    def demand(self) -> int:
+        """How much it asks for: 1 for a static map or a control block, 2 for a model with pre-sliding."""
+        model = 0 if self.scheme.friction is None else 1 if self.scheme.friction == "static" else 2
+        return model + len(self.scheme.blocks) + int(self.scheme.controller != "cascade")
+
+
+def upper(drawn: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the `SHARE` quantile of each row of glitches [m]; nan, a machine that could not run, is beyond all."""
+    return np.asarray(np.quantile(np.where(np.isnan(drawn), np.inf, drawn), SHARE, axis=1, method="higher"))
+
+
+def bare(candidates: Iterable[Candidate]) -> Candidate | None:
+    """Return the candidate without any compensation."""
+    return next((one for one in candidates if one.scheme.bare), None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """What a verdict rests on.
+
+    Parameters
+    ----------
+    candidates
+        What was run.
+    axes
+        Names of the axes that were run; the verdict is of no other.
+    resolution
+        The coarsest step of their encoders [m]: no smaller difference is spoken of.
+    exact
+        Whether the controllers believe exactly the friction and the plant that the machine has.
+    compared
+        Whether a measured circle was held against the prediction.
+    disagreements
+        Where a measured circle is not as predicted, with the likely cause.
+    notices
+        What the files that the machine is made of, and the runs, warn of.
+    tolerance
+        Glitch that is allowed [m]; None where nothing was asked.
+    machine, circle
+        Names of the machine's file and of the measured circle's, for what to type next.
+    command
+        The command that simulated; empty where it is not known.
+    """
+
+    candidates: Sequence[Candidate] = ()
+    axes: tuple[str, ...] = ()
+    resolution: float = 0.0
+    exact: bool = False
+    compared: bool = False
+    disagreements: Sequence[str] = ()
+    notices: Sequence[Notice] = ()
+    tolerance: float | None = None
+    machine: str = "MACHINE.yaml"
+    circle: str = "CIRCLE.h5"
+    command: str = ""
+
+    @property
+    def machines(self) -> int:
+        """Machines that were drawn for every candidate."""
+        return min((len(one.drawn) for one in self.candidates), default=0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What to do.
+
+    Parameters
+    ----------
+    choice
+        What is recommended; None where nothing is.
+    headline
+        The verdict in a sentence or two.
+    why
+        Why it is not to be trusted yet; empty where it is.
+    effort
+        What less, or more, effort would change, as far as differences are sure; what must not be used.
+    next
+        What to type next.
+    passes
+        Whether the tolerance is kept on 95 % of the machines; None where none was asked.
+    """
+
+    choice: Candidate | None
+    headline: str
+    why: tuple[Notice, ...] = ()
+    effort: tuple[str, ...] = ()
+    next: tuple[str, ...] = ()
+    passes: bool | None = None
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing speaks against it."""
+        return not self.why
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as a plain document, for programs: lengths in m."""
+        one = self.choice
+        found: dict[str, Any] = {"scheme": None, "glitch": None, "ci95": None, "stays_under": None}
+        if one is not None:
+            limits = None if one.interval is None else list(one.interval)
+            found = {"scheme": one.scheme.name, "glitch": one.middle, "ci95": limits, "stays_under": one.stays_under}
+        told = {"trusted": self.trusted, "passes": self.passes, "headline": self.headline}
+        return found | told | {"why": list(map(str, self.why)), "effort": list(self.effort), "next": list(self.next)}
+
+    def lines(self) -> list[str]:
+        """Return it as lines for people: the sentence, why not to trust it, what to type next."""
+        told = [self.headline, *self.effort]
+        told += [f"not to be trusted yet: {text}" for text in self.why]
+        return [*told, *(f"next: {text}" for text in self.next)]
