@@ -24,7 +24,7 @@ from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest
 from fric.io.recognise import recognise
 from fric.io.report import read_report
-from fric.io.run import read_glitch_intervals, read_run_provenance, read_runs, write_runs
+from fric.io.run import read_drawn, read_run_provenance, read_runs, write_runs
 from fric.simulate.circle import Circle, run_circle
 
 ROOT = Path(__file__).parents[2]
@@ -75,7 +75,7 @@ def seeds(folder: Path) -> dict[str, list[Path]]:
 def _read_run(path: Path) -> None:
     read_runs(path)
     read_run_provenance(path)
-    read_glitch_intervals(path)
+    read_drawn(path)
 
 
 def _read_yaml(path: Path) -> None:

@@ -36,7 +36,7 @@ def test_content_counts_and_not_the_name(files: SimpleNamespace, tmp_path: Path)
     [
         ("a: 1\n", "no file of fric's"),
         ("<!doctype html><p>hello", "no file of fric's"),
-        ("fric: machine/1", "no place"),
+        ("fric: scheme/1", "no place"),
     ],
 )
 def test_what_is_no_part_of_a_report_is_refused(tmp_path: Path, content: str, what: str) -> None:
@@ -56,10 +56,9 @@ def test_a_foreign_log_is_sent_to_ingest(tmp_path: Path) -> None:
 
 
 def test_a_machine_file_or_logs_alone_make_no_report() -> None:
-    with pytest.raises(FricError, match="no place"):
-        collect([PAPER])
-    with pytest.raises(FricError, match="nothing to report but logs"):
-        collect([LOGS / "presliding-sine.h5"])
+    for given in (PAPER, LOGS / "presliding-sine.h5"):
+        with pytest.raises(FricError, match="nothing to report but logs"):
+            collect([given])
 
 
 def test_a_static_map_that_the_gms_file_carries_over_is_no_earlier_date(files: SimpleNamespace) -> None:
@@ -109,9 +108,10 @@ def test_what_many_machines_gave_comes_as_intervals(files: SimpleNamespace, tmp_
     found = monte_carlo(Study(machine, schemes, seed=1), 8)
     write_runs(path, [run_circle(machine, scheme) for scheme in schemes], many=found)
     for one in collect([path]).tests[0].contours:
-        low, high = one.glitch_ci95
-        assert (low, high) == tuple(monte_carlo_document(found)["schemes"][one.scheme.name]["ci95"])
-        assert 0 < low < high
+        low, high = one.interval
+        assert (low, high) == pytest.approx(monte_carlo_document(found)["schemes"][one.scheme.name]["ci95"])
+        assert 0 < low <= one.middle <= one.stays_under
+        assert len(one.swings) == len(one.drawn) == 8
     assert "on 95 % of machines" in render_report(collect([path]))
     assert "on 95 % of machines" not in render_report(collect([files.run]))
 

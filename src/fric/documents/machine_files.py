@@ -59,6 +59,7 @@ def read_machine(
     FricError
         When a file does not read, a value is missing, of the wrong unit or not physical, or a part is of another axis.
     """
+    nominal_files = tuple(nominal_files)
     document = read_machine_document(path, nominal_files)
     try:
         machine = document.machine()
@@ -73,7 +74,8 @@ def read_machine(
         name: replace(axis, nominal_friction=replace(axis.nominal_friction, **instead))
         for name, axis in machine.axes.items()
     }
-    return replace(machine, axes=axes)
+    origin: dict[str, Any] = {"path": str(path), "nominal_files": list(nominal_files), "friction_model": friction_model}
+    return replace(machine, axes=axes, origin=origin | instead)
 
 
 def read_machine_document(path: Path, nominal_files: Iterable[str] = ()) -> MachineDocument:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from fric.errors import FricError
 from fric.input import foreign
 from fric.io.safe_hdf5 import column, open_file, text
 from fric.io.staged_hdf5 import staged_hdf5
+from fric.notice import Notice
 from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
@@ -80,6 +81,7 @@ def write_runs(
             group = file.create_group(run.scheme.name)
             group.attrs.update({f"scheme_{key}": value for key, value in run.scheme.plain().items()})
             group.attrs.update({"unit": "m", "glitch": run.contour.glitch, "warnings": "\n".join(run.warnings)})
+            group.attrs["warnings_coded"] = json.dumps([Notice.of(one).as_dict() for one in run.warnings])
             if isinstance(run, CircleRun):
                 _write_circle(group, run)
             else:
@@ -100,6 +102,7 @@ def _write_monte_carlo(group: h5py.Group, many: MonteCarlo) -> None:
     schemes = text.pop("schemes")
     group.attrs.update(text | {"schemes": list(schemes)})
     _write(group, "quadrants", many.quadrants, "m")
+    _write(group, "swings", many.swings, "m")
     for key in next(iter(schemes.values())):
         group.attrs[key] = np.array([one[key] for one in schemes.values()], float)
     drawn = group.create_group("drawn")
@@ -160,27 +163,35 @@ def read_run_provenance(path: Path) -> dict[str, Any]:
     return words if isinstance(words, dict) else {}
 
 
-def read_glitch_intervals(path: Path) -> dict[str, tuple[float, float]]:
-    """Return between what the glitch of each scheme lay on 95 % of the machines that were drawn [m], by scheme.
+@dataclass(frozen=True)
+class Drawn:
+    """What one scheme left on each of the machines that were drawn [m]: nan on one where it could not run.
 
-    Empty where the file tells of one machine alone; a scheme that ran on none of them is left out.
+    Parameters
+    ----------
+    glitches
+        The largest glitch.
+    swings
+        What swings where no axis reverses; empty in a file before that was kept.
     """
+
+    glitches: tuple[float, ...]
+    swings: tuple[float, ...] = ()
+
+
+def read_drawn(path: Path) -> dict[str, Drawn]:
+    """Return what each scheme left on the machines that were drawn, by its name; empty where none was drawn."""
     with open_file(path, hint=AGAIN) as file, foreign(path, AGAIN, lacking=True):
         if MONTE_CARLO not in file:
             return {}
-        attributes = file[MONTE_CARLO].attrs
-        found = {
-            str(name): (float(low), float(high))
-            for name, (low, high) in zip(attributes["schemes"], attributes["ci95"], strict=True)
+        group = file[MONTE_CARLO]
+        names = [str(name) for name in group.attrs["schemes"]]
+        glitches = np.abs(column(group, "quadrants", ndim=3)).max(axis=2)
+        swings = column(group, "swings", ndim=2) if "swings" in group else np.empty((0, len(names)))
+        return {
+            name: Drawn(tuple(map(float, glitches[:, n])), tuple(map(float, swings[:, n])))
+            for n, name in enumerate(names)
         }
-    return {name: limits for name, limits in found.items() if np.isfinite(limits).all()}
-
-
-def read_glitch_medians(path: Path) -> dict[str, float]:
-    """Return the median of the glitch over the machines that were drawn [m], by scheme; empty where there are none."""
-    with open_file(path, hint=AGAIN) as file, foreign(path, AGAIN, lacking=True):
-        attributes = file[MONTE_CARLO].attrs if MONTE_CARLO in file else {"schemes": (), "median": ()}
-        return {str(name): float(one) for name, one in zip(attributes["schemes"], attributes["median"], strict=True)}
 
 
 def _described(thing: Circle) -> dict[str, Any]:
@@ -202,7 +213,9 @@ def _read(name: str, group: h5py.Group, with_traces: bool) -> CircleRun | PathRu
         )
         for axis, recorded in (group["axes"].items() if with_traces else ())
     }
-    warnings = tuple(line for line in str(attributes["warnings"]).splitlines() if line)
+    coded = json.loads(str(attributes.get("warnings_coded", "[]")))
+    warnings: tuple[str, ...] = tuple(Notice(one["text"], one["code"], one["severity"]) for one in coded)
+    warnings = warnings or tuple(line for line in str(attributes["warnings"]).splitlines() if line)
     if "points" in group:
         turns = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])
         contour = ContourError(column(group, "station"), column(group, "error"), turns)

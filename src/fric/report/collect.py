@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from math import isfinite, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from fric.contour import QUADRANTS
+from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
 from fric.documents import document_types
 from fric.documents.yaml import plain, read_document, read_tree
@@ -18,8 +19,11 @@ from fric.errors import FricError
 from fric.io.hdf5 import read_records
 from fric.io.recognise import recognise
 from fric.io.report import FORMAT, read_report
-from fric.io.run import read_glitch_intervals, read_run_provenance, read_runs
-from fric.report.report_input import KINDS, Contour, ContourTest, Item, ReportInput
+from fric.io.run import Drawn, read_drawn, read_run_provenance, read_runs
+from fric.notice import Notice
+from fric.report.report_input import KINDS, Contour, ContourTest, Item, Measured, ReportInput
+from fric.results.diagnose import diagnose
+from fric.results.evidence import candidates_of
 from fric.simulate.circle import CircleRun
 from fric.simulate.path import PathRun
 
@@ -34,12 +38,21 @@ BINS = 720
 """Parts of a contour; its least and its greatest error in each are kept, so that no spike is thinned away."""
 
 
-def collect(paths: Iterable[Path]) -> ReportInput:
+def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: float | None = None) -> ReportInput:
     """Read what a report is made of; each file is recognised by its content.
 
     Run files, log files, documents of friction, plant, controller and observer, and earlier reports, which carry what
     they were made of. Where two files tell of the same thing, the one made later is reported, and the earlier is
-    compared with it.
+    compared with it. Measured circles are held against the machine file, or that of the runs.
+
+    Parameters
+    ----------
+    paths
+        The files.
+    circles
+        Measured circles besides.
+    tolerance
+        Glitch that is allowed [m].
 
     Raises
     ------
@@ -49,6 +62,9 @@ def collect(paths: Iterable[Path]) -> ReportInput:
     items: list[Item] = []
     tests: list[ContourTest] = []
     records: list[Log | FrequencyResponse] = []
+    logs: list[tuple[str, str]] = []
+    measured = list(circles)
+    machine = ""
     for path in map(Path, paths):
         found = recognise(path)
         kind = found.partition("/")[0]
@@ -57,9 +73,17 @@ def collect(paths: Iterable[Path]) -> ReportInput:
             items.append(_item(path.name, plain(read_tree(path))))
         elif kind == "run":
             test = _test(path.name, read_run_provenance(path), read_runs(path, traces=False))
-            tests.append(_with_intervals(test, read_glitch_intervals(path)))
+            tests.append(_with_drawn(test, read_drawn(path)))
         elif kind == "log":
-            records += read_records(path)
+            own = read_records(path)
+            records += own
+            logs.append(
+                (path.name, ", ".join(dict.fromkeys(str(getattr(one, "kind", "frequency-response")) for one in own)))
+            )
+        elif kind == "circle":
+            measured.append(path)
+        elif kind == "machine":
+            machine = str(path)
         elif found == FORMAT:
             earlier = read_report(path)
             items += [_item(f"{path.name}: {entry['source']}", entry["tree"]) for entry in earlier["documents"]]
@@ -68,14 +92,18 @@ def collect(paths: Iterable[Path]) -> ReportInput:
             raise FricError(
                 f"holds {found}, which a report has no place for",
                 where=str(path),
-                hint="Give runs, logs, earlier reports, and documents of friction, plant, controller and observer.",
+                hint="Give runs, circle tests, logs, earlier reports, a machine file, and documents of friction, "
+                "plant, controller and observer.",
             )
-    if not items and not tests:
+    if not items and not tests and not measured:
         raise FricError(
-            "there is nothing to report but logs",
-            hint="Give a friction file of `fric identify` or a run file of `fric simulate circle` too.",
+            "there is nothing to report but logs, or a machine",
+            hint="Give a friction file of `fric identify`, a run file of `fric simulate circle`, or a circle test too.",
         )
-    return _sorted(items, tests, records)
+    machine = machine or next((str(test.machine) for test in tests if test.machine), "")
+    held = tuple(Measured(path.name, diagnose(path, machine=machine or None)) for path in measured)
+    inputs = _sorted(items, tests, records)
+    return replace(inputs, logs=tuple(logs), circles=held, machine=machine, tolerance=tolerance)
 
 
 def _item(source: str, tree: Mapping[str, Any]) -> Item:
@@ -119,38 +147,34 @@ def _carried_over(earlier: Item, later: Item) -> bool:
 
 
 def _test(source: str, provenance: Mapping[str, Any], runs: Sequence[CircleRun | PathRun]) -> ContourTest:
-    first = runs[0]
+    first, contours = runs[0], _contours(runs)
     if isinstance(first, CircleRun):
-        contours = [_circle(run) for run in runs if isinstance(run, CircleRun)]
         circle = first.circle
-        return ContourTest(source, provenance, circle.feed, circle.radius, circle.direction, QUADRANTS, tuple(contours))
-    turns = first.contour.reversals
+        return ContourTest(source, provenance, circle.feed, circle.radius, circle.direction, QUADRANTS, contours)
     labels = tuple(
-        f"{'xy'[reversal.axis]} at ({reversal.x * 1e3:.3g}, {reversal.y * 1e3:.3g}) mm" for reversal in turns
+        f"{'xy'[reversal.axis]} at ({reversal.x * 1e3:.3g}, {reversal.y * 1e3:.3g}) mm"
+        for reversal in first.contour.reversals
     )
-    paths = [_path(run) for run in runs if isinstance(run, PathRun)]
-    return ContourTest(source, provenance, first.path.feed, None, 1, labels, tuple(paths))
+    return ContourTest(source, provenance, first.path.feed, None, 1, labels, contours)
 
 
-def _with_intervals(test: ContourTest, intervals: Mapping[str, tuple[float, float]]) -> ContourTest:
-    contours = (replace(one, glitch_ci95=intervals.get(one.scheme.name)) for one in test.contours)
+def _with_drawn(test: ContourTest, drawn: Mapping[str, Drawn]) -> ContourTest:
+    contours = (
+        replace(one, drawn=drawn[one.scheme.name].glitches, swings=drawn[one.scheme.name].swings)
+        if one.scheme.name in drawn
+        else one
+        for one in test.contours
+    )
     return replace(test, contours=tuple(contours))
 
 
-def _circle(run: CircleRun) -> Contour:
-    found = run.circularity
-    return Contour(
-        run.scheme, found.quadrants, found.glitch, found.rms, found.range, *thinned(found.angle, found.error),
-        run.warnings,
-    )  # fmt: skip
-
-
-def _path(run: PathRun) -> Contour:
-    found = run.contour
-    glitches = tuple(reversal.glitch for reversal in found.reversals)
-    return Contour(
-        run.scheme, glitches, found.glitch, found.rms, found.range, *thinned(found.station, found.error), run.warnings
-    )  # fmt: skip
+def _contours(runs: Sequence[CircleRun | PathRun]) -> tuple[Contour, ...]:
+    made = []
+    for run, one in zip(runs, candidates_of(runs), strict=True):
+        found = run.contour
+        place, error = thinned(found.angle if isinstance(found, Circularity) else found.station, found.error)
+        made.append(Contour(**vars(one), rms=found.rms, range=found.range, place=place, error=error))
+    return tuple(made)
 
 
 def thinned(
@@ -180,12 +204,15 @@ def _test_data(test: ContourTest) -> dict[str, Any]:
     head = {key: getattr(test, key) for key in ("source", "feed", "radius", "direction")}
     contours = []
     for one in test.contours:
-        numbers = {key: getattr(one, key) for key in ("glitch", "rms", "range", "glitch_ci95")}
+        numbers = {key: getattr(one, key) for key in ("glitch", "rms", "range", "oscillation")}
         contours.append(
             {
-                "scheme": one.scheme.plain(), "glitches": list(one.glitches), **numbers, "warnings": list(one.warnings),
+                "scheme": one.scheme.plain(), "glitches": list(one.glitches), **numbers,
+                "warnings": [Notice.of(text).as_dict() for text in one.warnings],
                 "place": [float(f"{value:.6g}") for value in one.place],
                 "error": [float(f"{value:.4g}") for value in one.error],
+                "drawn": [float(f"{value:.4g}") if isfinite(value) else None for value in one.drawn],
+                "swings": [float(f"{value:.3g}") if isfinite(value) else None for value in one.swings],
             }
         )  # fmt: skip
     return head | {"provenance": dict(test.provenance), "labels": list(test.labels), "contours": contours}
@@ -193,11 +220,20 @@ def _test_data(test: ContourTest) -> dict[str, Any]:
 
 def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
     """Return a test from the data of an earlier report."""
+
+    def machines(given: Sequence[float | None]) -> tuple[float, ...]:
+        return tuple(nan if value is None else float(value) for value in given)
+
     contours = tuple(
         Contour(
-            Scheme.of(one["scheme"]), tuple(one["glitches"]), one["glitch"], one["rms"], one["range"],
-            np.array(one["place"]), np.array(one["error"]), tuple(one["warnings"]),
-            None if one["glitch_ci95"] is None else tuple(one["glitch_ci95"]),
+            scheme=Scheme.of(one["scheme"]), glitches=tuple(one["glitches"]), glitch=one["glitch"], rms=one["rms"],
+            range=one["range"], place=np.array(one["place"]), error=np.array(one["error"]),
+            warnings=tuple(
+                text if isinstance(text, str) else Notice(text["text"], text["code"], text["severity"])
+                for text in one["warnings"]
+            ),
+            drawn=machines(one.get("drawn", ())), oscillation=one.get("oscillation", 0.0),
+            swings=machines(one.get("swings", ())),
         )
         for one in data["contours"]
     )  # fmt: skip

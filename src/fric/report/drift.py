@@ -117,7 +117,7 @@ def glitch_changes(before: ContourTest, after: ContourTest) -> list[Change]:
     return [
         Change(
             f"({one.scheme.name}) {one.scheme.title}", "m", earlier[one.scheme.name].glitch, one.glitch,
-            earlier[one.scheme.name].glitch_ci95, one.glitch_ci95,
+            earlier[one.scheme.name].interval, one.interval,
         )
         for one in after.contours
         if one.scheme.name in earlier

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.control.scheme import Scheme
 from fric.documents import Document
 from fric.documents.base import AxisDocument
+from fric.documents.bundled import bundled
 from fric.documents.friction import FrictionDocument
+from fric.identify.circle.agreement import CAUSES
 from fric.notice import Notice
+from fric.results.evidence import evidence_of, machine_name
+from fric.verdict.decide import decide
+from fric.verdict.evidence import Candidate, Verdict
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,6 +23,7 @@ if TYPE_CHECKING:
 
     from fric.estimate import Estimate
     from fric.log import FrequencyResponse, Log
+    from fric.results.diagnose import DiagnosisResult
     from fric.units import Motion
 
 KINDS = ("friction", "plant", "controller", "observer")
@@ -77,39 +83,52 @@ class Item:
         return {name: document.estimates(name) for name in document.sections()}
 
 
-@dataclass(frozen=True, eq=False)
-class Contour:
-    """What one compensation scheme leaves of a contour.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Contour(Candidate):
+    """What one compensation scheme leaves of a contour: a candidate of the verdict, with what is drawn of it.
 
     Parameters
     ----------
-    scheme
-        The scheme.
-    glitches
-        Signed glitch at each reversal [m], in the order of the test's labels.
-    glitch
-        The largest magnitude of them [m].
     rms, range
         Root mean square, and largest less smallest contour error [m].
     place
         Angle on the circle [rad], or station along the path [m], shape (n,); thinned.
     error
         Contour error there [m], outwards positive, shape (n,).
-    warnings
-        What the simulation told.
-    glitch_ci95
-        Between what the glitch lay on 95 % of the machines that were drawn [m], where the run tells.
     """
 
-    scheme: Scheme
-    glitches: tuple[float, ...]
-    glitch: float
     rms: float
     range: float
     place: NDArray[np.float64]
     error: NDArray[np.float64]
-    warnings: tuple[str, ...] = ()
-    glitch_ci95: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """A measured circle.
+
+    Parameters
+    ----------
+    source
+        File that it was read from.
+    result
+        The circle taken apart, and held against the machine where that is known.
+    """
+
+    source: str
+    result: DiagnosisResult
+
+    def disagreements(self) -> list[str]:
+        """Return where the circle is not as predicted, with the likely cause."""
+        held = self.result.held
+        if held is None:
+            return []
+        seen, said = self.result.found.glitches, held.predicted.glitches
+        return [
+            f"{self.source} shows {seen[name].value * 1e6:+.1f} µm at {name}, predicted are "
+            f"{said[name].value * 1e6:+.1f} µm ({CAUSES[cause]})"
+            for name, cause in held.causes.items()
+        ]
 
 
 @dataclass(frozen=True)
@@ -148,6 +167,18 @@ class ContourTest:
         return str(self.provenance.get("created", ""))
 
     @property
+    def axes(self) -> tuple[str, ...]:
+        """The axes that were run; x and y where the file does not say."""
+        return tuple(map(str, self.provenance.get("axes", ("x", "y"))))
+
+    @property
+    def machine(self) -> Path | None:
+        """The machine file that it was run on, where it is still there; the name of a bundled one counts."""
+        path = str(self.provenance.get("origin", {}).get("path", ""))
+        known = path in bundled("machine") or (path and Path(path).exists())
+        return Path(path) if known else None
+
+    @property
     def same(self) -> tuple[Any, ...]:
         """What two tests share that can be compared."""
         return (self.radius, self.feed, self.direction, self.labels)
@@ -171,6 +202,14 @@ class ReportInput:
         Earlier and newest run of one contour.
     replaced
         Earlier documents that stand whole in a newer one, as a static map does in the file of the GMS model.
+    logs
+        Names of the log files, each with the kinds of its records.
+    circles
+        Measured circles.
+    machine
+        The machine file that was given, or that the runs were made with; empty where there is none.
+    tolerance
+        Glitch that is allowed [m]; None where nothing was asked.
     """
 
     items: tuple[Item, ...] = ()
@@ -179,10 +218,32 @@ class ReportInput:
     pairs: tuple[tuple[Item, Item], ...] = ()
     test_pairs: tuple[tuple[ContourTest, ContourTest], ...] = ()
     replaced: tuple[Item, ...] = ()
+    logs: tuple[tuple[str, str], ...] = ()
+    circles: tuple[Measured, ...] = ()
+    machine: str = ""
+    tolerance: float | None = None
 
     def of(self, kind: str, axis: str) -> Item | None:
         """Return the document of a kind for an axis, or None."""
         return next((item for item in self.items if (item.kind, item.axis) == (kind, axis)), None)
+
+    def verdict(self, test: ContourTest) -> Verdict:
+        """Return what to switch on, by one test and all measured circles."""
+        held = [one for one in self.circles if one.result.held is not None]
+        more = {"machine": machine_name(self.machine)} if self.machine else {}
+        given = evidence_of(
+            test.provenance, test.contours, compared=bool(held), tolerance=self.tolerance,
+            disagreements=[text for one in held for text in one.disagreements()],
+            circle=held[0].source if held else "CIRCLE.h5", notices=self._notices(test), **more,
+        )  # fmt: skip
+        return decide(given)
+
+    def _notices(self, test: ContourTest) -> list[Notice]:
+        """Return what the files warn of, that a run of theirs tells again with the file before it."""
+        own = [notice for item in self.items for notice in item.warnings]
+        coded = test.provenance.get("warnings_coded", ())
+        again = [Notice(one["text"], one["code"], one["severity"]) for one in coded]
+        return own + [one for one in again if not any(one.endswith(text) for text in own)]
 
     def axes(self) -> list[str]:
         """Return the axes that documents tell of."""

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fric.io.report import write_report
-from fric.report.advice import advise
+from fric.report.advice import observations
 from fric.report.collect import collect
 from fric.report.curves import presliding
+from fric.report.drawn import with_machines
 from fric.report.drift import description, document_changes, glitch_changes
 from fric.report.page import render_report
 from fric.results.base import Result
-from fric.results.given import path_of
+from fric.results.given import Advance, in_si, path_of, silent
 from fric.units import readable
 
 if TYPE_CHECKING:
@@ -39,13 +40,19 @@ class Report(Result):
 
     @cached_property
     def document(self) -> dict[str, Any]:
-        """Axes, advice, drift and warnings."""
+        """Axes, verdict, advice, drift and warnings."""
         return report_document(self.inputs)
 
     def report(self) -> Sequence[str]:
-        """Return what to use, and what drifted."""
+        """Return the verdict, what a measured circle says, and what drifted."""
+        told = [line for test in self.inputs.tests for line in self.inputs.verdict(test).lines()]
         drifts = (f"{drift['of']}: {drift['told']}" for drift in self.document["drift"])
-        return [*(advice["headline"] for advice in self.document["advice"]), *drifts]
+        return [*told, *drifts]
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What the files warn of, and the measured circles."""
+        return [*self.document["warnings"], *(text for one in self.inputs.circles for text in one.result.warnings)]
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write one self-contained HTML page."""
@@ -55,40 +62,49 @@ class Report(Result):
         return render_report(self.inputs, self.title)
 
 
-def make_report(*files: Path | str, title: str = "") -> Report:
+def make_report(
+    *files: Path | str,
+    circles: Iterable[Path | str] = (),
+    title: str = "",
+    tolerance: float | str | None = None,
+    advance: Advance = silent,
+) -> Report:
     """Make one page of what was identified, what a circle shows, what to use, and what drifted.
 
     Parameters
     ----------
     files
-        Runs, documents, logs to draw points from, or earlier reports: each is recognised by its content. Of two of one
-        kind the earlier is compared with the later.
+        Runs, measured circles, a machine file to hold them against, documents, logs to draw points from, or earlier
+        reports: each is recognised by its content. Of two of one kind the earlier is compared with the later.
+    circles
+        Measured circles besides: also a run file that stands for one.
     title
         Heading of the page; by the machine and its axes where not given.
+    tolerance
+        Glitch that is allowed [m], also as a text.
+    advance
+        Is told of each machine that is drawn where a run's controllers know exactly what is true of theirs.
 
     Raises
     ------
     FricError
         When a file is none of fric's.
     """
-    return Report(collect([path_of("make_report", "files", one) for one in files]), title)
+    allowed = None if tolerance is None else in_si(tolerance, "position")
+    paths, measured = ([path_of("make_report", "files", one) for one in given] for given in (files, circles))
+    found = collect(paths, measured, allowed)
+    return Report(with_machines(found, advance), title)
 
 
 def report_document(inputs: ReportInput) -> dict[str, Any]:
     """Return axes, warnings, advice and drift of a report as a plain document."""
     longest = presliding(inputs)
-    advice = []
-    for test in inputs.tests:
-        found = advise(test, longest)
-        advice.append(
-            {
-                "velocity": test.feed,
-                "radius": test.radius,
-                "scheme": found.choice.name if found.choice else None,
-                "headline": found.headline,
-                "reasons": list(found.reasons),
-            }
-        )
+    advice = [
+        {"velocity": test.feed, "radius": test.radius}
+        | inputs.verdict(test).as_dict()
+        | {"reasons": observations(test, longest)}
+        for test in inputs.tests
+    ]
     changes = [(f"{after.kind} {after.axis}", document_changes(before, after)) for before, after in inputs.pairs]
     changes += [
         (f"glitch at {readable(after.feed, 'm/s')}", glitch_changes(before, after))
@@ -110,4 +126,6 @@ def report_document(inputs: ReportInput) -> dict[str, Any]:
     ]  # fmt: skip
     warnings: list[str] = [text for item in inputs.items for text in item.warnings]
     warnings += [text for test in inputs.tests for one in test.contours for text in one.warnings]
-    return {"axes": inputs.axes(), "warnings": list(dict.fromkeys(warnings)), "advice": advice, "drift": drift}
+    circles = [{"file": one.source} | one.result.document for one in inputs.circles]
+    words = list(dict.fromkeys(warnings))
+    return {"axes": inputs.axes(), "warnings": words, "advice": advice, "drift": drift, "circles": circles}

@@ -15,13 +15,14 @@ from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.identify.plant.frequency_response import measure_response
 from fric.log import FrequencyResponse, Log
-from fric.report.advice import Advice, advise
+from fric.report.advice import observations
 from fric.report.canvas import Drawn
 from fric.report.contours import colour, contour_figure, dash
 from fric.report.curves import friction_curves, presliding
 from fric.report.drift import Change, block_counts, description, document_changes, glitch_changes
 from fric.report.plots import drift_figure, friction_map, hysteresis, q_filter, virgin_curves
 from fric.units import readable, significant
+from fric.verdict.evidence import Verdict
 
 if TYPE_CHECKING:
     from fric.report.report_input import ContourTest, Item, ReportInput
@@ -83,7 +84,8 @@ class TestView:
     test: ContourTest
     figure: Drawn
     lines: Sequence[Line]
-    advice: Advice
+    verdict: Verdict
+    observations: Sequence[str]
     earlier: ContourTest | None
     blocks: Sequence[str] = ()
 
@@ -127,7 +129,7 @@ def view(inputs: ReportInput) -> View:
     """Return what a page tells of what was collected."""
     longest = presliding(inputs)
     earlier = {id(after): before for before, after in inputs.test_pairs}
-    tests = [_test(n, test, earlier.get(id(test)), longest) for n, test in enumerate(inputs.tests)]
+    tests = [_test(n, inputs, test, earlier.get(id(test)), longest) for n, test in enumerate(inputs.tests)]
     sources = [(item.source, item.kind, item.provenance) for item in (*inputs.items, *inputs.replaced)]
     sources += [(before.source, f"{before.kind}, earlier", before.provenance) for before, _ in inputs.pairs]
     sources += [(test.source, "run", test.provenance) for test in inputs.tests]
@@ -202,14 +204,16 @@ def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
     return model_perturbation(plant, 40 * cutoff)
 
 
-def _test(n: int, test: ContourTest, earlier: ContourTest | None, longest: float | None) -> TestView:
-    advice = advise(test, longest)
+def _test(
+    n: int, inputs: ReportInput, test: ContourTest, earlier: ContourTest | None, longest: float | None
+) -> TestView:
+    verdict = inputs.verdict(test)
     bare = next((one for one in test.contours if one.scheme.bare), None)
     lines = [
         Line(
-            one.scheme.name, one.scheme.title, one.glitches, one.glitch, one.glitch_ci95, one.rms, one.range,
+            one.scheme.name, one.scheme.title, one.glitches, one.glitch, one.interval, one.rms, one.range,
             None if bare is None or one is bare or not bare.glitch else 1 - one.glitch / bare.glitch,
-            one.scheme == advice.choice, colour(k), dash(one),
+            one is verdict.choice, colour(k), dash(one),
         )
         for k, one in enumerate(test.contours)
     ]  # fmt: skip
@@ -219,7 +223,8 @@ def _test(n: int, test: ContourTest, earlier: ContourTest | None, longest: float
         for kind in (block_type(one.scheme.controller), *one.scheme.block_types)
         if kind.name != "cascade"
     }
-    return TestView(test, contour_figure(n, test, earlier), lines, advice, earlier, tuple(asked.values()))
+    figure = contour_figure(n, test, earlier)
+    return TestView(test, figure, lines, verdict, observations(test, longest), earlier, tuple(asked.values()))
 
 
 def _drifts(inputs: ReportInput) -> Iterator[DriftView]:

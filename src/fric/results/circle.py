@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from fric.documents.contours import circle_tree
 from fric.documents.identified import Identified
-from fric.documents.provenance import provenance
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
-from fric.notice import Notice
 from fric.results.base import Result
+from fric.results.evidence import candidates_of, evidence_of, facts
 from fric.results.given import Advance, in_si, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
@@ -26,10 +25,13 @@ from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo, Study
 from fric.simulate.processes import outcomes
 from fric.units import readable
+from fric.verdict.decide import decide
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+    from fric.verdict.evidence import Verdict
 
 QUADRANTS = ("+x", "+y", "-x", "-y")
 
@@ -73,7 +75,12 @@ class CircleResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch and radial error by scheme [m]."""
-        return circle_tree(self.runs, self.many, self.warnings)
+        return circle_tree(self.runs, self.many, self.warnings, self.verdict.as_dict())
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """What to switch on, by what was run; no measured circle is known here."""
+        return decide(evidence_of(facts(self.machine, self.runs), candidates_of(self.runs, self.many)))
 
     @cached_property
     def published(self) -> Mapping[str, float]:
@@ -135,8 +142,7 @@ class CircleResult(Result):
         """Write traces and metrics to a run file."""
         from fric.io.run import write_runs  # with HDF5, which a table needs not
 
-        text = [Notice.of(one).as_dict() for one in self.machine.warnings]
-        made = json.dumps(provenance() | {"machine": self.machine.name, "warnings_coded": text})
+        made = json.dumps(facts(self.machine, self.runs))
         write_runs(Path(path), self.runs, made, many=self.many, force=force)
 
     def to_frame(self) -> pd.DataFrame:

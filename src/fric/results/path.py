@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fric.documents.contours import path_tree
-from fric.documents.provenance import provenance
 from fric.io.path import read_path
-from fric.notice import Notice
 from fric.results.base import Result
+from fric.results.evidence import facts
 from fric.results.given import Advance, in_si, path_of, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
@@ -87,8 +86,7 @@ class PathResult(Result):
         """Write traces and metrics to a run file."""
         from fric.io.run import write_runs  # with HDF5, which a table needs not
 
-        text = [Notice.of(one).as_dict() for one in self.machine.warnings]
-        made = json.dumps(provenance() | {"machine": self.machine.name, "warnings_coded": text})
+        made = json.dumps(facts(self.machine, self.runs))
         write_runs(Path(path), self.runs, made, force=force)
 
     def to_frame(self) -> pd.DataFrame:

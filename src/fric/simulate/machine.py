@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from math import isclose
 from typing import TYPE_CHECKING, Any
@@ -148,12 +148,35 @@ class Machine:
         What is known of its circles.
     warnings
         What the files that it was read from warn of.
+    origin
+        How it was read, as arguments of `fric.read_machine`; empty where it was not.
     """
 
     name: str
     axes: Mapping[str, Axis]
     published: tuple[Published, ...] = ()
     warnings: tuple[Notice, ...] = ()
+    origin: Mapping[str, Any] = field(default_factory=dict, compare=False)
+
+    def is_nominal(self, models: Iterable[str | None], axes: Iterable[str]) -> bool:
+        """Tell whether what controllers know of axes is exactly true: the plant, and friction but for its gain.
+
+        Parameters
+        ----------
+        models
+            Friction models that are fed forward, by name; None for none.
+        axes
+            Names of the axes.
+        """
+        wanted = [name for name in models if name is not None]
+
+        def exact(axis: Axis) -> bool:
+            true = (axis.friction, getattr(axis.friction, "static", None))
+            known = all(axis.nominal_friction.models.get(name) in true for name in wanted)
+            whole = axis.reality == NONE and axis.second_mass is None
+            return known and whole and axis.nominal in (None, axis.plant)
+
+        return all(exact(self.axes[name]) for name in axes)
 
     def axis(self, name: str) -> Axis:
         """Return an axis by its name; raise a `FricError` that names those there are."""

@@ -89,11 +89,14 @@ class Study:
         """Run all schemes on machine number ``index``; one that cannot run leaves no glitch, and says why."""
         quadrants = np.full((len(self.schemes), 4), np.nan)
         saturated = np.zeros(len(self.schemes), bool)
+        swings = np.full(len(self.schemes), np.nan)
         failures: dict[str, str] = {}
         try:
             machine, drawn = self.drawn(index)
         except FricError as error:
-            return Outcome(index, {}, quadrants, saturated, {scheme.name: error.what for scheme in self.schemes})
+            return Outcome(
+                index, {}, quadrants, saturated, swings, {scheme.name: error.what for scheme in self.schemes}
+            )
         for n, scheme in enumerate(self.schemes):
             try:
                 run = run_circle(machine, scheme, self.circle, only=self.only, accuracy=self.accuracy)
@@ -101,8 +104,9 @@ class Study:
                 failures[scheme.name] = error.what
                 continue
             quadrants[n] = run.circularity.quadrants
+            swings[n] = run.circularity.oscillation
             saturated[n] = any(trace.saturated for trace in run.traces.values())
-        return Outcome(index, drawn, quadrants, saturated, failures)
+        return Outcome(index, drawn, quadrants, saturated, swings, failures)
 
 
 @dataclass(frozen=True)
@@ -119,6 +123,8 @@ class Outcome:
         Glitch per scheme at +x, +y, -x and -y [m], shape (schemes, 4); nan where the scheme could not run.
     saturated
         Whether the drive saturated, shape (schemes,).
+    swings
+        What swings where no axis reverses [m], shape (schemes,); nan where the scheme could not run.
     failures
         Why a scheme could not run, by its name: a loop that is not stable on this machine.
     """
@@ -127,6 +133,7 @@ class Outcome:
     drawn: Mapping[str, float]
     quadrants: NDArray[np.float64]
     saturated: NDArray[np.bool_]
+    swings: NDArray[np.float64]
     failures: Mapping[str, str]
 
 
@@ -175,6 +182,11 @@ class MonteCarlo:
     def quadrants(self) -> NDArray[np.float64]:
         """Signed glitches [m], shape (machines, schemes, 4)."""
         return np.array([outcome.quadrants for outcome in self.outcomes])
+
+    @property
+    def swings(self) -> NDArray[np.float64]:
+        """What swings where no axis reverses [m], shape (machines, schemes); nan where a scheme could not run."""
+        return np.array([outcome.swings for outcome in self.outcomes])
 
     @property
     def glitches(self) -> NDArray[np.float64]:

@@ -143,6 +143,11 @@ def difference(one: Candidate, other: Candidate) -> tuple[float, float]:
 
 def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> Iterator[str]:
     """Tell what less effort would leave, and what more would gain, where the difference is sure."""
+    if evidence.exact and evidence.machines:
+        yield (
+            "The controllers know exactly what is true of the machine that was simulated, which no real machine "
+            f"grants: the verdict is by the {evidence.machines} machines drawn around it."
+        )
     less = [one for one in usable if 0 < one.demand < chosen.demand]
     more = [one for one in usable if one.demand > chosen.demand]
     if less:

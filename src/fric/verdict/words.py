@@ -16,12 +16,17 @@ def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence) -
     of = f" of axis {evidence.axes[0]}" if len(evidence.axes) == 1 else ""
     left = f"{'stays under' if chosen.drawn else 'is'} {readable(chosen.stays_under, 'm', 2)}"
     if chosen.drawn:
-        middle = readable(chosen.middle, "m", 2)
-        left += f" on 95 % of the {len(chosen.drawn)} machines drawn around this one (median {middle})"
+        left += f" on 95 % of the {len(chosen.drawn)} machines drawn around this one"
     if chosen is without:
         more = "no scheme that was run is better by what its effort is worth"
         return f"Leave it as it is: the glitch{of} {left}, and {more}."
-    before = f", and {readable(without.middle, 'm', 2)} without compensation" if without else ""
+    before = f"{readable(without.middle, 'm', 2)} without compensation" if without else ""
+    if chosen.drawn:
+        before = f"; half of them leave {readable(chosen.middle, 'm', 2)} or less" + (
+            f", and {before}" if before else ""
+        )
+    elif before:
+        before = f", {before}"
     return f"Switch on {chosen.named}: the glitch{of} {left}{before}."
 
 
@@ -49,6 +54,7 @@ def steps(evidence: Evidence, chosen: Candidate | None) -> Iterator[str]:
     elif not evidence.machines:
         known = evidence.command.startswith("fric simulate ")
         command = evidence.command if known else f"fric simulate circle {machine} -o run.h5"
+        command = command.replace(" --json", "").replace(" --force", "")
         yield f"{command} --monte-carlo {MACHINES}{' --force' if ' -o ' in command and known else ''}"
     if not evidence.compared:
         yield "fric ingest --kind circle LOG.csv -o circle.h5   # of the machine itself, without compensation"

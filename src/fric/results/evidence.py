@@ -1,0 +1,83 @@
+"""What a verdict rests on, from runs: what each scheme left of one machine, and of the machines drawn around it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from fric.contour import Circularity
+from fric.documents.bundled import bundled
+from fric.documents.provenance import provenance
+from fric.notice import Notice
+from fric.simulate.contour_run import ContourRun
+from fric.simulate.machine import Machine
+from fric.simulate.monte_carlo import MonteCarlo
+from fric.verdict.evidence import Candidate, Evidence
+
+Runs = Sequence[ContourRun[Any, Any]]
+
+
+def facts(machine: Machine, runs: Runs) -> dict[str, Any]:
+    """Return what a run file keeps of a machine, as plain data that `evidence_of` reads."""
+    names = list(runs[0].traces)
+    return provenance() | {
+        "machine": machine.name,
+        "warnings_coded": [Notice.of(one).as_dict() for one in machine.warnings],
+        "axes": names,
+        "resolution": max((machine.axes[name].encoder.resolution for name in names), default=0.0),
+        "exact": machine.is_nominal([run.scheme.friction for run in runs], names),
+        "origin": dict(machine.origin),
+    }
+
+
+def evidence_of(made: Mapping[str, Any], candidates: Sequence[Candidate], **more: Any) -> Evidence:
+    """Return the evidence of candidates whose run file keeps `facts`; of an older file what it has of them.
+
+    Parameters
+    ----------
+    made
+        The facts.
+    candidates
+        What was run.
+    more
+        Further fields of `Evidence`.
+    """
+    coded = made.get("warnings_coded", ())
+    file = str(made.get("origin", {}).get("path", ""))
+    return Evidence(
+        candidates=candidates,
+        axes=tuple(map(str, made.get("axes", ()))),
+        resolution=float(made.get("resolution", 0.0)),
+        exact=bool(made.get("exact", False)),
+        command=str(made.get("command", "")),
+        **{
+            "machine": machine_name(file) if file else "MACHINE.yaml",
+            "notices": [Notice(one["text"], one["code"], one["severity"]) for one in coded],
+        }
+        | more,
+    )
+
+
+def machine_name(file: str) -> str:
+    """Return what to type for a machine's file: the name of a bundled one, else its path."""
+    names = {str(path): name for name, path in bundled("machine").items()}
+    return names.get(str(Path(file)), file)
+
+
+def candidates_of(runs: Runs, many: MonteCarlo | None = None) -> list[Candidate]:
+    """Return what schemes left of one machine, and on the machines that were drawn."""
+    found = []
+    for n, run in enumerate(runs):
+        contour = run.contour
+        on_circle = isinstance(contour, Circularity)
+        glitches = contour.quadrants if on_circle else tuple(turn.glitch for turn in contour.reversals)
+        found.append(
+            Candidate(
+                scheme=run.scheme, glitches=glitches, glitch=contour.glitch, warnings=run.warnings,
+                oscillation=contour.oscillation if on_circle else 0.0,
+                drawn=tuple(map(float, many.glitches[:, n])) if many else (),
+                swings=tuple(map(float, many.swings[:, n])) if many else (),
+            )
+        )  # fmt: skip
+    return found

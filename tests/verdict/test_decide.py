@@ -1,0 +1,140 @@
+"""The verdict: by what 95 % of the drawn machines stay under, and never against a limit cycle or a measured circle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fric
+from fric.control.q_filter import QFilter
+from fric.control.scheme import PAPER_SCHEMES
+from fric.notice import Notice
+from fric.results.evidence import candidates_of
+from fric.simulate.circle import Circle, run_circle
+from fric.verdict.decide import decide, difference, forbidden
+from fric.verdict.evidence import Candidate, Evidence
+
+UM = 1e-6
+RNG = np.random.default_rng(3)
+LEVEL = RNG.uniform(0.7, 1.3, 200)
+"""What the machines have in common: the level of friction, which every scheme feels alike."""
+
+
+def leaves(name: str, glitch: float, drawn: np.ndarray | None = None, **more) -> Candidate:
+    machines = () if drawn is None else tuple(drawn * UM)
+    return Candidate(
+        scheme=PAPER_SCHEMES[name], glitches=(glitch * UM,) * 4, glitch=glitch * UM, drawn=machines, **more
+    )
+
+
+def evidence(*candidates: Candidate, **more) -> Evidence:
+    return Evidence(candidates=candidates, axes=("x", "y"), resolution=0.1 * UM, compared=True, **more)
+
+
+def test_the_paper_s_table_calls_for_gms_and_observer():
+    table = {"a": 22, "b": 7, "c": 6, "d": 8, "e": 5, "f": 3}
+    found = decide(evidence(*(leaves(name, glitch) for name, glitch in table.items())))
+    assert found.choice.scheme.name == "f"
+    assert "3 µm, 22 µm without compensation" in found.headline
+    assert not found.trusted  # of one machine
+
+
+def test_what_counts_is_the_upper_end_of_what_was_drawn_not_the_nominal_glitch():
+    """(f) leaves least of the nominal machine, and 12 µm of one in ten; (b) never more than 7."""
+    wild = np.where(np.arange(200) % 10 == 0, 12.0, 2.0)
+    found = decide(evidence(leaves("a", 20, 20 * LEVEL), leaves("b", 6, 6 + RNG.random(200)), leaves("f", 3, wild)))
+    assert found.choice.scheme.name == "b"
+    assert found.choice.stays_under == pytest.approx(np.quantile(found.choice.drawn, 0.95, method="higher"))
+    assert found.trusted
+
+
+def test_of_schemes_that_cannot_be_told_apart_the_one_that_asks_for_least():
+    noise = [6 + 3 * RNG.random(200) for _ in "cf"]
+    found = decide(evidence(leaves("a", 20, 20 * LEVEL), leaves("c", 7, noise[0]), leaves("f", 6.9, noise[1])))
+    assert found.choice.scheme.name == "c"
+    assert not any("less:" in text for text in found.effort)
+
+
+def test_a_sure_difference_that_is_worth_it_is_taken_and_told_with_its_interval():
+    found = decide(evidence(leaves("a", 20, 20 * LEVEL), leaves("c", 6, 6 * LEVEL), leaves("f", 3, 3 * LEVEL)))
+    assert found.choice.scheme.name == "f"
+    (less,) = found.effort
+    low, high = difference(leaves("c", 6, 6 * LEVEL), leaves("f", 3, 3 * LEVEL))
+    assert 0 < low <= 3 * 1.3 * UM
+    assert high >= 3 * 1.2 * UM
+    assert less.startswith("(c) GMS, which asks for less, stays under")
+
+
+def test_a_difference_below_the_encoder_s_step_is_not_spoken_of():
+    one, other = leaves("c", 0.5, 0.5 * LEVEL), leaves("f", 0.4, 0.4 * LEVEL)
+    fine, coarse = (
+        decide(replace(evidence(leaves("b", 3, 3 * LEVEL), one, other), resolution=step)) for step in (0, 0.5 * UM)
+    )
+    assert (fine.choice.scheme.name, coarse.choice.scheme.name) == ("c", "c")  # 5 % of the bare glitch is 0.15 µm
+    assert any("(f)" in text and "less" in text for text in fine.effort)
+    assert not any("(f)" in text and " µm less" in text for text in coarse.effort)
+
+
+def test_with_a_tolerance_the_first_that_keeps_it_else_the_best_that_fails():
+    table = [leaves("a", 20, 20 * LEVEL), leaves("c", 6, 6 * LEVEL), leaves("f", 3, 3 * LEVEL)]
+    loose, tight = (decide(evidence(*table, tolerance=limit * UM)) for limit in (8, 1))
+    assert (loose.choice.scheme.name, loose.passes, loose.trusted) == ("c", True, True)
+    assert (tight.choice.scheme.name, tight.passes, tight.trusted) == ("f", False, False)
+    assert tight.why[0].code == "tolerance-missed"
+
+
+def test_no_scheme_is_recommended_against_a_measured_circle():
+    given = evidence(leaves("a", 20, 20 * LEVEL), leaves("f", 1, LEVEL), disagreements=["c.h5 at +x (the level)"])
+    found = decide(replace(given, machine="m.yaml", circle="c.h5"))
+    assert found.choice is None
+    assert not found.trusted
+    assert "c.h5 at +x" in found.headline
+    assert found.next[-1] == "fric tune m.yaml c.h5 -o tuned"
+    assert found.as_dict()["scheme"] is None
+
+
+def test_a_machine_that_is_known_exactly_is_not_trusted_before_others_were_drawn():
+    one = decide(evidence(leaves("a", 20), leaves("c", 1), exact=True, command="fric simulate circle m.yaml -o r.h5"))
+    assert [why.code for why in one.why] == ["belief-is-truth"]
+    assert one.next[0] == "fric simulate circle m.yaml -o r.h5 --monte-carlo 100 --force"
+    many = decide(evidence(leaves("a", 20, 20 * LEVEL), leaves("c", 1, LEVEL), exact=True))
+    assert many.trusted
+    assert "200 machines drawn around it" in many.effort[0]
+
+
+def test_what_is_wrong_in_the_files_and_a_missing_circle_are_why_not_to_trust():
+    notices = [Notice("force lags", "force-lags", "wrong"), Notice("noisy", "noise", "doubt")]
+    found = decide(replace(evidence(leaves("a", 20, 20 * LEVEL), notices=notices), compared=False))
+    assert [why.code for why in found.why] == ["no-measured-circle", "force-lags"]
+    assert found.headline.startswith("Leave it as it is")
+    assert decide(Evidence()).choice is None
+
+
+def test_a_scheme_that_cannot_run_on_one_machine_in_ten_is_out():
+    holes = np.where(np.arange(200) % 10 == 0, np.nan, 1.0)
+    found = decide(evidence(leaves("a", 20, 20 * LEVEL), leaves("d", 1, holes), leaves("b", 8, 8 * LEVEL)))
+    assert found.choice.scheme.name == "b"
+    assert any("(d)" in text and "10%" in text for text in found.effort)
+
+
+def test_a_limit_cycle_is_never_recommended():
+    """An observer that is too fast for a second mass: of all schemes it leaves the least at 10 mm/s, and swings."""
+    machine = fric.read_machine("configs/reality/second-mass.yaml")
+    axes = {n: replace(a, observer=replace(a.observer, q=QFilter("binomial2", 150.0))) for n, a in machine.axes.items()}
+    fast = replace(machine, axes=axes)
+    schemes = [PAPER_SCHEMES[name] for name in "abd"]
+    found = decide(evidence(*candidates_of([run_circle(fast, one, Circle(feed=0.01)) for one in schemes])))
+    assert found.choice.scheme.name != "d"
+    assert any("(d)" in text and "limit cycle" in text for text in found.effort)
+    calm = evidence(*candidates_of([run_circle(machine, one, Circle(feed=0.01)) for one in schemes]))
+    assert decide(calm).choice.scheme.name == "d"
+
+
+@pytest.mark.parametrize("name", ["waves", "cogging"])
+def test_waves_of_a_guideway_are_no_limit_cycle(name: str):
+    machine = fric.read_machine(f"configs/reality/{name}.yaml")
+    given = evidence(*candidates_of([run_circle(machine, PAPER_SCHEMES[one]) for one in "acd"]))
+    assert max(one.oscillation for one in given.candidates) > 0.5 * UM
+    assert not any(forbidden(one, given) for one in given.candidates)
