@@ -38,7 +38,7 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     largest = max(float(np.abs(run.circularity.error).max()) for run in runs) * 1e6
     grid = grid_of(largest)
     magnified = runs[0].circle.radius * 1e6 / (2 * LINES * grid)
-    columns = min(3, len(runs))
+    columns = 2 if len(runs) == 4 else min(3, len(runs))
     rows = ceil(len(runs) / columns)
     with new_figure(max(2.9 * columns, 3.4), 3.15 * rows + 0.5) as figure:
         for n, run in enumerate(runs, 1):
