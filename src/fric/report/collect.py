@@ -23,7 +23,7 @@ from fric.io.run import Drawn, read_drawn, read_run_provenance, read_runs
 from fric.notice import Notice
 from fric.report.report_input import KINDS, Contour, ContourTest, Item, Measured, ReportInput
 from fric.results.diagnose import diagnose
-from fric.results.evidence import candidates_of
+from fric.results.verdict import candidates_of
 from fric.simulate.circle import CircleRun
 from fric.simulate.path import PathRun
 

@@ -13,7 +13,7 @@ from fric.documents.bundled import bundled
 from fric.documents.friction import FrictionDocument
 from fric.identify.circle.agreement import CAUSES
 from fric.notice import Notice
-from fric.results.evidence import evidence_of, machine_name
+from fric.results.verdict import evidence_of, machine_name
 from fric.verdict.decide import decide
 from fric.verdict.evidence import Candidate, Verdict
 

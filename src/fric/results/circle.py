@@ -14,10 +14,10 @@ from fric.documents.identified import Identified
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
 from fric.results.base import Result
-from fric.results.evidence import candidates_of, evidence_of, facts
 from fric.results.given import Advance, in_si, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
+from fric.results.verdict import candidates_of, evidence_of, facts
 from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.cluster import cluster_outcomes
 from fric.simulate.contour_run import reduction

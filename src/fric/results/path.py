@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from fric.documents.contours import path_tree
 from fric.io.path import read_path
 from fric.results.base import Result
-from fric.results.evidence import facts
 from fric.results.given import Advance, in_si, path_of, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
+from fric.results.verdict import facts
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
 from fric.simulate.path import PathRun, PointPath, RecordedPath, run_path
