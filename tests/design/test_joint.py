@@ -33,26 +33,26 @@ def designed():
 
 
 def test_the_compliance_is_that_of_a_step_in_time():
-    """Parseval's integral, against a plain loop in time: eq. (1) in steps of a fortieth of a sample, 1 V from t = 0."""
+    """By its harmonics, against a plain loop in time: eq. (1) in steps of a fortieth of a sample, 1 V from t = 0."""
     own, plant, parts = AXIS.cascade, AXIS.plant, 40
     T_s = own.T_s
     late = round((plant.T_d - T_s / 2) / T_s * parts)
     pole = np.exp(-2 * np.pi * own.velocity_filter * T_s)
-    z = v = seen = filtered = integral = total = 0.0
+    z = v = seen = filtered = integral = peak = 0.0
     volts = [0.0] * (late + 1)
-    for n in range(4000 * parts):
+    for n in range(800 * parts):
         if n % parts == 0:
             filtered = pole * filtered + (1 - pole) * (z - seen) / T_s
             seen = z
             error = -own.K_v * z - filtered
             integral += own.K_i * T_s * error
             u = own.K_p * error + integral
-            total += z**2 * T_s
+            peak = max(peak, abs(z))
         volts.append(u)
         acceleration = plant.B * (volts.pop(0) + 1.0) - plant.A * v
         z += T_s / parts * (v + 0.5 * T_s / parts * acceleration)
         v += T_s / parts * acceleration
-    assert step_compliance(WholeLoop(plant, own, DELAY)) == pytest.approx(np.sqrt(total), rel=0.01)
+    assert step_compliance(WholeLoop(plant, own, DELAY)) == pytest.approx(peak, rel=0.01)
 
 
 def test_it_is_stiffer_within_the_same_peak_sensitivity(designed):
