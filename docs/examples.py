@@ -2,7 +2,8 @@
 
 A Python block that imports fric is a script; what it prints stands in a text block behind it.
 
-`python docs/examples.py` refreshes every page; the tests run the same blocks and compare.
+`python docs/examples.py` refreshes every page, `python docs/examples.py logs` that one; the tests run the same blocks
+and compare.
 """
 
 from __future__ import annotations
@@ -113,5 +114,5 @@ def refreshed(page: Path) -> str:
 
 
 if __name__ == "__main__":
-    for path in PAGES:
+    for path in [page for page in PAGES if page.stem in sys.argv[1:] or not sys.argv[1:]]:
         path.write_text(refreshed(path))

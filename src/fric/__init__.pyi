@@ -24,6 +24,7 @@ from .friction.lugre import LuGre as LuGre
 from .friction.maxwell_slip import MaxwellSlip as MaxwellSlip
 from .friction.stribeck import StaticMap as StaticMap
 from .identify.circle.measured import MeasuredCircle as MeasuredCircle
+from .log import ForceVelocity as ForceVelocity
 from .log import FrequencyResponse as FrequencyResponse
 from .log import Log as Log
 from .notice import Notice as Notice

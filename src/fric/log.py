@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-Kind = Literal["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response", "motion"]
+Kind = Literal["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response", "motion", "force-velocity"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 CHANNELS = ("time", "position", "velocity", "force", "input", "reference")
@@ -29,6 +29,17 @@ RESPONSE_DIMENSIONS = {
 """The columns of a measured frequency response, and the dimension of each."""
 
 
+FORCE_VELOCITY: Kind = "force-velocity"
+"""The kind of a table of mean forces at constant velocities."""
+FORCE_VELOCITY_DIMENSIONS = {
+    "velocity": "velocity",
+    "force": "force",
+    "deviation": "force",
+    "error": "force",
+    "n": "ratio",
+}
+"""The columns of such a table, and the dimension of each."""
+
 CIRCLE = "circle"
 """The kind of a circle test: of two axes, whose channels are named ``x.position``, or of a ball bar."""
 CIRCLE_CHANNELS = ("reference", "position", "input", "force")
@@ -40,10 +51,13 @@ BALL_BAR = ("angle", "deviation")
 def channel_dimension(channel: str) -> str:
     """Return the dimension (see `fric.units`) of a channel of a record, or of a column of a frequency response.
 
-    A channel of one axis of a circle test is named with it, as ``x.position``; a ball bar's are `BALL_BAR`.
+    A channel of one axis of a circle test is named with it, as ``x.position``; a ball bar's are `BALL_BAR`; a column of
+    a table of forces and velocities is named with its kind, as ``force-velocity.deviation``.
     """
     if channel == "ball-bar.deviation":
         return "position"
+    if channel.startswith(f"{FORCE_VELOCITY}."):
+        return FORCE_VELOCITY_DIMENSIONS[channel.rpartition(".")[2]]
     channel = channel.rpartition(".")[2]
     return "position" if channel == "reference" else RESPONSE_DIMENSIONS.get(channel, channel)
 
@@ -207,5 +221,78 @@ class FrequencyResponse:
         """File and record, for messages."""
         return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
 
+
+@dataclass(frozen=True)
+class ForceVelocity:
+    """Mean forces at constant velocities, as a table: what is left of strokes that were averaged before.
+
+    Parameters
+    ----------
+    velocity
+        Mean velocities [m/s or rad/s], signed, shape (n,).
+    force
+        Mean force or torque at each [N or N·m], signed as the velocity, shape (n,).
+    deviation
+        Standard deviation of the samples about each mean [N], shape (n,), where it is known.
+    error
+        Standard error of each mean [N], shape (n,), where it is known.
+    n
+        Samples of each mean, shape (n,), where they are known.
+    name, axis, motion, source, sha256
+        As in `Log`.
+
+    Raises
+    ------
+    FricError
+        When the columns differ in length, or an error, a deviation or a number of samples is negative.
+    """
+
+    velocity: NDArray[np.float64]
+    force: NDArray[np.float64]
+    deviation: NDArray[np.float64] | None = None
+    error: NDArray[np.float64] | None = None
+    n: NDArray[np.float64] | None = None
+    name: str = "table"
+    axis: str = "x"
+    motion: Motion = "linear"
+    source: str = ""
+    sha256: str = ""
+
+    def __post_init__(self) -> None:
+        columns = self.columns()
+        if len({len(values) for values in columns.values()}) > 1:
+            raise FricError("the columns of the table differ in length", where=self.where)
+        for name, least in (("deviation", 0.0), ("error", 0.0), ("n", 1.0)):
+            if name in columns and (columns[name] < least).any():
+                row = int((columns[name] < least).argmax())
+                raise FricError(
+                    f"{name} is {columns[name][row]:g} in row {row + 1}, and is {least:g} at least", where=self.where,
+                    hint="Look at the columns of the table: is this the right one?",
+                )  # fmt: skip
+
+    def __repr__(self) -> str:
+        return f"<ForceVelocity '{self.name}' of the {self.motion} axis {self.axis}: {len(self.velocity)} velocities>"
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of the record."""
+        return FORCE_VELOCITY
+
+    @property
+    def where(self) -> str:
+        """File and record, for messages."""
+        return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
+
+    def columns(self) -> dict[str, NDArray[np.float64]]:
+        """Return the columns that there are, by name."""
+        found = {name: getattr(self, name) for name in FORCE_VELOCITY_DIMENSIONS}
+        return {name: values for name, values in found.items() if values is not None}
+
+    def unit(self, column: str) -> str:
+        """Return the SI unit of a column on this axis."""
+        return si_unit(FORCE_VELOCITY_DIMENSIONS[column], self.motion)
+
+
+Record = Log | FrequencyResponse | ForceVelocity
 
 LOG_ATTRIBUTES = tuple(f.name for f in fields(Log) if f.name not in CHANNELS)

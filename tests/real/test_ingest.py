@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fric
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
 from fric.io.hdf5 import read_logs
@@ -53,3 +54,62 @@ def test_tribometer_needs_its_sign(tmp_path):
     (warning,) = done.warnings
     assert "line 419" in warning
     assert "100 Hz there, 200 Hz elsewhere" in warning
+
+
+def fric_command(*words):
+    from typer.testing import CliRunner
+
+    from fric.cli.main import app
+
+    done = CliRunner().invoke(app, list(map(str, words)))
+    if done.exception is not None:
+        raise done.exception
+    return done.stdout
+
+
+def test_the_tribometer_in_a_file_a_channel_is_joined_to_the_same_record(tmp_path):
+    """Position and friction apart, the friction at a quarter of the rate; by a proposal that is edited in one place."""
+    rows = (DATA / "tribometer/reciprocating-first-75s.txt").read_text().splitlines()
+    cells = [row.split("\t") for row in rows]
+    (tmp_path / "position.txt").write_text("\n".join(f"{c[0]}\t{c[2]}" for c in cells))
+    (tmp_path / "friction.txt").write_text("\n".join(f"{c[0]}\t{c[3]}" for c in [cells[0], *cells[3::4]]))
+    files = (tmp_path / "position.txt", tmp_path / "friction.txt")
+    text = fric_command("ingest", "--join", *files, "--propose", tmp_path / "map.yaml")
+    assert 'file: "friction.txt"' in text
+    edited = (tmp_path / "map.yaml").read_text().replace('unit: "uN"', 'unit: "uN", sign: -1')
+    (tmp_path / "map.yaml").write_text(edited)
+    log = tmp_path / "log.h5"
+    fric_command("ingest", "--join", *files, "--map", tmp_path / "map.yaml", "--from", "8.5 s", "-o", log)
+    ingest(DATA / "tribometer/reciprocating-first-75s.txt", tmp_path / "whole.h5", mapping=mapping("tribometer"))
+    (one,), (whole,) = read_logs(log), read_logs(tmp_path / "whole.h5")
+    assert one.time[0] >= 8.5
+    at = np.searchsorted(whole.time, one.time)
+    assert np.array_equal(one.position, whole.position[at])
+    assert np.allclose(one.force, whole.force[at], atol=0.02 * np.ptp(whole.force))
+
+
+def test_screwdrive_as_a_table_of_means_gives_the_map_of_its_strokes(tmp_path):
+    lines = ["speed [rpm];torque [%];std [%];n"]
+    for file in sorted((DATA / "screwdrive1/steady_state/0.096kg").glob("*.csv")):
+        body = file.read_text(errors="replace").partition("\nms;")[2].splitlines()[1:]
+        v, T = np.array([[float(cell) for cell in row.split(";")[1:3]] for row in body if row]).T
+        lines.append(f"{v.mean():.5f};{T.mean():.5f};{T.std(ddof=1):.5f};{len(v)}")
+    (tmp_path / "table.csv").write_text("\n".join(lines))
+    fric_command("ingest", tmp_path / "table.csv", "--propose", tmp_path / "map.yaml")
+    text = (tmp_path / "map.yaml").read_text()
+    assert "kind: force-velocity" in text
+    text = text.replace("motion: linear", "motion: rotary").replace('unit: "rpm"', 'unit: "rpm", sign: -1')
+    text = text.replace(
+        'scale: "? N*m"}      # logged in %: say what one of these is, as in scale: "0.1 N*m"; add',
+        'scale: "0.0984 mN*m", sign: -1}  # add',
+    ).replace('scale: "? N*m"', 'scale: "0.0984 mN*m"')
+    (tmp_path / "map.yaml").write_text(text)
+    fric_command("ingest", tmp_path / "table.csv", "--map", tmp_path / "map.yaml", "-o", tmp_path / "table.h5")
+    files = sorted((DATA / "screwdrive1/steady_state/0.096kg").glob("*.csv"))
+    ingest(files, tmp_path / "strokes.h5", mapping=mapping("screwdrive1"))
+    found = fric.identify_static(tmp_path / "table.h5").document["static"]
+    whole = fric.identify_static(tmp_path / "strokes.h5").document["static"]
+    for name in ("F_c", "F_s", "v_s", "sigma", "offset"):
+        low, high = whole[name]["ci95"]
+        assert low < found[name]["value"] < high
+    assert found["F_s"]["value"] == pytest.approx(whole["F_s"]["value"], rel=0.01)

@@ -15,8 +15,7 @@ from fric.identify.records.inspection import inspect
 from fric.io.hdf5 import read_records
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
-from fric.log import Log
-from fric.results.given import Record
+from fric.log import Log, Record
 from fric.results.ingest import ingest
 from fric.units import Motion
 

@@ -53,6 +53,9 @@ def ingest(
     ] = _BadCells.error,
     begin: Annotated[str | None, typer.Option("--from", metavar="TIME", help="First time to read, as 8.5 s.")] = None,
     end: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Last time to read.")] = None,
+    join: Annotated[
+        bool, typer.Option("--join", help="One record of all files: its channels were logged apart, by one clock.")
+    ] = False,
     propose: Annotated[
         Path | None,
         typer.Option("--propose", metavar="MAP.yaml", help="Write the mapping that would be guessed; read nothing in."),
@@ -85,7 +88,7 @@ def ingest(
     if propose is not None:
         from fric.io.propose import propose as propose_mapping
 
-        text = propose_mapping(files, propose, force=force)
+        text = propose_mapping(files, propose, force=force, join=join)
         if as_json:
             print_json({"output": str(propose), "mapping": text})
         else:
@@ -105,6 +108,6 @@ def ingest(
         raise typer.BadParameter("--radius, --feed, --sampling, --instrument and the direction go with --kind circle")
     else:
         given |= {"kind": kind.value if kind else None, "axis": axis, "motion": motion.value if motion else None}
-        given |= {"begin": begin, "end": end}
+        given |= {"begin": begin, "end": end, "join": join}
         make = fric.ingest
     finish(lambda advance: make(*files, force=force, advance=advance, **given), json=as_json, doing="ingesting")

@@ -14,7 +14,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from fric.documents.provenance import provenance
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Scale
-from fric.log import FrequencyResponse, Log
+from fric.log import Record
 from fric.notice import Notice, Severity
 from fric.units import Motion, factor, si_unit
 
@@ -180,7 +180,7 @@ class Document(Part):
         content: Mapping[str, Any],
         *,
         notices: Iterable[str] = (),
-        logs: Iterable[Log | FrequencyResponse] = (),
+        logs: Iterable[Record] = (),
         also: Mapping[str, Any] | None = None,
     ) -> Self:
         """Return a document that this process makes of some content, checked against the schema as one that is read.

@@ -12,7 +12,7 @@ from fric.documents.base import Document, Quantity, quantities
 from fric.documents.controller import ControllerPart, controller_values
 from fric.documents.provenance import provenance
 from fric.errors import FricError
-from fric.log import FrequencyResponse, Log
+from fric.log import Record
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def block_tree(
     design: BlockDesign,
     axis: str,
     motion: Motion,
-    logs: Sequence[Log | FrequencyResponse] = (),
+    logs: Sequence[Record] = (),
     warnings: Sequence[str] = (),
     cascade: Cascade | None = None,
 ) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel, models
 from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
-from fric.log import Log
+from fric.log import Log, Record
 from fric.units import Motion, parse, si_unit
 
 if TYPE_CHECKING:
@@ -210,7 +210,7 @@ def parse_parameters(model: str, given: Iterable[str], motion: Motion) -> dict[s
     return found
 
 
-def static_tree(fit: StaticFit, logs: Sequence[Log]) -> dict[str, Any]:
+def static_tree(fit: StaticFit, logs: Sequence[Record]) -> dict[str, Any]:
     """Return the friction document of an identified static map, ready to be written or printed."""
     force = si_unit("force", fit.motion)
     content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion}

@@ -12,7 +12,16 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from fric.documents.base import Document, Part
 from fric.errors import FricError
-from fric.log import CHANNELS, CIRCLE, RESPONSE_DIMENSIONS, Kind, channel_dimension, is_circle_channel
+from fric.log import (
+    CHANNELS,
+    CIRCLE,
+    FORCE_VELOCITY,
+    FORCE_VELOCITY_DIMENSIONS,
+    RESPONSE_DIMENSIONS,
+    Kind,
+    channel_dimension,
+    is_circle_channel,
+)
 from fric.units import Motion, factor, parse
 
 FIELD = re.compile(r"\{([^{}]+)\}")
@@ -61,6 +70,7 @@ class Channel(Part):
     period: str | None = Field(default=None, description='a time that was not logged, such as "0.25 ms"')
     unit: str | None = Field(default=None, description="unit of the column; left out, that of the header")
     scale: str | None = Field(default=None, description='what one logged unit is, such as "0.0984 mN*m"')
+    file: str | None = Field(default=None, description='of --join: files that hold it, as "*force*.csv"')
     sign: Literal[1, -1] | None = Field(default=None, description="-1 where the log counts the other way")
 
     @model_validator(mode="after")
@@ -93,6 +103,7 @@ class MappingDocument(Document):
     def _columns_fit(self) -> Self:
         in_time = self.kind != "frequency-response" or "time" in self.columns
         known = CHANNELS if in_time else tuple(RESPONSE_DIMENSIONS)
+        known = tuple(FORCE_VELOCITY_DIMENSIONS) if self.kind == FORCE_VELOCITY else known
         errors: list[InitErrorDetails] = []
         for name, channel in self.columns.items():
             try:
@@ -118,7 +129,8 @@ class MappingDocument(Document):
         if name == "time" and (channel.value or channel.sign):
             raise FricError("has no sign and no single value", hint="Name its column, or give rate or period.")
         motions: tuple[Motion, ...] = (self.motion,) if self.motion else ("linear", "rotary")
-        dimension = channel_dimension("ball-bar.deviation" if (self.kind, name) == (CIRCLE, "deviation") else name)
+        full = "ball-bar.deviation" if (self.kind, name) == (CIRCLE, "deviation") else name
+        dimension = channel_dimension(f"{FORCE_VELOCITY}.{name}" if self.kind == FORCE_VELOCITY else full)
         checks = (
             (channel.unit, factor, dimension), (channel.scale, parse, dimension), (channel.value, parse, dimension),
             (channel.rate, parse, "frequency"), (channel.period, parse, "time"),

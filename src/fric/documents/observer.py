@@ -13,7 +13,7 @@ from fric.control.q_filter import QFilter
 from fric.documents.base import AxisDocument, Part, Physical, Quantity
 from fric.documents.controller import MarginsPart
 from fric.estimate import Estimate
-from fric.log import FrequencyResponse, Log
+from fric.log import Record
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def observer_tree(
     design: ObserverDesign,
     axis: str,
     motion: Motion,
-    logs: Sequence[Log | FrequencyResponse] = (),
+    logs: Sequence[Record] = (),
     notices: Iterable[str] = (),
 ) -> dict[str, Any]:
     """Return an observer with its limits and margins as an observer document."""

@@ -16,7 +16,7 @@ from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel
 from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
-from fric.log import FrequencyResponse, Log
+from fric.log import Record
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -209,7 +209,7 @@ def plant_part(plant: Plant, motion: Motion) -> PlantPart:
     return PlantPart.model_validate(values)
 
 
-def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Log | FrequencyResponse]) -> dict[str, Any]:
+def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Record]) -> dict[str, Any]:
     """Return the plant document of an identified plant, ready to be written or printed.
 
     Parameters

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import fric
-from fric.log import FrequencyResponse, Log
+from fric.log import Record
 
 
-def provenance(logs: Iterable[Log | FrequencyResponse] = ()) -> dict[str, Any]:
+def provenance(logs: Iterable[Record] = ()) -> dict[str, Any]:
     """Return the ``provenance`` of a document made by this process from these records.
 
     The time is ``SOURCE_DATE_EPOCH`` where that is set, so that an output can be made again to the last byte.

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLUE, GREY, ORANGE, VERMILION, new_figure
-from fric.log import FrequencyResponse, Log
+from fric.identify.static_map.table_points import standard_errors
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.records.inspection import Inspection, ResponseInspection
+    from fric.identify.records.inspection import Inspected, Inspection
 
 POINTS = 4000
 """Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest."""
@@ -25,7 +26,7 @@ MOST = 6
 """Records that each get a row of panels of their own; more are drawn over one another."""
 
 
-def draw_record(records: Sequence[Log | FrequencyResponse], found: Sequence[Inspection | ResponseInspection]) -> Figure:
+def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure:
     """Draw records with stretches and reversals marked.
 
     A few records get a row each: the channels over time to the left; to the right force over position (a motion that
@@ -42,13 +43,15 @@ def draw_record(records: Sequence[Log | FrequencyResponse], found: Sequence[Insp
     pairs = list(zip(records, found, strict=True))
     if len(pairs) > MOST:
         return _overview(pairs)
-    height = sum(2.2 if isinstance(record, FrequencyResponse) else 3.6 for record in records)
+    height = sum(3.6 if isinstance(record, Log) else 2.6 for record in records)
     with new_figure(7.4, max(height, 3.0)) as figure:
         rows = figure.subfigures(len(pairs), 1, squeeze=False)[:, 0]
         for row, (record, inspected) in zip(rows, pairs, strict=True):
             row.suptitle(f"{inspected.name} – {inspected.kind}", fontsize=10, x=0.01, ha="left")
             if isinstance(record, FrequencyResponse):
                 _draw_response(row.subplots(1, 2), record)
+            elif isinstance(record, ForceVelocity):
+                _draw_table(row.subplots(1, 2), record)
             else:
                 _draw_log(row, record, inspected)  # type: ignore[arg-type]
         return figure
@@ -144,7 +147,25 @@ def _draw_response(axes: NDArray[np.object_], response: FrequencyResponse) -> No
     axes[1].set(xlabel="frequency [Hz]", ylabel="phase [°]")
 
 
-def _overview(pairs: list[tuple[Log | FrequencyResponse, Inspection | ResponseInspection]]) -> Figure:
+def _draw_table(axes: NDArray[np.object_], table: ForceVelocity) -> None:
+    """Draw mean forces with their 95 % errors over velocity, and the size of both over a logarithmic speed."""
+    fv, uv = prefixed(_size(table.velocity), table.unit("velocity"))
+    fF, uF = prefixed(_size(table.force), table.unit("force"))
+    error = 1.96 * standard_errors(table)
+    forward = table.velocity > 0
+    for axis, sign in ((axes[0], np.ones_like(table.velocity)), (axes[1], np.sign(table.velocity))):
+        for chosen, colour, marker, label in (
+            (forward, BLUE, "o", "positive direction"), (~forward, VERMILION, "s", "negative direction")
+        ):  # fmt: skip
+            if chosen.any():
+                x, y = (sign * table.velocity)[chosen] * fv, (sign * table.force)[chosen] * fF
+                axis.errorbar(x, y, error[chosen] * fF, fmt=marker, color=colour, markersize=4, label=label)
+    axes[0].set(xlabel=f"velocity [{uv}]", ylabel=f"force [{uF}]")
+    axes[1].set(xlabel=f"speed [{uv}]", ylabel=f"force along the motion [{uF}]", xscale="log")
+    axes[0].legend(loc="best")
+
+
+def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
     """Draw many records: the median force of each stretch over its velocity, and each record over its own duration."""
     logs = [(log, found) for log, found in pairs if isinstance(log, Log)]
     with new_figure(7.4, 3.8) as figure:
@@ -155,7 +176,9 @@ def _overview(pairs: list[tuple[Log | FrequencyResponse, Inspection | ResponseIn
             if log.force is not None
             for s in getattr(found, "segments", ())
         ]
-        motion = logs[0][0].motion if logs else "linear"
+        means = [one for one, _ in pairs if isinstance(one, ForceVelocity)]
+        segments += [(v, F, True) for one in means for v, F in zip(one.velocity, one.force, strict=True)]
+        motion = pairs[0][0].motion
         v, F = np.array([s[0] for s in segments]), np.array([s[1] for s in segments])
         settled = np.array([s[2] for s in segments], dtype=bool)
         fv, uv = prefixed(_size(v), si_unit("velocity", motion))

@@ -144,6 +144,8 @@ class Signs:
     def add(self, block: Mapping[str, NDArray[np.float64]]) -> None:
         """Take the next samples of each channel, in SI."""
         time, x, v, force = (block.get(name) for name in ("time", "position", "velocity", "force"))
+        if time is None and v is not None and force is not None:  # a table of mean forces
+            self.work += _weighed(force * v)
         if time is None or len(time) < 2:
             return
         moved = np.diff(x) if x is not None and v is None else None

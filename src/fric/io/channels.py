@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from fnmatch import fnmatch
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -14,7 +15,14 @@ from fric.documents.mapping import Channel, MappingDocument, filled
 from fric.errors import FricError
 from fric.io.likely import refuse_left_out
 from fric.io.readers.base import Table, plain_name
-from fric.log import CHANNELS, RESPONSE_DIMENSIONS, Kind, channel_dimension
+from fric.log import (
+    CHANNELS,
+    FORCE_VELOCITY,
+    FORCE_VELOCITY_DIMENSIONS,
+    RESPONSE_DIMENSIONS,
+    Kind,
+    channel_dimension,
+)
 from fric.units import Motion, factor, parse, si_unit
 
 if TYPE_CHECKING:
@@ -24,6 +32,34 @@ if TYPE_CHECKING:
 
 SPOKEN = {"torque": "force", "voltage": "input", "t": "time"}
 """What headers call a channel, beside its own name."""
+OF_MEANS = {
+    "mean velocity": "velocity",
+    "speed": "velocity",
+    "mean force": "force",
+    "mean torque": "force",
+    "std": "deviation",
+    "sd": "deviation",
+    "standard deviation": "deviation",
+    "standard error": "error",
+    "sem": "error",
+    "count": "n",
+    "samples": "n",
+}
+"""What headers of a table of forces and velocities call its columns besides."""
+Form = Literal["time", "response", "means"]
+"""What a table holds: samples in time, a frequency response, or mean forces at velocities."""
+NEEDED: dict[Form, tuple[str, ...]] = {
+    "time": ("time",),
+    "response": ("frequency", "magnitude", "phase"),
+    "means": ("velocity", "force"),
+}
+"""Channels that each form has at least."""
+ORDER: dict[Form, tuple[str, ...]] = {
+    "time": CHANNELS,
+    "response": tuple(RESPONSE_DIMENSIONS),
+    "means": tuple(FORCE_VELOCITY_DIMENSIONS),
+}
+"""Channels that each form can have."""
 _NEPER_A_DECIBEL = math.log(10.0) / 20.0
 _DECIBEL = re.compile(r"dB\s*(?:\((.*)\))?")
 """Decibels of a unit in brackets; of a magnitude, plain dB are of its SI unit."""
@@ -48,8 +84,8 @@ class Plan:
     """Columns that are read."""
     names: tuple[str, ...]
     """Names of all the columns of the table."""
-    response: bool
-    """Whether the record is a frequency response."""
+    form: Form
+    """What the table holds."""
     stated: frozenset[str]
     """Channels whose sign the mapping states."""
 
@@ -80,7 +116,13 @@ class Plan:
 
 
 def plan(
-    table: Table, mapping: MappingDocument | None, kind: Kind | None, motion: Motion | None, fields: Mapping[str, str]
+    table: Table,
+    mapping: MappingDocument | None,
+    kind: Kind | None,
+    motion: Motion | None,
+    fields: Mapping[str, str],
+    *,
+    part: bool = False,
 ) -> Plan:
     """Find every channel of a table.
 
@@ -96,6 +138,8 @@ def plan(
         Motion of the axis; None to let the units tell.
     fields
         The ``{fields}`` of the file.
+    part
+        Whether the table holds a part of the channels of its record: time, and one other at least.
 
     Raises
     ------
@@ -103,37 +147,62 @@ def plan(
         When a column is not there, has no unit or one of the wrong kind, or there is no time, or nothing that moves.
     """
     where = str(table.path)
-    channels = mapping.columns if mapping else _by_header(table, kind)
+    if kind is None and mapping is not None and mapping.kind != "circle":
+        kind = mapping.kind
+    channels = _of_file(table, mapping.columns, part) if mapping else _by_header(table, kind)
+    form = _form(channels, kind)
     motions: tuple[Motion, ...] = (motion,) if motion else ("linear", "rotary")
     refusals: list[tuple[int, FricError]] = []
     for chosen in motions:
         origins: dict[str, Origin] = {}
         try:
             for name, channel in channels.items():
-                origins[name] = origin_of(table, name, channel, chosen, fields)
+                origins[name] = origin_of(table, name, channel, chosen, fields, form)
         except FricError as error:
             refusals.append((len(origins), error))
             continue
         break
     else:
         raise max(refusals, key=lambda refusal: refusal[0])[1]  # of the motion that more of the columns fit
-    response = "magnitude" in origins
-    if mapping is None and not response and "time" in origins:
+    if mapping is None and form == "time" and "time" in origins and not (part and len(origins) > 1):
         refuse_left_out(table, origins, tuple(o.column for o in origins.values() if o.column is not None))
-    needed = ("frequency", "magnitude", "phase") if response else ("time",)
-    for name in needed:
+    for name in NEEDED[form]:
         if name not in origins:
-            raise FricError(f"no column is {name}", where=where, hint=_hint(table, name))
-    if not response and not {"position", "velocity"} & origins.keys():
+            raise FricError(f"no column is {name}", where=where, hint=_hint(table, name, origins))
+    if form == "time" and not ({"position", "velocity"} & origins.keys() or (part and len(origins) > 1)):
         raise FricError("no column is position or velocity", where=where, hint=_hint(table, "position"))
-    known = tuple(RESPONSE_DIMENSIONS) if response else CHANNELS  # the position goes before what is put on its clock
+    known = ORDER[form]  # the position goes before what is put on its clock
     ranked = (origins[name].column for name in sorted(origins, key=known.index))
     wanted = tuple(dict.fromkeys(column for column in ranked if column is not None))
     if not wanted:
         raise FricError("no channel is read from a column", where=where, hint="Name the column of one at least.")
     names = tuple(column.name for column in table.columns)
     stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
-    return Plan(chosen, origins, wanted, names, response, stated)
+    return Plan(chosen, origins, wanted, names, form, stated)
+
+
+def _form(channels: Mapping[str, Channel], kind: Kind | None) -> Form:
+    if kind == FORCE_VELOCITY or ("time" not in channels and {"n", "deviation", "error"} & channels.keys()
+                                  and "magnitude" not in channels):  # fmt: skip
+        return "means"
+    return "response" if "magnitude" in channels else "time"
+
+
+def _of_file(table: Table, channels: Mapping[str, Channel], part: bool) -> dict[str, Channel]:
+    """Return the channels of a mapping that a file is asked for: all, or of a part those that it can hold."""
+    if not part:
+        return dict(channels)
+    found = {}
+    for name, channel in channels.items():
+        if channel.file is not None and not fnmatch(table.path.name, channel.file):
+            continue
+        try:
+            if channel.file is None and channel.column is not None:
+                table.find(channel.column, name)
+        except FricError:
+            continue
+        found[name] = channel
+    return found
 
 
 def _by_header(table: Table, kind: Kind | None) -> dict[str, Channel]:
@@ -142,6 +211,10 @@ def _by_header(table: Table, kind: Kind | None) -> dict[str, Channel]:
     spoken = [SPOKEN.get(name, name) for name in names]
     table_of_response = "magnitude" in spoken or (kind == "frequency-response" and "time" not in spoken)
     known = tuple(RESPONSE_DIMENSIONS) if table_of_response else CHANNELS
+    means = [OF_MEANS.get(name, name) for name in spoken]
+    has = {"velocity", "force"} <= set(means) and {"n", "deviation", "error"} & set(means)
+    if kind == FORCE_VELOCITY or (kind is None and has and "time" not in spoken):
+        spoken, known = means, tuple(FORCE_VELOCITY_DIMENSIONS)
     found: dict[str, Channel] = {}
     for channel in known:
         columns = [n for n, name in enumerate(names) if name == channel]
@@ -151,13 +224,20 @@ def _by_header(table: Table, kind: Kind | None) -> dict[str, Channel]:
     return found
 
 
-def _hint(table: Table, channel: str) -> str:
+def _hint(table: Table, channel: str, found: Collection[str] = ()) -> str:
+    if channel == "time" and {"velocity", "force"} <= set(found):
+        return (
+            "If each row is a mean force at one velocity, say --kind force-velocity; else say the sampling in a "
+            "mapping (--map), as in `time: {rate: 1 kHz}`."
+        )
     return f"The columns are {table.listed(12)}. Say in a mapping (--map) which is {channel}, or name it so."
 
 
-def origin_of(table: Table, name: str, channel: Channel, motion: Motion, fields: Mapping[str, str]) -> Origin:
+def origin_of(
+    table: Table, name: str, channel: Channel, motion: Motion, fields: Mapping[str, str], form: Form = "time"
+) -> Origin:
     """Return where one channel comes from: its column, with the factor to SI."""
-    where, dimension = str(table.path), channel_dimension(name)
+    where, dimension = str(table.path), channel_dimension(f"{FORCE_VELOCITY}.{name}" if form == "means" else name)
     sign = channel.sign or 1
 
     def parsed(template: str, measured: str) -> float:
@@ -178,6 +258,8 @@ def origin_of(table: Table, name: str, channel: Channel, motion: Motion, fields:
     if channel.scale is not None:
         return Origin(column, sign * parsed(channel.scale, dimension))
     unit = filled(channel.unit, fields, where) if channel.unit is not None else table.columns[column].unit
+    if unit is None and dimension == "ratio":
+        return Origin(column, 1.0)
     if unit is None:
         raise FricError(
             f"column '{table.columns[column].name}' ({name}) has no unit", where=where,

@@ -89,7 +89,7 @@ def circle_plan(
             warnings.append(Notice(text, "no-reference", "note"))
     wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
     stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
-    return Plan("linear", origins, wanted, tuple(column.name for column in table.columns), False, stated), warnings
+    return Plan("linear", origins, wanted, tuple(column.name for column in table.columns), "time", stated), warnings
 
 
 def _by_header(table: Table) -> dict[str, Channel]:
@@ -184,7 +184,7 @@ def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice
         "counted from 0. Say otherwise in a mapping, and where the voltage stands",
         "columns-by-content", "doubt",
     )  # fmt: skip
-    return Plan("linear", origins, wanted, names, False, frozenset()), [notice]
+    return Plan("linear", origins, wanted, names, "time", frozenset()), [notice]
 
 
 def _is_circle(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import deque
+from collections.abc import Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
@@ -20,6 +21,11 @@ def digest_of(path: Path) -> str:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
+
+
+def digest_of_all(paths: Iterable[Path]) -> str:
+    """Return the sha256 of files that make one record: of their digests, one after the other."""
+    return hashlib.sha256("".join(map(digest_of, paths)).encode()).hexdigest()
 
 
 class FileDigest:

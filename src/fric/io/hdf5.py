@@ -15,7 +15,18 @@ from fric.io.chunks import GrowingColumn, compressor
 from fric.io.safe_hdf5 import column as safe_column
 from fric.io.safe_hdf5 import open_file, text
 from fric.io.staged_hdf5 import staged_hdf5
-from fric.log import CHANNELS, KINDS, RESPONSE_DIMENSIONS, FrequencyResponse, Log, channel_dimension
+from fric.log import (
+    CHANNELS,
+    FORCE_VELOCITY,
+    FORCE_VELOCITY_DIMENSIONS,
+    KINDS,
+    RESPONSE_DIMENSIONS,
+    ForceVelocity,
+    FrequencyResponse,
+    Log,
+    Record,
+    channel_dimension,
+)
 from fric.output import alone
 from fric.units import SI_UNITS, Motion, factor, si_unit
 
@@ -72,15 +83,21 @@ class LogWriter:
             unique = f"{name}-{n}"
         group = self._records.create_group(unique)
         group.attrs.update({key: value for key, value in attributes.items() if value is not None})
-        return RecordWriter(group, self._motion, self._threads, self._check)
+        prefix = f"{FORCE_VELOCITY}." if attributes.get("kind") == FORCE_VELOCITY else ""
+        return RecordWriter(group, self._motion, self._threads, self._check, prefix)
 
-    def write(self, log: Log | FrequencyResponse) -> None:
+    def write(self, log: Record) -> None:
         """Append one whole record."""
         if isinstance(log, Log):
             record = self.create(
                 log.name, kind=log.kind, source=log.source, sha256=log.sha256, dropped=log.dropped or None
             )
             record.extend(log.channels())
+            record.close()
+            return
+        if isinstance(log, ForceVelocity):
+            record = self.create(log.name, kind=log.kind, source=log.source, sha256=log.sha256)
+            record.extend(log.columns())
             record.close()
             return
         record = self.create(log.name, kind="frequency-response", source=log.source, sha256=log.sha256)
@@ -93,9 +110,10 @@ class RecordWriter:
     """One record that is being written."""
 
     def __init__(
-        self, group: h5py.Group, motion: Motion, threads: ThreadPoolExecutor, check: Callable[[], None]
+        self, group: h5py.Group, motion: Motion, threads: ThreadPoolExecutor, check: Callable[[], None], prefix: str
     ) -> None:
         self._group, self._motion, self._threads, self._check = group, motion, threads, check
+        self._prefix = prefix
         self._columns: dict[str, GrowingColumn] = {}
         self.name = str(group.name).rpartition("/")[2]
 
@@ -103,7 +121,7 @@ class RecordWriter:
         """Append the same number of samples to each channel (or column of a response), in SI."""
         for channel, values in block.items():
             if channel not in self._columns:
-                unit = si_unit(channel_dimension(channel), self._motion)
+                unit = si_unit(channel_dimension(self._prefix + channel), self._motion)
                 self._columns[channel] = GrowingColumn(self._group, channel, unit, self._threads)
             self._columns[channel].append(values)
         self._check()
@@ -148,7 +166,7 @@ def log_writer(
             yield LogWriter(file, axis, motion, threads, check)
 
 
-def write_logs(path: Path, logs: Sequence[Log | FrequencyResponse], *, force: bool = False) -> None:
+def write_logs(path: Path, logs: Sequence[Record], *, force: bool = False) -> None:
     """Write records of one axis to a new log file."""
     with log_writer(path, axis=logs[0].axis, motion=logs[0].motion, force=force) as writer:
         for log in logs:
@@ -164,7 +182,7 @@ def check_format(file: h5py.File, path: Path) -> None:
         )
 
 
-def read_records(path: Path) -> list[Log | FrequencyResponse]:
+def read_records(path: Path) -> list[Record]:
     """Read every record of a log file, in the order of their names as written.
 
     Raises
@@ -195,7 +213,7 @@ def read_logs(paths: Iterable[Path] | Path) -> list[Log]:
     return logs
 
 
-def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -> Log | FrequencyResponse:
+def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -> Record:
     motion: Motion = common["motion"]
     attributes = {"name": name, "source": str(path), "sha256": text(group.attrs, "sha256"), **common}
 
@@ -213,6 +231,11 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
     kind = text(group.attrs, "kind") or None
     if kind is not None and kind not in KINDS:
         raise FricError(f"record '{name}' is of unknown kind '{kind}'", where=str(path))
+    if kind == FORCE_VELOCITY:
+        found = {key: column(key, dimension) for key, dimension in FORCE_VELOCITY_DIMENSIONS.items()}
+        if found["velocity"] is None or found["force"] is None:
+            raise FricError(f"record '{name}' has no velocity or no force", where=str(path))
+        return ForceVelocity(**cast(Any, found), **attributes)
     channels = {channel: column(channel, channel_dimension(channel)) for channel in CHANNELS}
     if channels["time"] is None:
         raise FricError(f"record '{name}' has no time", where=str(path))

@@ -20,7 +20,8 @@ from fric.io.audit import Clock
 from fric.io.circle import FORMAT, read_circles, write_circles
 from fric.io.circle_columns import circle_plan
 from fric.io.digest import digest_of
-from fric.io.ingest import Progress, refuse_foreign_name
+from fric.io.ingest import refuse_foreign_name
+from fric.io.ingest_session import Progress
 from fric.io.readers import tables
 from fric.io.rows import WholeRows
 from fric.log import BALL_BAR

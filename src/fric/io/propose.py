@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError
+from fric.io.channels import OF_MEANS
 from fric.io.likely import MOTIONS, looking_like, named_as
 from fric.io.readers import tables
-from fric.io.readers.base import Column, Table
-from fric.log import CHANNELS, KINDS, channel_dimension
+from fric.io.readers.base import Column, Table, plain_name
+from fric.log import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, KINDS, channel_dimension
 from fric.output import staged
 from fric.units import Motion, factor, si_unit
 
@@ -20,13 +22,15 @@ LIKELY = ("time", "reference", "position", "velocity", "force", "input")
 """Channels in the order in which columns are given to them."""
 
 
-def proposal(paths: Sequence[Path]) -> str:
+def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
     """Return the text of a mapping that files of one kind may have, with what is uncertain in comments.
 
     Parameters
     ----------
     paths
         The files; the first tells the columns, and the others must have the same.
+    join
+        The files hold the channels of one record: each tells those that it has.
 
     Raises
     ------
@@ -35,36 +39,51 @@ def proposal(paths: Sequence[Path]) -> str:
     """
     if not paths:
         raise FricError("there is no file to make a mapping for")
-    first = next(iter(tables(paths[0], None)))
-    for path in paths[1:]:
-        other = next(iter(tables(path, None)))
-        if [c.name for c in other.columns] != [c.name for c in first.columns]:
+    first, *others = [next(iter(tables(path, None))) for path in paths]
+    for other in others:
+        if not join and [c.name for c in other.columns] != [c.name for c in first.columns]:
             raise FricError(
-                f"has the columns {other.listed(8)}, and {paths[0].name} has {first.listed(8)}", where=str(path),
-                hint="Propose a mapping for files of one kind at a time.",
+                f"has the columns {other.listed(8)}, and {paths[0].name} has {first.listed(8)}", where=str(other.path),
+                hint="Propose a mapping for files of one kind at a time; or say --join, if they hold one record.",
             )  # fmt: skip
-    chosen, others = _chosen(first)
-    motion = _motion([first.columns[n] for n in chosen.values()])
+    found = {table.path: _chosen(table) for table in ([first, *others] if join else [first])}
+    means = not join and _holds_means(first, found[first.path])
+    if means:
+        found[first.path] = _chosen_means(first)
+    columns = [table.columns[n] for table in [first, *others] for n in found.get(table.path, _NONE).taken.values()]
+    motion = _motion(columns)
+    kind = f"kind: {FORCE_VELOCITY}" if means else f"# kind: {KINDS[0]}"
     lines = [
         f"fric: {MappingDocument.type_name()}",
-        f"# Guessed from {paths[0].name}. Look at every line; lines that say ? are for you to fill in. Then",
-        f"#   fric ingest {paths[0].name}{' …' * (len(paths) > 1)} --map THIS.yaml -o LOG.h5",
+        f"# Guessed from {', '.join(path.name for path in found)}. Look at every line; lines that say ? are for you to "
+        "fill in. Then",
+        f"#   fric ingest {' '.join(path.name for path in found)}{' …' * (len(paths) > len(found))} "
+        f"{'--join ' * join}--map THIS.yaml -o LOG.h5",
         "axis: x",
         f"motion: {motion}                # or {'linear' if motion == 'rotary' else 'rotary'}",
-        f"# kind: {KINDS[0]}      # the experiment, where all files are of one; there are {', '.join(KINDS)}",
+        f"{kind}      # the experiment, where all files are of one; there are {', '.join(KINDS)}",
         "columns:",
     ]
-    for channel in CHANNELS:
-        if channel in chosen:
-            lines += _line(first, channel, chosen[channel], others.get(channel, []), motion)
-    if "time" not in chosen:
+    written: set[str] = set()
+    for channel in FORCE_VELOCITY_DIMENSIONS if means else CHANNELS:
+        for table in [first, *others]:
+            if channel in written or channel not in found.get(table.path, _NONE).taken:
+                continue
+            written.add(channel)
+            own = found[table.path]
+            file = table.path.name if join and channel != "time" else ""
+            lines += _line(table, channel, own, motion, file)
+    if "time" not in written and not means:
         lines.append('  time: {rate: "? Hz"}      # no column looks like it: say the sampling rate, or the period')
     for channel in ("position", "force"):
-        if channel not in chosen and not (channel == "position" and "velocity" in chosen):
+        if channel not in written and not (channel == "position" and "velocity" in written):
             lines.append(f"  # {channel}: {{column: ?, unit: {si_unit(channel_dimension(channel), motion)}}}")
-    read = set(chosen.values())
-    left = [column.name for n, column in enumerate(first.columns) if n not in read]
-    if left:
+    if left := [
+        column.name
+        for table in ([first, *others] if join else [first])
+        for n, column in enumerate(table.columns)
+        if n not in found[table.path].taken.values()
+    ]:
         lines.append(f"# not read: {', '.join(left)}")
     if first.constants:
         lines.append(
@@ -73,15 +92,47 @@ def proposal(paths: Sequence[Path]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def propose(paths: Sequence[Path], output: Path, *, force: bool = False) -> str:
+def propose(paths: Sequence[Path], output: Path, *, force: bool = False, join: bool = False) -> str:
     """Write a proposal to a file, whole or not at all, and return its text."""
-    text = proposal(paths)
+    text = proposal(paths, join=join)
     with staged(output, force=force) as draft:
         draft.write_text(text, encoding="utf-8")
     return text
 
 
-def _chosen(table: Table) -> tuple[dict[str, int], dict[str, list[int]]]:
+class _Guess(NamedTuple):
+    """A column for each channel that one looks like, and what else does."""
+
+    taken: dict[str, int]
+    others: dict[str, list[int]]
+
+
+_NONE = _Guess({}, {})
+
+
+def _holds_means(table: Table, guess: _Guess) -> bool:
+    """Say whether a table looks like mean forces at velocities: both, no time, and a deviation, an error or n."""
+    names = {OF_MEANS.get(plain_name(column.name), plain_name(column.name)) for column in table.columns}
+    timed = guess.taken.get("time")
+    named = timed is not None and named_as(table.columns[timed]) == "time"
+    return not named and {"velocity", "force"} <= guess.taken.keys() and bool({"n", "deviation", "error"} & names)
+
+
+def _chosen_means(table: Table) -> _Guess:
+    taken: dict[str, int] = {}
+    names = [OF_MEANS.get(plain_name(column.name), plain_name(column.name)) for column in table.columns]
+    for column in ("deviation", "error", "n"):
+        if column in names:
+            taken[column] = names.index(column)
+    others: dict[str, list[int]] = {}
+    for channel in ("velocity", "force"):
+        found = [names.index(channel)] if channel in names else looking_like(table, channel, tuple(taken.values()))
+        if found:
+            taken[channel], others[channel] = found[0], found[1:]
+    return _Guess(taken, others)
+
+
+def _chosen(table: Table) -> _Guess:
     """Return a column for each channel that one looks like, and what else does."""
     chosen: dict[str, int] = {}
     others: dict[str, list[int]] = {}
@@ -91,7 +142,7 @@ def _chosen(table: Table) -> tuple[dict[str, int], dict[str, list[int]]]:
             found = _rising(table)
         if found:
             chosen[channel], others[channel] = found[0], found[1:]
-    return chosen, others
+    return _Guess(chosen, others)
 
 
 def _rising(table: Table) -> list[int]:
@@ -126,13 +177,18 @@ def _fits(unit: str | None, channel: str, motion: Motion) -> bool:
     return True
 
 
-def _line(table: Table, channel: str, n: int, others: Sequence[int], motion: Motion) -> list[str]:
+def _line(table: Table, channel: str, guess: _Guess, motion: Motion, file: str) -> list[str]:
+    n, others = guess.taken[channel], guess.others.get(channel, [])
     column = table.columns[n]
     same = [k for k, other in enumerate(table.columns) if other.name == column.name]
     named = str(n) if len(same) > 1 or not column.name else '"' + column.name.replace('"', '\\"') + '"'
-    si = si_unit(channel_dimension(channel), motion)
-    if _fits(column.unit, channel, motion):
-        unit, why = f'unit: "{column.unit}"', "by its name" if named_as(column) == channel else "by its unit"
+    said = f', file: "{file}"' if file else ""
+    if channel == "n":
+        return [f"  n: {{column: {named}}}      # samples of each mean"]
+    measured = "force" if channel in {"deviation", "error"} else channel
+    si = si_unit(channel_dimension(measured), motion)
+    if _fits(column.unit, measured, motion):
+        unit, why = f'unit: "{column.unit}"', "by its name" if named_as(column) == measured else "by its unit"
     elif column.unit:
         unit, why = f'scale: "? {si}"', f'logged in {column.unit}: say what one of these is, as in scale: "0.1 {si}"'
     else:
@@ -140,4 +196,4 @@ def _line(table: Table, channel: str, n: int, others: Sequence[int], motion: Mot
     beside = [f"'{table.columns[k].name}'" for k in others]
     text = why + (f"; or {', '.join(beside)}" if beside else "")
     text += "; add sign: -1 where it counts the other way" if channel == "force" else ""
-    return [f"  {channel}: {{column: {named}, {unit}}}      # {text}"]
+    return [f"  {channel}: {{column: {named}, {unit}{said}}}      # {text}"]

@@ -30,7 +30,7 @@ from fric.simulate.path import PathRun
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.log import FrequencyResponse, Log
+    from fric.log import Record
 
 T = TypeVar("T", Item, ContourTest)
 
@@ -61,7 +61,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     """
     items: list[Item] = []
     tests: list[ContourTest] = []
-    records: list[Log | FrequencyResponse] = []
+    records: list[Record] = []
     logs: list[tuple[str, str]] = []
     measured = list(circles)
     machine = ""
@@ -112,9 +112,7 @@ def _item(source: str, tree: Mapping[str, Any]) -> Item:
     return Item(source, kind, str(tree["axis"]), tree, document)
 
 
-def _sorted(
-    items: Sequence[Item], tests: Sequence[ContourTest], records: Sequence[Log | FrequencyResponse]
-) -> ReportInput:
+def _sorted(items: Sequence[Item], tests: Sequence[ContourTest], records: Sequence[Record]) -> ReportInput:
     """Tell what is newest from what came before it."""
     newest, pairs, replaced = [], [], []
     for kind in KINDS:

@@ -20,7 +20,7 @@ from fric.identify.gms.cycles import HysteresisCycles, find_cycles
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
 from fric.identify.records.prepared import prepared
 from fric.identify.static_map.identify import steady_points
-from fric.log import Log
+from fric.log import ForceVelocity, Log
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -95,7 +95,12 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     logs = [
         log for log in inputs.records if isinstance(log, Log) and (log.axis, log.motion) == (item.axis, item.motion)
     ]
-    strokes = [log for log in logs if log.kind == "constant-velocity"]
+    tables = [
+        one
+        for one in inputs.records
+        if isinstance(one, ForceVelocity) and (one.axis, one.motion) == (item.axis, item.motion)
+    ]
+    strokes: list[Log | ForceVelocity] = [*(log for log in logs if log.kind == "constant-velocity"), *tables]
     waves = [log for log in logs if log.kind == "presliding-sine"]
     assert isinstance(item.document, FrictionDocument)
     plant, notes = _plant(inputs, item, item.document.fit_of("static")) if strokes else (None, [])

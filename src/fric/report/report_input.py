@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.estimate import Estimate
-    from fric.log import FrequencyResponse, Log
+    from fric.log import Record
     from fric.results.diagnose import DiagnosisResult
     from fric.units import Motion
 
@@ -214,7 +214,7 @@ class ReportInput:
 
     items: tuple[Item, ...] = ()
     tests: tuple[ContourTest, ...] = ()
-    records: tuple[Log | FrequencyResponse, ...] = ()
+    records: tuple[Record, ...] = ()
     pairs: tuple[tuple[Item, Item], ...] = ()
     test_pairs: tuple[tuple[ContourTest, ContourTest], ...] = ()
     replaced: tuple[Item, ...] = ()

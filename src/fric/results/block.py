@@ -19,9 +19,9 @@ from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.friction import FrictionModel
 from fric.identify.plant.frequency_response import measure_response
-from fric.log import FrequencyResponse
+from fric.log import FrequencyResponse, Record
 from fric.results.design import Design
-from fric.results.given import Record, cascade_of, document_of, friction_of, gain_of
+from fric.results.given import cascade_of, document_of, friction_of, gain_of
 from fric.results.observer import measured_record
 from fric.results.text import Piece, Table
 from fric.units import Motion, readable

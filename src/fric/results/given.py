@@ -15,11 +15,10 @@ from fric.documents.yaml import read_document
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
-from fric.log import FrequencyResponse, Log
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.results.base import Result
 from fric.units import Motion, parse, parse_gain, si_unit
 
-Record = Log | FrequencyResponse
 D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument)
 
 
@@ -63,7 +62,7 @@ def logs_of(verb: str, given: Iterable[Any]) -> list[Log]:
 
 def _flat(verb: str, given: Iterable[Any]) -> Iterable[Record]:
     for one in given:
-        if isinstance(one, Log | FrequencyResponse):
+        if isinstance(one, Log | FrequencyResponse | ForceVelocity):
             yield one
         elif isinstance(one, str | Path):
             from fric.io.hdf5 import read_records  # with HDF5, which simulations need not

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any, Literal
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.io.ingest import BadCells, Ingested, sizes
+from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import IngestedCircles, StatedCircle
 from fric.io.ingest_circle import ingest_circles as read_circles
+from fric.io.ingest_session import BadCells
 from fric.log import CIRCLE, Kind
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, path_of, quantity, silent
@@ -85,6 +86,7 @@ def ingest(
     bad_cells: BadCells = "error",
     begin: float | str | None = None,
     end: float | str | None = None,
+    join: bool = False,
     force: bool = False,
     advance: Advance = silent,
 ) -> IngestResult:
@@ -106,6 +108,8 @@ def ingest(
         ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted.
     begin, end
         First and last time that is read [s], or as ``"8.5 s"``; all where not given.
+    join
+        Make one record of all files, whose channels were logged by one clock.
     force
         Replace an output that exists.
     advance
@@ -130,6 +134,7 @@ def ingest(
         force=force,
         progress=advance,
         window=_window(begin, end),
+        join=join,
     )
     return IngestResult(done, mapping is not None)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fric.estimate import estimate_rows
-from fric.identify.records.inspection import Channel, Inspection, ResponseInspection
+from fric.identify.records.inspection import Channel, Inspected, Inspection
+from fric.identify.records.table_inspection import ResponseInspection, TableInspection
 from fric.results.text import Piece, Table
 from fric.units import readable
 
@@ -13,12 +14,12 @@ FEW = 4
 """Records that are told one by one; more are told in a table, a line each."""
 
 
-def described(found: Sequence[Inspection | ResponseInspection]) -> list[Piece]:
+def described(found: Sequence[Inspected]) -> list[Piece]:
     """Return all that was found in a few records; of many, a line each."""
     return [piece for one in found for piece in _whole(one)] if len(found) <= FEW else _briefly(found)
 
 
-def _whole(found: Inspection | ResponseInspection) -> list[Piece]:
+def _whole(found: Inspected) -> list[Piece]:
     """Return all that was found in one record."""
     kind = f"{found.kind} ({'stated' if found.stated else 'recognised'})"
     pieces: list[Piece] = [f"{found.name}: {kind}, {found.motion} axis {found.axis}"]
@@ -26,12 +27,25 @@ def _whole(found: Inspection | ResponseInspection) -> list[Piece]:
         pieces.append(f"{found.points} frequencies from {found.low:.4g} to {found.high:.4g} Hz")
         if found.coherence is not None:
             pieces.append(f"least coherence {found.coherence:.2f}")
+    elif isinstance(found, TableInspection):
+        pieces += [f"  {name:<15} {text}" for name, text in _table_rows(found)]
     else:
         pieces += [f"  {name:<15} {text}" for name, text in _log_rows(found) if text]
         rows = [_channel_row(name, channel) for name, channel in found.channels.items() if name != "time"]
         pieces.append(Table(("channel", "from", "to", "step", "no number", "clipped"), rows))
     pieces += [f"{'good' if use.good else 'not good'} for identify {use.purpose}: {use.why}" for use in found.uses]
     return [*pieces, ""]
+
+
+def _table_rows(found: TableInspection) -> list[tuple[str, str]]:
+    length, force = ("rad/s", "N*m") if found.motion == "rotary" else ("m/s", "N")
+    return [
+        ("source", found.source),
+        ("means", f"{found.points} in {'both directions' if found.directions == 2 else 'one direction'}"),
+        ("speeds", f"{_value(found.slowest, length)} to {_value(found.fastest, length)}"),
+        ("forces", f"{_value(found.weakest, force)} to {_value(found.strongest, force)}"),
+        ("columns", ", ".join(found.columns)),
+    ]
 
 
 def _log_rows(found: Inspection) -> list[tuple[str, str]]:
@@ -91,13 +105,16 @@ def _channel_row(name: str, channel: Channel) -> tuple[str, ...]:
     return name, _value(channel.low, channel.unit), _value(channel.high, channel.unit), step, *counts
 
 
-def _briefly(found: Sequence[Inspection | ResponseInspection]) -> list[Piece]:
+def _briefly(found: Sequence[Inspected]) -> list[Piece]:
     """Return a line for each record, and what they are good for together."""
     rows: list[tuple[str, ...]] = []
     for one in found:
         good = " ".join(use.purpose for use in one.uses if use.good)
         if isinstance(one, ResponseInspection):
             rows.append((one.name, one.kind, "", "", f"{one.points} frequencies", "", good))
+            continue
+        if isinstance(one, TableInspection):
+            rows.append((one.name, one.kind, "", "", f"{one.points} means", "", good))
             continue
         speed = "rad/s" if one.motion == "rotary" else "m/s"
         flaws = [f"{len(one.gaps)} gaps"] if one.gaps else []

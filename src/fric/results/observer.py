@@ -17,9 +17,9 @@ from fric.documents.observer import observer_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.identify.plant.frequency_response import measure_response
-from fric.log import FrequencyResponse
+from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.results.design import Design
-from fric.results.given import Record, cascade_of, document_of, gain_of, in_si, quantity, records_of
+from fric.results.given import cascade_of, document_of, gain_of, in_si, quantity, records_of
 from fric.results.text import Piece, Table
 from fric.units import Motion
 
@@ -55,7 +55,7 @@ class ObserverResult(Design):
     of: str
     motion: Motion
     nyquist: float
-    logs: Sequence[Record]
+    logs: Sequence[Log | FrequencyResponse]
     description: Sequence[str]
     asked: float | str
     view: str = "q"
@@ -173,7 +173,7 @@ def design_observer(
     return ObserverResult(design, axis, motion, cascade.sampling / 2, logs, warnings, peak_sensitivity, view)
 
 
-def measured_record(verb: str, given: Any, name: str | None, of: tuple[str, Motion]) -> Record:
+def measured_record(verb: str, given: Any, name: str | None, of: tuple[str, Motion]) -> Log | FrequencyResponse:
     """Return the record with the measured response or its excitation, by name where there are several."""
     records = records_of(verb, [given])
     where = str(given) if isinstance(given, str) or hasattr(given, "suffix") else records[0].source
@@ -187,7 +187,8 @@ def measured_record(verb: str, given: Any, name: str | None, of: tuple[str, Moti
     found = [
         one
         for one in records
-        if (one.name == name if name else isinstance(one, FrequencyResponse) or one.kind == "frequency-response")
+        if not isinstance(one, ForceVelocity)
+        and (one.name == name if name else isinstance(one, FrequencyResponse) or one.kind == "frequency-response")
     ]
     if len(found) != 1:
         text = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")

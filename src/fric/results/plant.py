@@ -13,9 +13,9 @@ from fric.identify.plant.choose import plant_records
 from fric.identify.plant.identify import PlantFit
 from fric.identify.plant.identify import identify_plant as fit_plant
 from fric.identify.plant.rigid_body import MotionFit, identify_motion
-from fric.log import Log
+from fric.log import Log, Record
 from fric.results.base import Identified
-from fric.results.given import Record, quantity, records_of
+from fric.results.given import quantity, records_of
 from fric.results.text import Piece, Table, parameters
 from fric.units import readable
 

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from fric.drive.sensing import Encoder
-from fric.identify.records.inspection import Inspection, ResponseInspection
+from fric.identify.records.inspection import Inspected, Inspection
 from fric.identify.records.inspection import inspect as inspect_record
 from fric.io.hdf5 import write_logs
-from fric.log import CHANNELS, FrequencyResponse, Log
+from fric.log import CHANNELS, ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.results.base import Result
-from fric.results.given import Advance, Record, in_si, quantity, records_of, several, silent
+from fric.results.given import Advance, in_si, quantity, records_of, several, silent
 from fric.results.inspected import described
 from fric.results.machine import machine_of
 from fric.results.text import Piece, Table
@@ -34,7 +34,7 @@ class Records(Result, Sequence[Record]):
     Parameters
     ----------
     records
-        Records in time, and measured frequency responses.
+        Records in time, measured frequency responses, and tables of forces and velocities.
     """
 
     records: Sequence[Record]
@@ -79,13 +79,15 @@ class Records(Result, Sequence[Record]):
         write_logs(Path(path), self.records, force=force)
 
     def to_frame(self) -> pd.DataFrame:
-        """Return the samples of all records in SI, by record and time (or frequency)."""
+        """Return the samples of all records in SI, by record and time (or frequency, or velocity)."""
         import pandas as pd
 
         frames = {}
         for log in self.records:
             if isinstance(log, Log):
                 frames[log.name] = pd.DataFrame(log.channels()).set_index(CHANNELS[0])
+            elif isinstance(log, ForceVelocity):
+                frames[log.name] = pd.DataFrame(log.columns()).set_index("velocity")
             else:
                 columns = {"magnitude": log.magnitude, "phase": log.phase}
                 frames[log.name] = pd.DataFrame(columns, index=pd.Index(log.frequency, name="frequency"))
@@ -97,11 +99,13 @@ def _kind(log: Record) -> str | None:
 
 
 def _samples(log: Record) -> int:
+    if isinstance(log, ForceVelocity):
+        return len(log.velocity)
     return len(log.frequency) if isinstance(log, FrequencyResponse) else len(log)
 
 
 def _duration(log: Record) -> str:
-    return "" if isinstance(log, FrequencyResponse) else readable(log.time[-1], "s")
+    return "" if not isinstance(log, Log) else readable(log.time[-1], "s")
 
 
 def read(*files: Any) -> Records:
@@ -133,7 +137,7 @@ class InspectionResult(Result):
     """
 
     records: Sequence[Record]
-    found: Sequence[Inspection | ResponseInspection]
+    found: Sequence[Inspected]
 
     @cached_property
     def document(self) -> dict[str, Any]:

@@ -13,9 +13,9 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
-from fric.log import Log
+from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import document_of, in_si, logs_of, plant_of
+from fric.results.given import document_of, in_si, plant_of, records_of
 from fric.results.text import Piece, parameters
 from fric.units import readable
 
@@ -36,7 +36,7 @@ class StaticResult(IdentifiedFriction):
     """
 
     fit: StaticFit
-    logs: Sequence[Log]
+    logs: Sequence[Log | ForceVelocity]
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -75,7 +75,7 @@ def identify_static(
     Parameters
     ----------
     logs
-        Log files or records of one axis, each with one or many strokes.
+        Log files or records of one axis: strokes, one or many a record, and tables of mean forces at velocities.
     plant
         The plant, its file or its result: the drive's own linear damping ``K_f·(A/B)·v`` is taken off first.
     delta
@@ -96,7 +96,9 @@ def identify_static(
     FricError
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
-    records = logs_of("identify_static", logs)
+    records = [one for one in records_of("identify_static", logs) if not isinstance(one, FrequencyResponse)]
+    if not records:
+        raise FricError("there is neither a record in time nor a table of forces and velocities")
     given = None if plant is None or isinstance(plant, Plant) else document_of("identify_static", PlantDocument, plant)
     found = fit_static(
         records,

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from typing import Literal
 
 from fric.errors import FricError
-from fric.log import FrequencyResponse, Log
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 
 Method = Literal["response", "motion"]
 
 
 def plant_records(
-    records: Sequence[Log | FrequencyResponse], method: Method | None = None
+    records: Sequence[Record], method: Method | None = None
 ) -> tuple[Method, list[Log | FrequencyResponse]]:
     """Return the method, and the records that serve it: frequency responses where there are any, or motions.
 
@@ -32,7 +32,8 @@ def plant_records(
     if len(axes) > 1:
         text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
         raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")
-    responses = [r for r in records if isinstance(r, FrequencyResponse) or r.kind == "frequency-response"]
+    dynamic = [r for r in records if not isinstance(r, ForceVelocity)]
+    responses = [r for r in dynamic if isinstance(r, FrequencyResponse) or r.kind == "frequency-response"]
     in_time: list[Log | FrequencyResponse] = [r for r in records if isinstance(r, Log)]
     motions = [r for r in in_time if isinstance(r, Log) and r.kind in {"motion", None}]
     asked = method is not None

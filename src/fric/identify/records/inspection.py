@@ -16,8 +16,14 @@ from fric.identify.records.recognition import Sine, fitted_sine, force_rise, rec
 from fric.identify.records.resolution import encoder_step
 from fric.identify.records.reversals import find_reversals
 from fric.identify.records.segments import Segment, segments_and_rests
+from fric.identify.records.table_inspection import (
+    ResponseInspection,
+    TableInspection,
+    inspect_response,
+    inspect_table,
+)
 from fric.identify.records.uses import Use, found_uses
-from fric.log import FrequencyResponse, Kind, Log
+from fric.log import ForceVelocity, FrequencyResponse, Kind, Log, Record
 from fric.notice import Notice
 
 if TYPE_CHECKING:
@@ -147,53 +153,22 @@ class Inspection:
         return fields | {"stretches": segments, "encoder_step": self.encoder_step}
 
 
-@dataclass(frozen=True)
-class ResponseInspection:
-    """What a record in frequency holds.
-
-    Parameters
-    ----------
-    name, source, axis, motion
-        As in `FrequencyResponse`.
-    points
-        How many frequencies.
-    low, high
-        Lowest and highest frequency [Hz].
-    coherence
-        Least coherence; None where none was measured.
-    uses
-        What the record is good for and what not.
-    kind, stated
-        As in `Inspection`: such a record is a frequency response.
-    """
-
-    name: str
-    source: str
-    axis: str
-    motion: str
-    points: int
-    low: float
-    high: float
-    coherence: float | None
-    uses: tuple[Use, ...]
-    kind: Kind = "frequency-response"
-    stated: bool = True
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as plain numbers in SI, lists and strings, as JSON takes it."""
-        return asdict(self)
+Inspected = Inspection | ResponseInspection | TableInspection
 
 
-def inspect(record: Log | FrequencyResponse) -> Inspection | ResponseInspection:
+def inspect(record: Record) -> Inspected:
     """Return what a record holds and what it is good for.
 
     Parameters
     ----------
     record
-        A record in time or in frequency. Samples with a cell that is no number are counted, and left out of the rest.
+        A record in time or in frequency, or a table of forces and velocities. Samples with a cell that is no number are
+        counted, and left out of the rest.
     """
     if isinstance(record, FrequencyResponse):
-        return _inspect_response(record)
+        return inspect_response(record)
+    if isinstance(record, ForceVelocity):
+        return inspect_table(record)
     channels = {name: _channel(record, name, values) for name, values in record.channels().items()}
     whole = np.all([np.isfinite(values) for values in record.channels().values()], axis=0)
     numbers: dict[str, Any] = {name: values[whole] for name, values in record.channels().items()}
@@ -246,20 +221,6 @@ def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
         else:
             speeds.append([segment])
     return tuple(float(np.average([s.velocity for s in one], weights=[len(s) for s in one])) for one in speeds)
-
-
-def _inspect_response(record: FrequencyResponse) -> ResponseInspection:
-    frequency = record.frequency
-    coherence = None if record.coherence is None else float(np.min(record.coherence))
-    decades = float(np.log10(frequency[-1] / frequency[0])) if len(frequency) > 1 and frequency[0] > 0 else 0.0
-    good = len(frequency) >= 8 and decades >= 1.0
-    why = f"{len(frequency)} frequencies over {decades:.1f} decades" + (
-        "" if good else ": 8 over one decade are needed"
-    )
-    return ResponseInspection(
-        record.name, record.source, record.axis, record.motion, len(frequency), float(frequency.min()),
-        float(frequency.max()), coherence, (Use("plant", good, why),),
-    )  # fmt: skip
 
 
 def _channel(log: Log, name: str, values: NDArray[np.float64]) -> Channel:

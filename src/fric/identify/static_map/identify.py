@@ -19,6 +19,7 @@ from fric.identify.static_map.averages import Average
 from fric.identify.static_map.identifiability import damping_warning, directions_differ, identifiability_warnings
 from fric.identify.static_map.map_fit import Form, MapFit, SpeedPoint, Weights, fit_map
 from fric.identify.static_map.points import stroke_points
+from fric.log import ForceVelocity
 from fric.notice import Notice
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
@@ -67,7 +68,7 @@ class StaticFit:
 
 @one_blas_thread()
 def identify_static(
-    logs: Sequence[Log],
+    records: Sequence[Log | ForceVelocity],
     *,
     plant: Plant | None = None,
     delta: float | None = 1.0,
@@ -86,8 +87,8 @@ def identify_static(
 
     Parameters
     ----------
-    logs
-        Records of one axis, each with one or many strokes.
+    records
+        Records of one axis, each with one or many strokes, and tables of mean forces at velocities.
     plant
         Where given, the drive's own linear damping ``K_f·(A/B)·v`` is taken off the force first.
     delta
@@ -111,15 +112,16 @@ def identify_static(
     FricError
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
-    points, missing = stroke_points(logs, average=average, plant=plant)
+    points, missing = stroke_points(records, average=average, plant=plant)
+    logs = [record for record in records if not isinstance(record, ForceVelocity)]
     forces = np.array([point.force for point in points])
     if np.ptp(forces) <= 1e-9 * np.abs(forces).max(initial=0.0):
         raise FricError(
             f"every stroke took the same force, {readable(float(forces[0]), si_unit('force', logs[0].motion))}",
-            where=logs[0].source, hint="Is it the right column? Friction changes its sign with the direction.",
+            where=records[0].source, hint="Is it the right column? Friction changes its sign with the direction.",
         )  # fmt: skip
     cut = _cut_off(logs) + missing
-    axis, motion = logs[0].axis, logs[0].motion
+    axis, motion = records[0].axis, records[0].motion
     method = (
         f"separable least squares; weights {weights}; average {average}; direction {direction}; "
         "95 % intervals by profile likelihood"
@@ -190,7 +192,9 @@ def identify_static(
     return StaticFit(axis, motion, tuple(points), fit, None, {}, tuple(warnings), method, plant)
 
 
-def steady_points(logs: Sequence[Log], *, average: Average = "robust", plant: Plant | None = None) -> list[SpeedPoint]:
+def steady_points(
+    logs: Sequence[Log | ForceVelocity], *, average: Average = "robust", plant: Plant | None = None
+) -> list[SpeedPoint]:
     """Return one point for each stroke of the records, by velocity, as `identify_static` takes them.
 
     Raises
@@ -232,10 +236,12 @@ def _flaws(logs: Sequence[Log], points: Sequence[SpeedPoint], fit: MapFit) -> li
     strokes = [
         (named[point.record], Segment(start, stop + 1, point.velocity, 0.0, start, point.settled))
         for point in points
-        if not point.swing and len(named) == len(logs)
+        if not point.swing and len(named) == len(logs) and point.record in named
         for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop])]
     ]
-    clock = clock_flaws([named[name] for name in dict.fromkeys(point.record for point in points)], "static")
+    clock = clock_flaws(
+        [named[name] for name in dict.fromkeys(point.record for point in points) if name in named], "static"
+    )
     return clock + stroke_flaws(strokes, force=level, half_width=half)
 
 

@@ -13,6 +13,8 @@ from fric.identify.records.resolution import lattice_step
 from fric.identify.records.segments import Segment, steady_segments
 from fric.identify.static_map.averages import Average, average
 from fric.identify.static_map.map_fit import SpeedPoint
+from fric.identify.static_map.table_points import table_points
+from fric.log import ForceVelocity
 from fric.notice import Notice
 from fric.units import readable, si_unit
 
@@ -39,19 +41,23 @@ ENDS = 0.15
 
 
 def stroke_points(
-    logs: Sequence[Log], *, average: Average = "robust", plant: Plant | None = None
+    records: Sequence[Log | ForceVelocity], *, average: Average = "robust", plant: Plant | None = None
 ) -> tuple[list[SpeedPoint], list[str]]:
     """Return one point for each stroke of the records, by velocity, and what there is to say of the others.
 
-    A record that says it is of constant velocity, and ripples too much for a steady segment, gives its inner part.
+    A table of forces and velocities gives a point a row. A record that says it is of constant velocity, and ripples too
+    much for a steady segment, gives its inner part.
 
     Raises
     ------
     FricError
         When a record logged no force, or none holds a stroke.
     """
+    tables = [one for one in records if isinstance(one, ForceVelocity)]
+    logs = [one for one in records if not isinstance(one, ForceVelocity)]
     stated = [log for log in logs if log.kind == "constant-velocity"]
-    points, without = [], []
+    points, warnings = table_points(tables, plant)
+    without = []
     for log in stated or logs:
         found, reason = _points_of(log, average, plant)
         points += found
@@ -63,10 +69,9 @@ def stroke_points(
         raise FricError(
             "no stroke at constant velocity was found"
             + (f" (the records say that they are {kinds})" if kinds else "") + why,
-            where=logs[0].source,
+            where=records[0].source,
             hint="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
         )  # fmt: skip
-    warnings: list[str] = []
     if without:
         warnings.append(
             Notice(
@@ -74,7 +79,7 @@ def stroke_points(
                 "records-without-stroke", "doubt" if 4 * len(without) > len(stated or logs) else "note",
             )
         )  # fmt: skip
-    unit = si_unit("velocity", logs[0].motion)
+    unit = si_unit("velocity", records[0].motion)
     swinging = sorted({abs(p.velocity) for p in points if p.swing})
     if swinging:
         most = max(p.swing for p in points)
