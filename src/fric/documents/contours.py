@@ -7,10 +7,11 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from fric.documents.base import Document, Part
+from fric.documents.base import CodedWarning, Document, Part
 from fric.simulate.circle import CircleRun, circle_document
 from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
 from fric.simulate.path import PathRun, path_document
+from fric.simulate.prediction import Prediction
 from fric.simulate.spread import Distribution
 
 
@@ -72,6 +73,33 @@ class VerdictPart(Part):
     next: list[str] = Field(description="what to type next")
 
 
+class PredictedScheme(Part):
+    """What one scheme should leave, on machines drawn from all that is open about the one that was identified."""
+
+    glitch: float | None = Field(description="median [m]")
+    ci95: list[float | None] = Field(description="[m]; null where a loop is not stable")
+    under: float | None = Field(description="what 95 % of the machines stay under [m]")
+    quadrants: dict[str, list[float | None]] = Field(description="95 % interval of the signed glitch [m]")
+    axes: dict[str, list[float | None]] = Field(description="95 % interval of the largest glitch of an axis [m]")
+    unstable: float = Field(description="share of the machines on which the loop is not stable")
+    trusted: bool
+    why: list[CodedWarning] = Field(description="why it must not be trusted")
+
+
+class PredictionPart(Part):
+    """What schemes should leave of the circle, and whether that may be trusted."""
+
+    radius: float
+    feed: float
+    axes: list[str]
+    machines: int
+    resolution: float = Field(description="step of the coarsest encoder [m]")
+    measured: list[str] = Field(description="measured circles that every machine was made to agree with")
+    schemes: dict[str, PredictedScheme]
+    widened: dict[str, list[CodedWarning]] = Field(description="by axis, what widened the intervals")
+    distrust: list[CodedWarning] = Field(description="why no interval must be trusted")
+
+
 class CircleResultDocument(Document):
     """What schemes leave of a circle."""
 
@@ -83,6 +111,7 @@ class CircleResultDocument(Document):
     schemes: dict[str, CircleScheme]
     monte_carlo: MonteCarloPart | None = None
     verdict: VerdictPart | None = Field(None, description="what to switch on, by this circle alone")
+    prediction: PredictionPart | None = None
 
 
 class PathReversal(Part):
@@ -115,11 +144,15 @@ class PathResultDocument(Document):
 
 
 def circle_tree(
-    runs: Sequence[CircleRun], many: MonteCarlo | None, notices: Iterable[str], verdict: dict[str, Any]
+    runs: Sequence[CircleRun],
+    many: MonteCarlo | None,
+    notices: Iterable[str],
+    verdict: dict[str, Any],
+    prediction: Prediction | None = None,
 ) -> dict[str, Any]:
     """Return what schemes leave of one circle, and on many machines, and the verdict, ready to be printed."""
     content = circle_document(runs) | ({"monte_carlo": monte_carlo_document(many)} if many else {})
-    content |= {"verdict": verdict}
+    content |= {"verdict": verdict} | ({"prediction": prediction.as_dict()} if prediction else {})
     return CircleResultDocument.made(content, notices=notices).tree()
 
 

@@ -7,14 +7,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from fric.documents.discrepancy import discrepancies
 from fric.documents.friction import FrictionDocument
-from fric.documents.machine import true_friction
+from fric.documents.machine import spring_of, true_friction
 from fric.documents.machine_files import read_machine, read_machine_document
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
+from fric.notice import Notice
 from fric.simulate.intervals import Intervals, closed_intervals, friction_intervals
 from fric.simulate.machine import Machine
+from fric.simulate.reality.flaws import NONE
+from fric.simulate.spread import Spread
 
 NO_INTERVAL = "no parameter has a 95 % interval"
 
@@ -31,6 +35,10 @@ class Identified:
         By axis and parameter, the 95 % intervals that hold their estimate and are closed.
     covariances
         By axis, how these parameters err together, where the files tell.
+    discrepancies
+        By axis, by what factors it may differ besides, as misfit and warnings of the files say.
+    widened
+        By axis, why.
     warnings
         Which parameters cannot be drawn from their interval.
     """
@@ -38,6 +46,8 @@ class Identified:
     machine: Machine
     intervals: Mapping[str, Intervals]
     covariances: Mapping[str, Sequence[Covariance]]
+    discrepancies: Mapping[str, Mapping[str, Spread]]
+    widened: Mapping[str, tuple[Notice, ...]]
     warnings: tuple[str, ...]
 
 
@@ -46,7 +56,7 @@ def read_identified(path: Path, *, nominal_files: Iterable[str] = (), **instead:
 
     What is identified of an axis is what its controller believes: the friction file given in ``nominal_files``, or that
     of its feedforward, and the nominal plant; what these do not tell, and an axis without them, is as the machine file
-    says that it is.
+    says that it is. Flaws of the machine file are never taken for known; a second mass is, where the response shows it.
 
     Parameters
     ----------
@@ -62,6 +72,8 @@ def read_identified(path: Path, *, nominal_files: Iterable[str] = (), **instead:
     machine = read_machine(path, nominal_files=nominal_files, **instead)
     intervals: dict[str, Intervals] = {}
     covariances: dict[str, Sequence[Covariance]] = {}
+    beyond: dict[str, Mapping[str, Spread]] = {}
+    widened: dict[str, tuple[Notice, ...]] = {}
     axes, warnings = dict(machine.axes), []
     for name, part in read_machine_document(path, nominal_files).axes.items():
         own = part.feedforward.friction
@@ -85,15 +97,21 @@ def read_identified(path: Path, *, nominal_files: Iterable[str] = (), **instead:
         if found:
             intervals[name] = found
             covariances[name] = [*_together(own or part.friction), *_of_plant(part.nominal or part.plant)]
+        spreads, why = discrepancies(own or part.friction, part.nominal or part.plant, refused)
+        if found:
+            beyond[name], widened[name] = spreads, why
         load = float(plant["offset"]) if "offset" in plant else axis.load
-        axes[name] = replace(axis, plant=axis.nominal or axis.plant, friction=model, load=load)
+        spring = axis.second_mass if part.nominal is None else spring_of(part.nominal, model, part.motion)
+        axes[name] = replace(
+            axis, plant=axis.nominal or axis.plant, friction=model, load=load, reality=NONE, second_mass=spring
+        )
     if not intervals:
         raise FricError(
             NO_INTERVAL,
             where=str(path),
             hint="Give the files that `fric identify` wrote: --friction x=FRICTION.yaml, or in the machine file.",
         )
-    return Identified(replace(machine, axes=axes), intervals, covariances, tuple(warnings))
+    return Identified(replace(machine, axes=axes), intervals, covariances, beyond, widened, tuple(warnings))
 
 
 def machine_to_predict(path: Path) -> tuple[Machine, Mapping[str, Intervals] | None]:

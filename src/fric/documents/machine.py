@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
@@ -20,7 +21,7 @@ from fric.errors import FricError
 from fric.friction import FrictionModel
 from fric.notice import Notice
 from fric.simulate.machine import Axis, Machine, NominalFriction, Published
-from fric.simulate.reality.flaws import NONE
+from fric.simulate.reality.flaws import NONE, SecondMass
 from fric.units import Motion
 
 
@@ -238,7 +239,9 @@ def _axis(name: str, part: AxisPart) -> Axis:
             force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
             reality=part.reality.reality(motion) if part.reality else NONE,
             blocks={key: _block(name, key, given, motion) for key, given in part.blocks.items()},
-            second_mass=part.second_mass.second_mass(motion) if part.second_mass else None,
+            second_mass=part.second_mass.second_mass(motion)
+            if part.second_mass
+            else spring_of(part.plant, true_friction(part.friction), motion),
         )
     except FricError as error:
         raise error.at(f"axis {name}") from None
@@ -258,6 +261,16 @@ def _block(axis: str, name: str, given: BlockDocument | dict[str, Quantity], mot
             hint=f"Name the file of '{name}' on this axis.",
         )
     return given.values()
+
+
+def spring_of(plant: PlantPart, friction: FrictionModel, motion: Motion) -> SecondMass | None:
+    """Return the second mass that a plant file found in the response; None without, or where friction has no memory."""
+    if not isinstance(plant, PlantDocument) or plant.second_mass is None or not friction.initial_state().size:
+        return None
+    seen, all_of = plant.second_mass.resonance(motion), plant.plant(motion).M
+    omega, reduced = 2 * pi * seen.frequency, all_of * seen.ratio * (1 - seen.ratio)
+    damping = 2 * seen.damping * omega * reduced
+    return SecondMass(all_of * seen.ratio, omega**2 * reduced, damping, encoder=seen.encoder)
 
 
 def true_friction(document: FrictionDocument) -> FrictionModel:

@@ -23,6 +23,7 @@ from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
 from fric.simulate.path import PathRun, PointPath, RecordedPath
+from fric.simulate.prediction import Prediction, prediction_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,6 +53,7 @@ def write_runs(
     provenance: str = "",
     *,
     many: MonteCarlo | None = None,
+    prediction: Prediction | None = None,
     most_samples: int | None = None,
     force: bool = False,
 ) -> None:
@@ -70,6 +72,8 @@ def write_runs(
         metrics are those of all samples. All where it is not given.
     many
         What the schemes made of it on many machines.
+    prediction
+        What these say of the machine that was identified.
     force
         Replace a file that exists.
     """
@@ -77,6 +81,8 @@ def write_runs(
         file.attrs.update({"fric": FORMAT, "provenance": provenance})
         if many is not None:
             _write_monte_carlo(file.create_group(MONTE_CARLO), many)
+            if prediction is not None:
+                file[f"{MONTE_CARLO}/prediction"] = json.dumps(prediction.as_dict())
         for run in runs:
             group = file.create_group(run.scheme.name)
             group.attrs.update({f"scheme_{key}": value for key, value in run.scheme.plain().items()})
@@ -161,6 +167,13 @@ def read_run_provenance(path: Path) -> dict[str, Any]:
     with open_file(path, hint=AGAIN) as file:
         words = json.loads(text(file.attrs, "provenance") or "{}")
     return words if isinstance(words, dict) else {}
+
+
+def read_prediction(path: Path) -> Prediction | None:
+    """Return what schemes should leave of the circle of a run file; None where no machines were drawn for that."""
+    with open_file(path, hint=AGAIN) as file, foreign(path, AGAIN, lacking=True):
+        key = f"{MONTE_CARLO}/prediction"
+        return prediction_of(json.loads(file[key][()])) if key in file else None
 
 
 @dataclass(frozen=True)

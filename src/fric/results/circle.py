@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from fric.simulate.prediction import Prediction
     from fric.verdict.evidence import Verdict
 
 QUADRANTS = ("+x", "+y", "-x", "-y")
@@ -52,6 +53,8 @@ class CircleResult(Result):
         What they leave on many machines, where that was asked.
     identified
         What the many machines were drawn from, where that are the intervals of what was identified.
+    prediction
+        What the schemes should leave, on machines drawn from all that is open about the one that was identified.
     """
 
     machine: Machine
@@ -59,6 +62,7 @@ class CircleResult(Result):
     only: str | None = None
     many: MonteCarlo | None = None
     identified: Identified | None = None
+    prediction: Prediction | None = None
 
     @property
     def cut_short(self) -> bool:
@@ -75,7 +79,7 @@ class CircleResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch and radial error by scheme [m]."""
-        return circle_tree(self.runs, self.many, self.warnings, self.verdict.as_dict())
+        return circle_tree(self.runs, self.many, self.warnings, self.verdict.as_dict(), self.prediction)
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -143,7 +147,7 @@ class CircleResult(Result):
         from fric.io.run import write_runs  # with HDF5, which a table needs not
 
         made = json.dumps(facts(self.machine, self.runs))
-        write_runs(Path(path), self.runs, made, many=self.many, force=force)
+        write_runs(Path(path), self.runs, made, many=self.many, prediction=self.prediction, force=force)
 
     def to_frame(self) -> pd.DataFrame:
         """Return quadrants, glitch and radial error by scheme [m], and quantiles over many machines."""
@@ -174,6 +178,7 @@ def circle(
     axis: str | None = None,
     known: Any = None,
     machines: int | None = None,
+    measured: Any = (),
     spread: Any = None,
     seed: int = 0,
     accuracy: float | str = 5e-9,
@@ -201,6 +206,9 @@ def circle(
         Schemes of your own by name, or their file; the paper's where not given.
     machines
         Run so many machines that are drawn around this one, too.
+    measured
+        Measured circles, or their files: every machine that is drawn from what was identified is made to agree with
+        them. With reference, position and voltage of each axis.
     spread
         What is drawn how widely: spreads by name, or their file.
     accuracy
@@ -228,11 +236,20 @@ def circle(
         runs.append(run_circle(subject, wanted, test, only=axis))
         advance()
     identified = machine if isinstance(machine, Identified) else None
+    if measured and (identified is None or machines is None):
+        raise FricError(
+            "measured circles were given, and no machines to make agree with them",
+            hint="Draw machines from what was identified: --monte-carlo N --from-intervals.",
+        )
     if machines is None:
         return CircleResult(subject, runs, axis, None, identified)
     given: dict[str, Any] = {} if spreads is None else {"spreads": spreads}
+    evidence = None
     if identified:
-        given |= {"intervals": identified.intervals, "covariances": identified.covariances}
+        from fric.results.evidence import Evidence  # with SciPy's signal processing, which a table needs not
+
+        evidence = Evidence.of(identified, measured, [axis] if axis else None, seed)
+        given |= evidence.drawn()
     given["accuracy"] = in_si(accuracy, "position")
     study = Study(subject, tuple(chosen), test, seed, only=axis, **given)
     opened = cluster_outcomes(study, machines, scheduler) if scheduler else outcomes(study, machines, workers=workers)
@@ -245,4 +262,5 @@ def circle(
                 break
     if not done:
         raise FricError("interrupted before a machine was done", hint="Nothing was written.")
-    return CircleResult(subject, runs, axis, MonteCarlo(study, machines, tuple(done)), identified)
+    many = MonteCarlo(study, machines, tuple(done))
+    return CircleResult(subject, runs, axis, many, identified, evidence.prediction(many) if evidence else None)

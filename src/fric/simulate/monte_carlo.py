@@ -6,7 +6,7 @@ digits on one core, on all of them, and on a cluster.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -46,8 +46,11 @@ class Study:
         The test.
     seed
         Seed of the machines.
-    spreads, intervals, covariances
+    spreads, intervals, covariances, discrepancies
         What is drawn, as in `draw_machine`.
+    completion
+        Makes each machine agree with circles that were measured, by the machine and its number; see
+        `fric.identify.circle.left_over`.
     only
         Name of the one axis that is simulated.
     accuracy
@@ -66,6 +69,8 @@ class Study:
     spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)
     intervals: Mapping[str, Intervals] = field(default_factory=dict)
     covariances: Mapping[str, Sequence[Covariance]] = field(default_factory=dict)
+    discrepancies: Mapping[str, Mapping[str, Spread]] = field(default_factory=dict)
+    completion: Callable[[Machine, int], Machine] | None = None
     only: str | None = None
     accuracy: float = ACCURACY
 
@@ -76,14 +81,16 @@ class Study:
 
     def drawn(self, index: int) -> tuple[Machine, dict[str, float]]:
         """Return machine number ``index``, and what was drawn for it."""
-        return draw_machine(
+        machine, drawn = draw_machine(
             self.machine,
             index,
             seed=self.seed,
             spreads=self.spreads,
             intervals=self.intervals,
             covariances=self.covariances,
+            discrepancies=self.discrepancies,
         )
+        return (machine if self.completion is None else self.completion(machine, index)), drawn
 
     def __call__(self, index: int) -> Outcome:
         """Run all schemes on machine number ``index``; one that cannot run leaves no glitch, and says why."""

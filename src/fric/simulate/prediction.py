@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fric.contour import QUADRANTS
 from fric.notice import Notice
+from fric.simulate.contour_run import pair
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from fric.estimate import Interval
+    from fric.simulate.monte_carlo import MonteCarlo
 
 
 @dataclass(frozen=True)
@@ -101,9 +108,9 @@ class Prediction:
             "measured": list(self.measured),
             "schemes": {
                 name: {
-                    "glitch": one.glitch, "ci95": list(one.ci95), "under": one.under,
-                    "quadrants": {key: list(limits) for key, limits in one.quadrants.items()},
-                    "axes": {key: list(limits) for key, limits in one.axes.items()},
+                    "glitch": _known(one.glitch), "ci95": list(map(_known, one.ci95)), "under": _known(one.under),
+                    "quadrants": {key: list(map(_known, limits)) for key, limits in one.quadrants.items()},
+                    "axes": {key: list(map(_known, limits)) for key, limits in one.axes.items()},
                     "unstable": one.unstable, "trusted": self.trusted(name),
                     "why": [why.as_dict() for why in self.why_not(name)],
                 }
@@ -114,6 +121,78 @@ class Prediction:
         }  # fmt: skip
 
 
+def _known(value: float) -> float | None:
+    return value if isfinite(value) else None
+
+
+ENDS = 0.1
+"""Share of the distance of two quantiles by which they lie too near, of so few machines as are drawn."""
+UNSTABLE = 0.05
+"""Share of the machines on which a scheme's loop may be unstable before its interval is not trusted."""
+
+
+def predicted(
+    many: MonteCarlo,
+    *,
+    widened: Mapping[str, tuple[Notice, ...]] | None = None,
+    measured: Sequence[str] = (),
+    distrust: Sequence[Notice] = (),
+    of_schemes: Mapping[str, Sequence[Notice]] | None = None,
+) -> Prediction:
+    """Return what schemes should leave of a circle, of the machines that were drawn from what was identified.
+
+    Parameters
+    ----------
+    many
+        The machines that were run.
+    widened, measured, distrust
+        As in `Prediction`.
+    of_schemes
+        By scheme, why it alone must not be trusted.
+    """
+    study = many.study
+    names = pair(study.machine)
+    axes = (study.only,) if study.only else names
+    step = max(study.machine.axes[name].encoder.resolution for name in axes)
+    schemes = {}
+    for n, scheme in enumerate(study.schemes):
+        ran = many.quadrants[np.isfinite(many.glitches[:, n]), n]
+        failed = 1 - len(ran) / len(many)
+        why = list((of_schemes or {}).get(scheme.name, ()))
+        if failed > UNSTABLE or not len(ran):
+            text = f"scheme {scheme.name} is not stable on {failed:.0%} of the machines that agree with what is known"
+            why.append(Notice(text, "scheme-unstable", "wrong"))
+        if not len(ran):
+            ran = np.full((1, 4), np.inf)
+        size = np.abs(ran)
+        glitch = size.max(axis=1)
+        ends = {name: size[:, k::2].max(axis=1) for k, name in enumerate(names) if name in axes}
+        low, high = _between(glitch, step)
+        schemes[scheme.name] = Predicted(
+            scheme.name, float(np.median(glitch)), (max(low, 0.0), high), min(_quantile(glitch, 0.95) + step / 2, high),
+            {name: _between(ran[:, k], step) for k, name in enumerate(QUADRANTS)},
+            {name: (max(found[0], 0.0), found[1]) for name, found in ((a, _between(s, step)) for a, s in ends.items())},
+            failed, tuple(why),
+        )  # fmt: skip
+    return Prediction(
+        study.circle.radius, study.circle.feed, axes, len(many), step, schemes, dict(widened or {}), tuple(measured),
+        tuple(distrust),
+    )  # fmt: skip
+
+
+def _between(values: NDArray[np.float64], step: float) -> Interval:
+    """Return the 95 % interval of what was drawn, a step of the encoder wide at least."""
+    if not np.all(np.isfinite(values)):
+        return inf, inf
+    low, high = (_quantile(values, share) for share in (0.025, 0.975))
+    more = ENDS * (high - low) + step / 2
+    return low - more, high + more
+
+
+def _quantile(values: NDArray[np.float64], share: float) -> float:
+    return float(np.quantile(values, share)) if np.all(np.isfinite(values)) else inf
+
+
 def prediction_of(tree: Mapping[str, Any]) -> Prediction:
     """Return the prediction that `Prediction.as_dict` wrote."""
 
@@ -121,12 +200,15 @@ def prediction_of(tree: Mapping[str, Any]) -> Prediction:
         return tuple(Notice(one["text"], one["code"], one["severity"]) for one in given)
 
     def limits(given: Mapping[str, Any]) -> dict[str, Interval]:
-        return {key: (float(low), float(high)) for key, (low, high) in given.items()}
+        return {key: (number(low), number(high)) for key, (low, high) in given.items()}
+
+    def number(given: float | None) -> float:
+        return inf if given is None else float(given)
 
     general = notices(tree["distrust"])
     schemes = {
         name: Predicted(
-            name, float(one["glitch"]), limits({"": one["ci95"]})[""], float(one["under"]),
+            name, number(one["glitch"]), limits({"": one["ci95"]})[""], number(one["under"]),
             limits({key: one["quadrants"][key] for key in QUADRANTS if key in one["quadrants"]}), limits(one["axes"]),
             float(one["unstable"]), tuple(why for why in notices(one["why"]) if why not in general),
         )

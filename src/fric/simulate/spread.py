@@ -117,6 +117,7 @@ class _Draws:
     spreads: Mapping[str, Spread]
     intervals: Intervals
     covariances: Sequence[Covariance] = ()
+    beyond: Mapping[str, Spread] = field(default_factory=dict)
     factors: dict[str, float] = field(default_factory=dict)
     drawn: dict[str, float] = field(default_factory=dict)
 
@@ -143,15 +144,29 @@ class _Draws:
 
     def value(self, name: str, value: float, lower: float, *spreads: str) -> float:
         """Return a parameter drawn from its interval; where it has none, times the factors of its spreads."""
+        by = self.discrepancy(name, spreads)
         interval = self.intervals.get(name)
         if interval is None:
             for spread in spreads:
                 value *= self.factor(spread, name if name.startswith(f"{spread}_") else "")
-            return value
+            return by * value
         normal = self.joint[name] if name in self.joint else self.normal(name)
-        found = draw_within(value, interval, lower, normal)
+        found = draw_within(by * value, (by * interval[0], by * interval[1]), lower, normal)
         self.drawn[f"{self.axis.name}.{name}"] = found
         return found
+
+    def discrepancy(self, name: str, spreads: Sequence[str]) -> float:
+        """Return the factor of what is off besides: of the parameter's groups, and of it or its element alone."""
+        total = 1.0
+        for key in (*(group for group in spreads if group in GROUPS), name, name.rpartition("_")[0]):
+            if (spread := self.beyond.get(key)) is None:
+                continue
+            own = key if key in GROUPS else name
+            drawn = f"{self.axis.name}.beyond {own}"
+            if drawn not in self.drawn:
+                self.drawn[drawn] = spread.factor(self.generator(f"beyond {own}"))
+            total *= self.drawn[drawn]
+        return total
 
 
 def draw_machine(
@@ -162,6 +177,7 @@ def draw_machine(
     spreads: Mapping[str, Spread] | None = None,
     intervals: Mapping[str, Intervals] | None = None,
     covariances: Mapping[str, Sequence[Covariance]] | None = None,
+    discrepancies: Mapping[str, Mapping[str, Spread]] | None = None,
 ) -> tuple[Machine, dict[str, float]]:
     """Return machine number ``index`` of those that a seed draws, and what was drawn.
 
@@ -185,6 +201,9 @@ def draw_machine(
         By axis and name: intervals of parameters that were identified. These are drawn from them, and not spread.
     covariances
         By axis: how these parameters err together; they are drawn so, each still within its own interval.
+    discrepancies
+        By axis and name, as of ``spreads``: by what factor a parameter is off beyond its interval, as a model or a
+        record that is not quite right makes it.
 
     Returns
     -------
@@ -200,7 +219,8 @@ def draw_machine(
     axes: dict[str, Axis] = {}
     drawn: dict[str, float] = {}
     for name, axis in machine.axes.items():
-        draws = _Draws(seed, index, axis, spreads, (intervals or {}).get(name, {}), (covariances or {}).get(name, ()))
+        known = (intervals or {}).get(name, {}), (covariances or {}).get(name, ()), (discrepancies or {}).get(name, {})
+        draws = _Draws(seed, index, axis, spreads, *known)
         axes[name] = replace(
             axis,
             plant=_plant(axis.plant, draws),

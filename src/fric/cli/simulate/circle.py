@@ -46,6 +46,7 @@ def circle(
     monte_carlo: many.Machines = None,
     spread: many.SpreadFile = None,
     from_intervals: many.FromIntervals = False,
+    measured: many.Measured = None,
     seed: many.Seed = 0,
     accuracy: many.Accuracy = "0.005 um",
     workers: many.Workers = None,
@@ -66,6 +67,8 @@ def circle(
     """
     if monte_carlo is None and (spread or from_intervals or workers or scheduler):
         raise typer.BadParameter("--spread, --from-intervals, --workers and --scheduler go with --monte-carlo")
+    if measured and not from_intervals:
+        raise typer.BadParameter("--measured goes with --monte-carlo and --from-intervals")
     if friction_model and from_intervals:
         raise typer.BadParameter("--friction-model does not go with --from-intervals")
 
@@ -87,6 +90,7 @@ def circle(
         given |= {
             "accuracy": accuracy,
             "machines": monte_carlo,
+            "measured": measured or (),
             "spread": spread,
             "seed": seed,
             "workers": workers,

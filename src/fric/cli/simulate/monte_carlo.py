@@ -19,6 +19,14 @@ FromIntervals = Annotated[
     bool,
     typer.Option("--from-intervals", help="Draw what was identified from its 95 % intervals instead."),
 ]
+Measured = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--measured",
+        metavar="CIRCLE.h5",
+        help="A measured circle, which every machine drawn is made to agree with; can be given more than once.",
+    ),
+]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of the machines that are drawn.")]
 Accuracy = Annotated[
     str,

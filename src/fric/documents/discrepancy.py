@@ -1,0 +1,137 @@
+"""What the files of an axis say of errors beyond their parameters' intervals, as spreads that widen a prediction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import inf, pi
+from typing import TYPE_CHECKING, Any
+
+from fric.documents.plant import PlantDocument
+from fric.notice import Notice
+from fric.simulate.spread import Spread
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fric.documents.base import Quantity
+    from fric.documents.friction import FrictionDocument
+    from fric.documents.plant import PlantPart
+
+CROSSED = 50.0
+"""Frequency at which a misfit of the response is taken for one of phase [Hz]: about that of a feed drive's loop."""
+OPEN = 2.0
+"""Factor to either side within which a parameter lies whose interval is open, or does not hold its estimate."""
+AT_LEAST = 1e-3
+"""Errors under this share are none to speak of."""
+TOLD: Mapping[str, Mapping[str, float]] = {
+    "force-over-position": {"level": 0.05},
+    "directions-differ": {"level": 0.05},
+    "force-drifts": {"level": 0.08},
+    "strokes-unsettled": {"v_s": 0.3},
+    "level-differs": {"B": 0.03},
+    "force-lags": {"C": 0.3},
+    "force-clipped": {"level": 0.1},
+    "sampling-jitters": {"T_d": 0.1, "C": 0.5},
+    "samples-lost": {"T_d": 0.1, "C": 0.5},
+    "A-holds-friction": {"A": 0.3, "level": 0.05},
+    "damping-too-large": {"A": 0.2, "level": 0.05},
+    "A-open": {"A": 0.5},
+    "fall-not-seen": {"v_s": 0.5},
+    "friction-drifts": {"level": 0.08},
+    "T_d-at-bound": {"T_d": 0.3},
+    "T_d-assumed": {"T_d": 0.5},
+    "F_c-at-bound": {"level": 0.2, "v_s": 0.5},
+    "C-without-plant": {"C": 1.0},
+    "first-block-unresolved": {"k": 0.5},
+    "stiffness-unresolved": {"k": 1.0},
+    "K_f-differs": {"K_f": 0.1},
+    "mass-differs": {"B": 0.1},
+    "force-response-missing": {"K_f": 0.1},
+    "residuals-follow-speed": {"v_s": 0.2, "C": 0.2},
+}
+"""By the code of a warning: what may be off, 95 % between the share less and more that stands here."""
+
+
+def discrepancies(
+    friction: FrictionDocument, plant: PlantPart, refused: Sequence[str] = ()
+) -> tuple[dict[str, Spread], tuple[Notice, ...]]:
+    """Return by what factors the true axis may differ from the parameters of its files besides, and why.
+
+    Parameters
+    ----------
+    friction
+        Its friction file: strokes that scatter, sines at another level than strokes, blocks that miss the virgin curve.
+    plant
+        Its plant file: what eq. (1) leaves of the response.
+    refused
+        Parameters whose interval cannot be drawn from.
+    """
+    shares: dict[str, float] = {}
+    told: list[Notice] = []
+    found = [*_of_friction(friction), *_of_plant(plant), *_of_warnings(friction, plant)]
+    for name, share, why in found:
+        if share >= AT_LEAST:
+            shares[name] = (shares.get(name, 0.0) ** 2 + share**2) ** 0.5
+            told.append(Notice(f"{name} ± {share:.2g}: {why}", "prediction-widened", "note"))
+    spreads = {name: Spread(1 / (1 + share), 1 + share, "log-normal") for name, share in shares.items()}
+    for name in refused:
+        if name != "offset":
+            spreads[name] = Spread(1 / OPEN, OPEN, "log-normal")
+            text = f"{name} × {1 / OPEN:g} … {OPEN:g}: its interval is open, or does not hold the estimate"
+            told.append(Notice(text, "prediction-widened", "note"))
+    return spreads, tuple(dict.fromkeys(told))
+
+
+Found = Iterator[tuple[str, float, str]]
+
+
+def _of_friction(friction: FrictionDocument) -> Found:
+    static, fit = friction.section("static"), friction.fit_of("static")
+    level = _number(static.get("F_c"))
+    if level > 0 and fit.between_strokes is not None:
+        why = "strokes of one speed scatter so much beyond their own noise"
+        yield "level", 1.96 * _number(fit.between_strokes) / level, why
+    elif level > 0 and fit.rmse is not None:
+        yield "level", 1.96 * _number(fit.rmse) / level, "the static map misses the strokes by so much"
+    blocks = friction.fit_of("gms")
+    if blocks.alpha_sum is not None:
+        limits: Any = blocks.alpha_sum.ci95 or [blocks.alpha_sum.value]
+        apart = max(abs(float(one) - 1.0) for one in limits if one is not None)
+        yield "level", apart, "the sines show another level than the strokes"
+    rise = _number(static.get("F_s"))
+    if rise > 0 and blocks.virgin_curve_rmse is not None:
+        share = 1.96 * _number(blocks.virgin_curve_rmse) / rise
+        count = max(len(friction.estimates("gms")["alpha"].value), 1) if "alpha" in friction.section("gms") else 1  # type: ignore[arg-type]
+        yield "k", 2.0 * share * count, "the blocks miss the virgin curve"
+        yield "alpha", share * count, "the blocks miss the virgin curve"
+
+
+def _of_plant(plant: PlantPart) -> Found:
+    fit = plant.fit if isinstance(plant, PlantDocument) else None
+    if fit is None:
+        return
+    if fit.misfit is not None:
+        share = _number(fit.misfit)
+        delay = max(_number(plant.T_d), 1e-4)
+        yield "B", share, "eq. (1) leaves so much of the measured response"
+        yield "T_d", min(share / (2 * pi * CROSSED * delay), 1.0), "eq. (1) leaves so much of the response's phase"
+        yield "A", min(3.0 * share, 1.0), "eq. (1) leaves so much of the measured response"
+    elif fit.relative_error is not None:
+        share = _number(fit.relative_error)
+        yield "B", share, "the rigid axis leaves so much of the force of an ordinary motion"
+        yield "A", min(3.0 * share, 1.0), "the rigid axis leaves so much of the force of an ordinary motion"
+        yield "T_d", 0.3, "an ordinary motion hardly shows the delay"
+
+
+def _of_warnings(friction: FrictionDocument, plant: PlantPart) -> Found:
+    parts = [friction, *([plant] if isinstance(plant, PlantDocument) else [])]
+    codes = {notice.code: notice for part in parts for notice in part.notices() if notice.severity != "note"}
+    for code, widened in TOLD.items():
+        if code in codes:
+            for name, share in widened.items():
+                yield name, share, f"{codes[code]}"
+
+
+def _number(given: Quantity | None) -> float:
+    value: Any = None if given is None else given.value
+    return float(value) if isinstance(value, int | float) and abs(value) < inf else 0.0

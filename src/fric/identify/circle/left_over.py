@@ -1,0 +1,126 @@
+"""What a measured circle shows of friction beside a machine's model: every drawn machine is made to agree with it.
+
+The balance of voltages along the measured motion leaves a force, whatever the parameters of the model are. Told over
+the travel since the last reversal it is part of the machine: a level that has changed, the friction at the reversals of
+this very circle, cogging, directions that differ. What then differs from machine to machine is how friction changes
+from the motion that was measured to that of another scheme.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import exp
+from typing import TYPE_CHECKING
+from zlib import crc32
+
+import numpy as np
+
+from fric.friction.completed import Completed, since_reversal, travels
+from fric.identify.circle.voltage import refined, voltage_record
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.identify.circle.measured import MeasuredCircle
+    from fric.identify.circle.voltage import VoltageRecord
+    from fric.simulate.machine import Axis, Machine
+
+SHARE = 0.2
+"""Share of what is left over, 95 %, by which another motion may meet more or less of it."""
+
+
+@dataclass(frozen=True)
+class LeftOver:
+    """Measured circles, to which machines are completed.
+
+    Parameters
+    ----------
+    records
+        By axis, the circles as balances of voltages.
+    names
+        The tests.
+    seed
+        Of by how much another motion meets more or less of what is left over.
+    """
+
+    records: Mapping[str, tuple[VoltageRecord, ...]]
+    names: tuple[str, ...]
+    seed: int = 0
+
+    @classmethod
+    def of(cls, tests: Sequence[MeasuredCircle], axes: Sequence[str], seed: int = 0) -> LeftOver:
+        """Return what circle tests hold of some axes, with reference, position and voltage of each.
+
+        Raises
+        ------
+        FricError
+            When a test lacks a channel.
+        """
+        records = {name: tuple(voltage_record(test, name) for test in tests) for name in axes}
+        return cls(records, tuple(test.where for test in tests), seed)
+
+    def __call__(self, machine: Machine, index: int | None = None) -> Machine:
+        """Return a machine completed by what its model leaves over of the circles.
+
+        Parameters
+        ----------
+        machine
+            The machine: its plants and friction as they were identified, or drawn.
+        index
+            Its number among those drawn, each of which meets another share of what is left over; exactly as much as
+            was measured where it is not given.
+        """
+        axes = {
+            name: replace(machine.axes[name], friction=self._completed(machine.axes[name], index))
+            for name in self.records
+        }
+        return replace(machine, axes={**machine.axes, **axes})
+
+    def _completed(self, axis: Axis, index: int | None) -> Completed:
+        grid = travels(2 * max(record.radius for record in self.records[axis.name]))
+        sums, counts = np.zeros((2, len(grid))), np.zeros((2, len(grid)))
+        for record in self.records[axis.name]:
+            position, force = _left(record, axis)
+            _gather(position, force, grid, sums, counts)
+        share = 1.0
+        if index is not None:
+            key = np.random.SeedSequence(self.seed, spawn_key=(index, crc32(f"left over {axis.name}".encode())))
+            share = exp(SHARE / 1.96 * np.random.default_rng(key).standard_normal())
+        forwards, backwards = (share * _filled(grid, *one) for one in zip(sums, counts, strict=True))
+        return Completed(axis.friction, tuple(forwards), tuple(backwards))
+
+
+def _left(record: VoltageRecord, axis: Axis) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the motion [m] and the force that a machine leaves of it [N], at the samples of whole revolutions."""
+    plant = axis.plant
+    m, a = 1.0 / plant.B, plant.A / plant.B
+    own = refined(record, axis.friction, plant.T_d, (m, a, axis.constant_load / plant.K_f), plant.K_f)
+    used = own.used
+    voltage = own.delayed(plant.T_d) - m * own.inertia[used] - a * own.damping[used]
+    force = plant.K_f * voltage - own.friction(axis.friction) - axis.constant_load
+    whole = own.turn[used] >= 0
+    direction, travel = since_reversal(own.position)
+    told = np.array([direction[used][whole], travel[used][whole]])
+    return told, force[whole]
+
+
+def _gather(
+    motion: NDArray[np.float64], force: NDArray[np.float64], grid: NDArray[np.float64],
+    sums: NDArray[np.float64], counts: NDArray[np.float64],
+) -> None:  # fmt: skip
+    """Add forces to their nearest travels, row 0 forwards and row 1 backwards."""
+    direction, travel = motion
+    nearest = np.searchsorted(0.5 * (grid[1:] + grid[:-1]), travel)
+    for row, sign in enumerate((1.0, -1.0)):
+        own = direction == sign
+        sums[row] += np.bincount(nearest[own], force[own], len(grid))
+        counts[row] += np.bincount(nearest[own], minlength=len(grid))
+
+
+def _filled(grid: NDArray[np.float64], sums: NDArray[np.float64], counts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return means, and between their travels what time tells: near a reversal of a circle it goes with the root."""
+    met = counts > 0
+    if not met.any():
+        return np.zeros(len(grid))
+    return np.interp(np.sqrt(grid), np.sqrt(grid[met]), sums[met] / counts[met])

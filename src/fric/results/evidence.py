@@ -1,0 +1,75 @@
+"""What is known of a machine for a prediction: what was identified, and circles that were measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fric.identify.circle.left_over import LeftOver
+from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.trust import distrusts, observers_distrust
+from fric.results.given import path_of
+from fric.simulate.contour_run import pair
+from fric.simulate.prediction import Prediction, predicted
+
+if TYPE_CHECKING:
+    from fric.documents.identified import Identified
+    from fric.simulate.monte_carlo import MonteCarlo
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What machines are drawn from, and what they are made to agree with.
+
+    Parameters
+    ----------
+    identified
+        The machine with the intervals of what was identified.
+    tests
+        Measured circles.
+    left
+        What the machine's models leave of them; None without any.
+    """
+
+    identified: Identified
+    tests: Sequence[MeasuredCircle]
+    left: LeftOver | None
+
+    @classmethod
+    def of(cls, identified: Identified, measured: Any, axes: Sequence[str] | None, seed: int) -> Evidence:
+        """Return what is known, of measured circles or their files.
+
+        Raises
+        ------
+        FricError
+            When a file is no circle test, or one lacks a channel.
+        """
+        ones = measured if isinstance(measured, list | tuple) else [measured]
+        tests = [one for one in ones if isinstance(one, MeasuredCircle)]
+        files = [path_of("circle", "circle tests, or their files", one) for one in ones if one not in tests]
+        if files:
+            from fric.io.circle import choose_circles  # with HDF5, which a table needs not
+
+            tests += choose_circles(files)
+        return cls(identified, tests, LeftOver.of(tests, axes or pair(identified.machine), seed) if tests else None)
+
+    def drawn(self) -> dict[str, Any]:
+        """Return what a study draws its machines from."""
+        known = self.identified
+        return {
+            "intervals": known.intervals,
+            "covariances": known.covariances,
+            "discrepancies": known.discrepancies,
+            "completion": self.left,
+        }
+
+    def prediction(self, many: MonteCarlo) -> Prediction:
+        """Return what the machines that were run say of the schemes, and whether that may be trusted."""
+        study, notices = many.study, self.identified.machine.warnings
+        whole = self.left(study.machine) if self.left else study.machine
+        return predicted(
+            many, widened=self.identified.widened, measured=self.left.names if self.left else (),
+            distrust=distrusts(whole, notices, self.tests, study.circle),
+            of_schemes=observers_distrust(study.schemes, notices),
+        )  # fmt: skip
