@@ -23,6 +23,8 @@ OPEN = 2.0
 """Factor to either side within which a parameter lies whose interval is open, or does not hold its estimate."""
 AT_LEAST = 1e-3
 """Errors under this share are none to speak of."""
+FORM: Mapping[str, float] = {"k": 0.1, "alpha": 0.05, "C": 0.2, "v_s": 0.1, "T_d": 0.05, "B": 0.01}
+"""What a real axis differs by, at least, from a model of a few blocks and one mass, whatever the intervals."""
 TOLD: Mapping[str, Mapping[str, float]] = {
     "force-over-position": {"level": 0.05},
     "directions-differ": {"level": 0.05},
@@ -69,6 +71,8 @@ def discrepancies(
     shares: dict[str, float] = {}
     told: list[Notice] = []
     found = [*_of_friction(friction), *_of_plant(plant), *_of_warnings(friction, plant)]
+    for name, share in FORM.items():
+        shares[name] = share
     for name, share, why in found:
         if share >= AT_LEAST:
             shares[name] = (shares.get(name, 0.0) ** 2 + share**2) ** 0.5

@@ -68,8 +68,9 @@ class Evidence:
         """Return what the machines that were run say of the schemes, and whether that may be trusted."""
         study, notices = many.study, self.identified.machine.warnings
         whole = self.left(study.machine) if self.left else study.machine
+        records = [one for own in self.left.records.values() for one in own] if self.left else []
         return predicted(
             many, widened=self.identified.widened, measured=self.left.names if self.left else (),
-            distrust=distrusts(whole, notices, self.tests, study.circle),
+            distrust=distrusts(whole, notices, self.tests, records, study.circle),
             of_schemes=observers_distrust(study.schemes, notices),
         )  # fmt: skip

@@ -167,11 +167,16 @@ def _left_over(n: int, tuned: TunedAxis) -> _LeftOver:
     return _LeftOver((np.arange(bins) + 0.5) * 2 * pi / bins, share * mean)
 
 
-def measured_glitch(test: MeasuredCircle) -> float:
-    """Return the largest glitch of a circle that was measured [m], around its own centre."""
+def measured_quadrants(test: MeasuredCircle) -> tuple[float, float, float, float]:
+    """Return the glitch of a circle that was measured at +x, +y, -x and -y [m], around its own centre."""
     first, second = (test.axis(name) for name in test.names)
     a, b, _ = fit_circle(
         first.position if first.reference is None else first.reference,
         second.position if second.reference is None else second.reference,
     )
-    return circularity(first.position - a, second.position - b, test.radius).glitch
+    return circularity(first.position - a, second.position - b, test.radius).quadrants
+
+
+def measured_glitch(test: MeasuredCircle) -> float:
+    """Return the largest glitch of a circle that was measured [m]."""
+    return max(map(abs, measured_quadrants(test)))

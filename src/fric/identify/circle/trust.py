@@ -10,8 +10,9 @@ import numpy as np
 from fric.contour import QUADRANTS
 from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
 from fric.errors import FricError
-from fric.identify.circle.diagnose import diagnose
-from fric.identify.circle.measured import measured_from_run
+from fric.friction.completed import Completed
+from fric.identify.circle.next_circle import measured_quadrants
+from fric.identify.circle.voltage import refined
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
 
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from fric.identify.circle.measured import MeasuredCircle
-    from fric.simulate.machine import Machine
+    from fric.identify.circle.voltage import VoltageRecord
+    from fric.simulate.machine import Axis, Machine
 
 SETTLED = frozenset(
     {"force-over-position", "directions-differ", "force-drifts", "level-differs", "strokes-unsettled", "F_c-at-bound"}
@@ -27,14 +29,21 @@ SETTLED = frozenset(
 """Warnings of friction's level, which a measured circle settles: every machine drawn has the level of that circle."""
 UNSEEN = frozenset({"plant-from-motion", "T_d-assumed", "observer-assumed"})
 """Warnings that the response of the axis was not measured: an observer acts on what it leaves open."""
-APART, SHARE_APART = 5e-7, 0.04
+APART, SHARE_APART = 5e-7, 0.03
 """By how much a completed machine may miss a glitch that was measured [m], and as a share of it."""
+FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
+"""How far from the plant's another delay is looked for [s], how much better it must explain a circle's voltages, and by
+what share of the delay it must differ."""
 OTHER_FEED = 2.0
 """Ratio of feeds, and of radii, beyond which a measured circle tells little of another."""
 
 
 def distrusts(
-    machine: Machine, notices: Iterable[Notice], tests: Sequence[MeasuredCircle], circle: Circle
+    machine: Machine,
+    notices: Iterable[Notice],
+    tests: Sequence[MeasuredCircle],
+    records: Sequence[VoltageRecord],
+    circle: Circle,
 ) -> tuple[Notice, ...]:
     """Return why no interval of a prediction must be trusted; nothing where all may be.
 
@@ -46,10 +55,12 @@ def distrusts(
         What its files warn of.
     tests
         Measured circles.
+    records
+        Their axes as balances of voltages.
     circle
         The circle that is predicted.
     """
-    return tuple(dict.fromkeys([*_of_files(notices, bool(tests)), *_of_circles(machine, tests, circle)]))
+    return tuple(dict.fromkeys([*_of_files(notices, bool(tests)), *_of_circles(machine, tests, records, circle)]))
 
 
 def _of_files(notices: Iterable[Notice], measured: bool) -> Iterator[Notice]:
@@ -64,7 +75,9 @@ def _of_files(notices: Iterable[Notice], measured: bool) -> Iterator[Notice]:
             yield notice
 
 
-def _of_circles(machine: Machine, tests: Sequence[MeasuredCircle], circle: Circle) -> Iterator[Notice]:
+def _of_circles(
+    machine: Machine, tests: Sequence[MeasuredCircle], records: Sequence[VoltageRecord], circle: Circle
+) -> Iterator[Notice]:
     for test in tests:
         for name in test.names:
             second = machine.axes[name].second_mass if name in machine.axes else None
@@ -75,6 +88,8 @@ def _of_circles(machine: Machine, tests: Sequence[MeasuredCircle], circle: Circl
                 )
                 yield Notice(text, "table-unseen", "doubt")
         yield from _disagreement(machine, test)
+    for record in records:
+        yield from _delay(machine.axes[record.axis], record)
     if tests:
         feeds = [max(circle.feed / test.feed, test.feed / circle.feed) for test in tests]
         radii = [max(circle.radius / test.radius, test.radius / circle.radius) for test in tests]
@@ -93,11 +108,11 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
     except FricError as error:
         yield Notice(f"the machine as it is known cannot run {test.where}: {error.what}", "model-disagrees", "wrong")
         return
-    seen, expected = diagnose([test]).glitches, diagnose([measured_from_run(run)]).glitches
+    seen, expected = measured_quadrants(test), run.circularity.quadrants
     off = {
-        name: (seen[name].value, expected[name].value)
-        for name in QUADRANTS
-        if not np.isclose(seen[name].value, expected[name].value, rtol=SHARE_APART, atol=APART)
+        name: (one, other)
+        for name, one, other in zip(QUADRANTS, seen, expected, strict=True)
+        if not np.isclose(one, other, rtol=SHARE_APART, atol=APART)
     }
     if off:
         microns = {name: (f"{a * 1e6:+.1f}", f"{b * 1e6:+.1f}") for name, (a, b) in off.items()}
@@ -107,6 +122,33 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
             "controller, its plant or the record is not as stated"
         )
         yield Notice(text, "model-disagrees", "wrong")
+
+
+def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
+    """Yield what is wrong where another delay than that of the logs explains a circle's voltages far better.
+
+    For each delay the voltage is balanced by inertia, damping, friction and a constant, each times what fits.
+    """
+    plant = axis.plant
+    model = axis.friction.model if isinstance(axis.friction, Completed) else axis.friction
+    own = refined(record, model, plant.T_d, (1 / plant.B, plant.A / plant.B, axis.constant_load / plant.K_f), plant.K_f)
+    used = own.used
+    parts = [own.inertia[used], own.damping[used], own.friction(model), np.ones(np.count_nonzero(used))]
+    basis = np.linalg.qr(np.column_stack(parts))[0]
+
+    def left(delay: float) -> float:
+        voltage = own.delayed(delay)
+        return float(np.sqrt(np.mean((voltage - basis @ (basis.T @ voltage)) ** 2)))
+
+    tried = plant.T_d + np.linspace(-FARTHEST, FARTHEST, 41)
+    best = min(tried[tried >= 0], key=left)
+    if left(plant.T_d) > TELLING * left(best) and abs(best - plant.T_d) > LATER * plant.T_d:
+        text = (
+            f"axis {axis.name}: the plant file has a delay of {plant.T_d * 1e3:.2f} ms, and the circle shows "
+            f"{best * 1e3:.2f} ms: the logs that the plant is from, or the circle, tell position and voltage at "
+            "different instants"
+        )
+        yield Notice(text, "delay-differs", "wrong")
 
 
 def observers_distrust(schemes: Sequence[Scheme], notices: Iterable[Notice]) -> Mapping[str, tuple[Notice, ...]]:
