@@ -270,6 +270,8 @@ def _circles(
     if found.circles:
         test = diagnose(found.circles[0]).found.test
         more += ["--radius", f"{test.radius!r} m", "--velocity", f"{test.feed!r} m/s"]
+        more += [word for path in found.circles for word in ("--measured", path)]
+        reads += found.circles
     session.take(circle_step(machine, session.folder, *more, reads=reads))
     for circle in found.circles:
         session.take(diagnosis_step(circle, machine, session.folder, reads))

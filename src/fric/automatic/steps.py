@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fric.automatic.sources import Source
 
-MACHINES = 20
+MACHINES = 24
 """Machines that are drawn from the intervals of what was identified."""
 
 

@@ -27,6 +27,7 @@ FORM: Mapping[str, float] = {"k": 0.1, "alpha": 0.05, "C": 0.2, "v_s": 0.1, "T_d
 """What a real axis differs by, at least, from a model of a few blocks and one mass, whatever the intervals."""
 TOLD: Mapping[str, Mapping[str, float]] = {
     "force-over-position": {"level": 0.05},
+    "friction-over-position": {"level": 0.05},
     "directions-differ": {"level": 0.05},
     "force-drifts": {"level": 0.08},
     "strokes-unsettled": {"v_s": 0.3},
@@ -39,6 +40,7 @@ TOLD: Mapping[str, Mapping[str, float]] = {
     "damping-too-large": {"A": 0.2, "level": 0.05},
     "A-open": {"A": 0.5},
     "fall-not-seen": {"v_s": 0.5},
+    "encoder-errs": {"resolution": 2.0},
     "friction-drifts": {"level": 0.08},
     "T_d-at-bound": {"T_d": 0.3},
     "T_d-assumed": {"T_d": 0.5},
@@ -70,7 +72,8 @@ def discrepancies(
     """
     shares: dict[str, float] = {}
     told: list[Notice] = []
-    found = [*_of_friction(friction), *_of_plant(plant), *_of_warnings(friction, plant)]
+    delay = float(plant.estimates(friction.motion)["T_d"])
+    found = [*_of_friction(friction), *_of_plant(plant, delay), *_of_warnings(friction, plant)]
     for name, share in FORM.items():
         shares[name] = share
     for name, share, why in found:
@@ -90,8 +93,9 @@ Found = Iterator[tuple[str, float, str]]
 
 
 def _of_friction(friction: FrictionDocument) -> Found:
-    static, fit = friction.section("static"), friction.fit_of("static")
-    level = _number(static.get("F_c"))
+    static = friction.estimates("static") if friction.static else {}
+    fit = friction.fit_of("static")
+    level = float(static["F_c"]) if "F_c" in static else 0.0
     if level > 0 and fit.between_strokes is not None:
         why = "strokes of one speed scatter so much beyond their own noise"
         yield "level", 1.96 * _number(fit.between_strokes) / level, why
@@ -102,7 +106,7 @@ def _of_friction(friction: FrictionDocument) -> Found:
         limits: Any = blocks.alpha_sum.ci95 or [blocks.alpha_sum.value]
         apart = max(abs(float(one) - 1.0) for one in limits if one is not None)
         yield "level", apart, "the sines show another level than the strokes"
-    rise = _number(static.get("F_s"))
+    rise = float(static["F_s"]) if "F_s" in static else 0.0
     if rise > 0 and blocks.virgin_curve_rmse is not None:
         share = 1.96 * _number(blocks.virgin_curve_rmse) / rise
         count = max(len(friction.estimates("gms")["alpha"].value), 1) if "alpha" in friction.section("gms") else 1  # type: ignore[arg-type]
@@ -110,15 +114,18 @@ def _of_friction(friction: FrictionDocument) -> Found:
         yield "alpha", share * count, "the blocks miss the virgin curve"
 
 
-def _of_plant(plant: PlantPart) -> Found:
+def _of_plant(plant: PlantPart, delay: float) -> Found:
     fit = plant.fit if isinstance(plant, PlantDocument) else None
     if fit is None:
         return
     if fit.misfit is not None:
         share = _number(fit.misfit)
-        delay = max(_number(plant.T_d), 1e-4)
         yield "B", share, "eq. (1) leaves so much of the measured response"
-        yield "T_d", min(share / (2 * pi * CROSSED * delay), 1.0), "eq. (1) leaves so much of the response's phase"
+        yield (
+            "T_d",
+            min(share / (2 * pi * CROSSED * max(delay, 1e-4)), 1.0),
+            "eq. (1) leaves so much of the response's phase",
+        )
         yield "A", min(3.0 * share, 1.0), "eq. (1) leaves so much of the measured response"
     elif fit.relative_error is not None:
         share = _number(fit.relative_error)

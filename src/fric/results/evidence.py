@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from fric.errors import FricError
 from fric.identify.circle.left_over import LeftOver
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.trust import distrusts, observers_distrust
+from fric.notice import Notice
 from fric.results.given import path_of
 from fric.simulate.contour_run import pair
 from fric.simulate.prediction import Prediction, predicted
@@ -30,11 +32,14 @@ class Evidence:
         Measured circles.
     left
         What the machine's models leave of them; None without any.
+    unused
+        Why a circle could not be used.
     """
 
     identified: Identified
     tests: Sequence[MeasuredCircle]
     left: LeftOver | None
+    unused: tuple[Notice, ...] = ()
 
     @classmethod
     def of(cls, identified: Identified, measured: Any, axes: Sequence[str] | None, seed: int) -> Evidence:
@@ -43,7 +48,7 @@ class Evidence:
         Raises
         ------
         FricError
-            When a file is no circle test, or one lacks a channel.
+            When a file is no circle test.
         """
         ones = measured if isinstance(measured, list | tuple) else [measured]
         tests = [one for one in ones if isinstance(one, MeasuredCircle)]
@@ -52,7 +57,14 @@ class Evidence:
             from fric.io.circle import choose_circles  # with HDF5, which a table needs not
 
             tests += choose_circles(files)
-        return cls(identified, tests, LeftOver.of(tests, axes or pair(identified.machine), seed) if tests else None)
+        machine, left, unused = identified.machine, None, []
+        for test in tests:
+            try:  # one that lacks a channel still judges, and completes nothing
+                left = LeftOver.of([*(left.tests if left else ()), test], machine, axes or pair(machine), seed)
+            except FricError as error:
+                text = f"{error}: no machine was made to agree with this circle"
+                unused.append(Notice(text.replace("\n", " "), "circle-unused", "doubt"))
+        return cls(identified, tests, left, tuple(unused))
 
     def drawn(self) -> dict[str, Any]:
         """Return what a study draws its machines from."""
@@ -69,8 +81,9 @@ class Evidence:
         study, notices = many.study, self.identified.machine.warnings
         whole = self.left(study.machine) if self.left else study.machine
         records = [one for own in self.left.records.values() for one in own] if self.left else []
+        measured = [test.where for test in self.left.tests] if self.left else ()
         return predicted(
-            many, widened=self.identified.widened, measured=self.left.names if self.left else (),
-            distrust=distrusts(whole, notices, self.tests, records, study.circle),
+            many, widened=self.identified.widened, measured=measured,
+            distrust=(*self.unused, *distrusts(whole, notices, self.tests, records, study.circle)),
             of_schemes=observers_distrust(study.schemes, notices),
         )  # fmt: skip

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.estimate import Interval
-    from fric.simulate.monte_carlo import MonteCarlo
+    from fric.simulate.monte_carlo import MonteCarlo, Study
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ def predicted(
     study = many.study
     names = pair(study.machine)
     axes = (study.only,) if study.only else names
-    step = max(study.machine.axes[name].encoder.resolution for name in axes)
+    step = max(_step(study, name) for name in axes)
     schemes = {}
     for n, scheme in enumerate(study.schemes):
         ran = many.quadrants[np.isfinite(many.glitches[:, n]), n]
@@ -178,6 +178,12 @@ def predicted(
         study.circle.radius, study.circle.feed, axes, len(many), step, schemes, dict(widened or {}), tuple(measured),
         tuple(distrust),
     )  # fmt: skip
+
+
+def _step(study: Study, name: str) -> float:
+    """Return by how much the encoder of an axis may tell its position wrong [m]."""
+    off = study.discrepancies.get(name, {}).get("resolution")
+    return study.machine.axes[name].encoder.resolution * (off.high if off else 1.0)
 
 
 def _between(values: NDArray[np.float64], step: float) -> Interval:

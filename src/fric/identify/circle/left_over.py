@@ -18,6 +18,7 @@ import numpy as np
 
 from fric.friction.completed import Completed, since_reversal, travels
 from fric.identify.circle.voltage import refined, voltage_record
+from fric.simulate.stated import stated_voltage
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,27 +39,33 @@ class LeftOver:
     ----------
     records
         By axis, the circles as balances of voltages.
-    names
-        The tests.
+    tests
+        The circle tests.
     seed
         Of by how much another motion meets more or less of what is left over.
     """
 
     records: Mapping[str, tuple[VoltageRecord, ...]]
-    names: tuple[str, ...]
+    tests: tuple[MeasuredCircle, ...]
     seed: int = 0
 
     @classmethod
-    def of(cls, tests: Sequence[MeasuredCircle], axes: Sequence[str], seed: int = 0) -> LeftOver:
-        """Return what circle tests hold of some axes, with reference, position and voltage of each.
+    def of(cls, tests: Sequence[MeasuredCircle], machine: Machine, axes: Sequence[str], seed: int = 0) -> LeftOver:
+        """Return what circle tests hold of some axes of a machine, with reference and position of each.
+
+        Where the voltage was not recorded, and no compensation was on, it is what the machine's controller gives along
+        the recorded motion.
 
         Raises
         ------
         FricError
             When a test lacks a channel.
         """
-        records = {name: tuple(voltage_record(test, name) for test in tests) for name in axes}
-        return cls(records, tuple(test.where for test in tests), seed)
+        records = {
+            name: tuple(voltage_record(_with_voltage(test, machine.axes[name]), name) for test in tests)
+            for name in axes
+        }
+        return cls(records, tuple(tests), seed)
 
     def __call__(self, machine: Machine, index: int | None = None) -> Machine:
         """Return a machine completed by what its model leaves over of the circles.
@@ -89,6 +96,17 @@ class LeftOver:
             share = exp(SHARE / 1.96 * np.random.default_rng(key).standard_normal())
         forwards, backwards = (share * _filled(grid, *one) for one in zip(sums, counts, strict=True))
         return Completed(axis.friction, tuple(forwards), tuple(backwards))
+
+
+def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
+    trace = test.axes.get(axis.name)
+    if trace is None or trace.input is not None or trace.reference is None or test.scheme not in ("", "a"):
+        return test
+    rate = (len(trace.time) - 1) / float(trace.time[-1] - trace.time[0])
+    given, *_ = stated_voltage(
+        axis.cascade, axis.nominal or axis.plant, trace.reference, trace.position, rate, ahead=True
+    )
+    return replace(test, axes={**test.axes, axis.name: replace(trace, input=given)})
 
 
 def _left(record: VoltageRecord, axis: Axis) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

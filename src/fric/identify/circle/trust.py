@@ -15,6 +15,7 @@ from fric.identify.circle.next_circle import measured_quadrants
 from fric.identify.circle.voltage import refined
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
+from fric.simulate.stated import against_stated
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,14 +25,22 @@ if TYPE_CHECKING:
     from fric.simulate.machine import Axis, Machine
 
 SETTLED = frozenset(
-    {"force-over-position", "directions-differ", "force-drifts", "level-differs", "strokes-unsettled", "F_c-at-bound"}
+    {
+        "force-over-position",
+        "friction-over-position",
+        "directions-differ",
+        "force-drifts",
+        "level-differs",
+        "strokes-unsettled",
+        "F_c-at-bound",
+    }
 )
 """Warnings of friction's level, which a measured circle settles: every machine drawn has the level of that circle."""
 UNSEEN = frozenset({"plant-from-motion", "T_d-assumed", "observer-assumed"})
 """Warnings that the response of the axis was not measured: an observer acts on what it leaves open."""
 APART, SHARE_APART = 5e-7, 0.03
 """By how much a completed machine may miss a glitch that was measured [m], and as a share of it."""
-FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
+FARTHEST, TELLING, LATER = 4e-4, 1.75, 0.1
 """How far from the plant's another delay is looked for [s], how much better it must explain a circle's voltages, and by
 what share of the delay it must differ."""
 OTHER_FEED = 2.0
@@ -90,6 +99,7 @@ def _of_circles(
         yield from _disagreement(machine, test)
     for record in records:
         yield from _delay(machine.axes[record.axis], record)
+        yield from _controller(machine.axes[record.axis], record)
     if tests:
         feeds = [max(circle.feed / test.feed, test.feed / circle.feed) for test in tests]
         radii = [max(circle.radius / test.radius, test.radius / circle.radius) for test in tests]
@@ -149,6 +159,18 @@ def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
             "different instants"
         )
         yield Notice(text, "delay-differs", "wrong")
+
+
+def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
+    """Yield what is wrong where the recorded voltage is not what the stated controller gives, without compensation."""
+    if record.test.scheme not in ("", "a"):
+        return
+    _, reference, measured, voltage = record.raw
+    held = against_stated(
+        axis.cascade, axis.nominal or axis.plant, reference, measured, voltage, 1 / record.sampled, ahead=True
+    )
+    if not held.as_stated:
+        yield Notice(f"axis {axis.name}: {held.told()}", "controller-differs", "wrong")
 
 
 def observers_distrust(schemes: Sequence[Scheme], notices: Iterable[Notice]) -> Mapping[str, tuple[Notice, ...]]:

@@ -1,0 +1,146 @@
+"""The voltage that a stated controller gives along a recorded motion, beside the one that was recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.control.base import Setting
+from fric.kernels.block import Commands, Sample
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.control.cascade import Cascade
+    from fric.drive.plant import LinearPlant
+
+    Real = NDArray[np.float64]
+
+ALIKE = 0.03
+"""Share of the fed back voltage by which a stated controller may miss it."""
+QUIET = 0.25
+"""Share of what a controller misses in all, up to which its median is: the rest comes in pulses, and is added."""
+ABOVE = 6.0
+"""Times the spread of quiet samples above which a voltage is an added one."""
+
+
+@dataclass(frozen=True)
+class StatedController:
+    """A recorded voltage beside that of the stated controller.
+
+    Parameters
+    ----------
+    recorded, given
+        Both [V], shape (n,); the constant in which they differ, an integral that had begun before, is taken out.
+    added
+        What was added to the controller's output [V], shape (n,); None where nothing is seen.
+    apart
+        What is left between them, without what was added, over the recorded voltage less what is fed forward [1].
+    K_p, K_i
+        Gains that the recorded voltage shows, over the stated ones [1]; None for a gain that is stated as 0.
+    explained
+        What even these leave, over the same [1].
+    """
+
+    recorded: Real
+    given: Real
+    added: Real | None
+    apart: float
+    K_p: float
+    K_i: float | None
+    explained: float
+
+    @property
+    def as_stated(self) -> bool:
+        """Whether the controller is as it was stated."""
+        return self.apart <= ALIKE
+
+    def told(self) -> str:
+        """Return what differs, in a sentence."""
+        gains = f"K_p is {self.K_p:.2f} times" + ("" if self.K_i is None else f", K_i {self.K_i:.2f} times")
+        why = f"; it shows that {gains} what is stated" if self.explained < 0.5 * self.apart else ""
+        return f"the stated controller misses the recorded voltage by {self.apart:.0%} of what is fed back{why}"
+
+
+def stated_voltage(
+    cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, rate: float, *, ahead: bool
+) -> tuple[Real, Real, Real]:
+    """Return what a controller gives along a recorded motion [V], (n,): all, its proportional part, its integral part.
+
+    Parameters
+    ----------
+    cascade
+        The controller.
+    plant
+        The plant of its inverse model.
+    reference, measured
+        Reference, and position as the encoder tells it [m], shape (n,).
+    rate
+        Samples a second [Hz].
+    ahead
+        Whether velocity and inverse model of the reference are fed forward.
+    """
+    own = replace(cascade, sampling=rate)
+    velocity = np.gradient(reference, 1 / rate) if ahead else np.zeros(len(reference))
+    acceleration = np.gradient(velocity, 1 / rate)
+    seen = float(2 * measured[0] - measured[1])
+    start = (float(measured[1]) - float(measured[0])) * rate
+    ready = own.ready(Setting(plant, own, position=float(measured[0]), velocity=start, seen=seen))
+    state, rows = ready.state.copy(), np.zeros((len(Commands._fields), 1))
+    volts = np.array(
+        [
+            ready.step(Sample(r, v, a, z, 0.0, 0.0, 0.0, 0.0), 0, rows, state, ready.parameters)
+            for r, v, a, z in zip(reference, velocity, acceleration, measured, strict=True)
+        ]
+    )
+    # volts[n] = K_p·e[n] + K_i·T·Σe: the error follows from the volts, and both parts from that
+    each, inverse = own.K_i / rate, 1.0 / (own.K_p + own.K_i / rate)
+    error, total = np.empty(len(volts)), 0.0
+    for n, u in enumerate(volts):
+        error[n] = (u - each * total) * inverse
+        total += error[n]
+    proportional = own.K_p * error
+    model = (acceleration + plant.A * velocity) / plant.B if ahead else np.zeros(len(volts))
+    return volts + model, proportional, volts - proportional
+
+
+def against_stated(
+    cascade: Cascade, plant: LinearPlant, reference: Real, measured: Real, voltage: Real, rate: float, *, ahead: bool
+) -> StatedController:
+    """Hold a recorded voltage against that of the stated controller, and find what was added to it.
+
+    A wrong gain misses all along; what was added to the output is there in pulses, and the controller as stated
+    between. Gains are found by least squares of the recorded voltage by both parts of the stated one.
+
+    Parameters
+    ----------
+    cascade, plant, reference, measured, rate, ahead
+        As in `stated_voltage`.
+    voltage
+        The recorded voltage [V], shape (n,).
+    """
+    given, proportional, integral = stated_voltage(cascade, plant, reference, measured, rate, ahead=ahead)
+    ahead_of_it = given - proportional - integral
+    size = max(float(np.std(voltage - ahead_of_it)), 1e-12)
+    difference = voltage - given
+    constant = float(np.median(difference))
+    difference = difference - constant
+    spread = float(np.median(np.abs(difference))) * 1.4826
+    added = None
+    if (
+        spread < QUIET * float(np.std(difference))
+        and spread < ALIKE * size
+        and float(np.std(difference)) > ALIKE * size
+    ):
+        added = np.where(np.abs(difference) > max(ABOVE * spread, 1e-3 * size), difference, 0.0)
+        difference = difference - added
+    rest = voltage - (0.0 if added is None else added) - ahead_of_it
+    parts = [proportional, *([integral] if cascade.K_i > 0 else []), np.ones(len(rest))]
+    found, *_ = np.linalg.lstsq(np.column_stack(parts), rest, rcond=None)
+    left = rest - np.column_stack(parts) @ found
+    return StatedController(
+        voltage, given + constant, added, float(np.std(difference)) / size, float(found[0]),
+        float(found[1]) if cascade.K_i > 0 else None, float(np.std(left)) / size,
+    )  # fmt: skip
