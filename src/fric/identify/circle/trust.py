@@ -40,7 +40,7 @@ UNSEEN = frozenset({"plant-from-motion", "T_d-assumed", "observer-assumed"})
 """Warnings that the response of the axis was not measured: an observer acts on what it leaves open."""
 APART, SHARE_APART = 5e-7, 0.03
 """By how much a completed machine may miss a glitch that was measured [m], and as a share of it."""
-FARTHEST, TELLING, LATER = 4e-4, 1.75, 0.1
+FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
 """How far from the plant's another delay is looked for [s], how much better it must explain a circle's voltages, and by
 what share of the delay it must differ."""
 OTHER_FEED = 2.0
