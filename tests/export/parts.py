@@ -16,6 +16,8 @@ from fric.export.base import Part, Role
 from fric.export.c import c_files
 from fric.export.select import compensation_of
 from fric.friction import FrictionModel, models
+from fric.reference import circle
+from fric.simulate.axis import run_axis
 
 SAMPLING = 4000.0
 SAMPLES = 100_000
@@ -51,7 +53,8 @@ def exportable() -> list[str]:
 def motions(samples: int = SAMPLES) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Increments [m] and velocities [m/s] of the paper's circle at both feeds, a sine with dwells, a random walk.
 
-    The walk is in encoder steps, its velocity what a controller makes of them: a first difference behind 500 Hz.
+    The walk is in encoder steps, its velocity what a controller makes of them: a first difference behind 500 Hz; and
+    once more the raw difference: it brings blocks back to just where they broke away.
     """
     t = np.arange(samples) / SAMPLING
     sine = 15e-6 * np.sin(2 * np.pi * np.minimum(t % 4.0, 3.0))
@@ -62,12 +65,33 @@ def motions(samples: int = SAMPLES) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     for n, step in enumerate(steps):
         v = pole * v + (1 - pole) * step * SAMPLING
         filtered[n] = v
-    return made | {"random steps": (steps, filtered)}
+    return made | {"random steps": (steps, filtered), "raw random steps": (steps, steps * SAMPLING)}
 
 
-def replayed(model: FrictionModel, dz: np.ndarray, v: np.ndarray) -> np.ndarray:
+def replayed(model: FrictionModel, dz: np.ndarray, v: np.ndarray, *, begins: bool = False) -> np.ndarray:
+    """Forces [N] of the library's step; the first sample takes no time where the motion begins with it."""
     state, parameters, step = model.initial_state(), model.packed(), type(model).step
-    return np.array([step(a, b, 1 / SAMPLING, state, parameters) for a, b in zip(dz.tolist(), v.tolist(), strict=True)])
+    dt = np.full(len(dz), 1 / SAMPLING)
+    dt[0] *= not begins
+    rows = zip(dz.tolist(), v.tolist(), dt.tolist(), strict=True)
+    return np.array([step(*row, state, parameters) for row in rows])
+
+
+def along_a_run(scheme: str) -> tuple[list[dict[str, float]], np.ndarray]:
+    """What a controller asks and sees along a simulated circle, and what the compensation adds to its voltage."""
+    axis = read_machine(MACHINE).axis("x")
+    reference = circle(0.03, 0.1, 1, axis.cascade.sampling)[0]
+    run = run_axis(axis, reference, SCHEMES[scheme])
+    model = (reference.acceleration + axis.plant.A * reference.velocity) / axis.plant.B
+    added = model + run.feedforward - run.disturbance
+    control = run.input - added  # nothing saturates
+    assert not run.saturated
+    before = np.append(0.0, run.input[:-1])
+    rows = zip(
+        reference.position, reference.velocity, reference.acceleration, run.measured, control, before, strict=True
+    )
+    names = ("position", "velocity", "acceleration", "measured", "control", "input")
+    return [dict(zip(names, map(float, row), strict=True)) for row in rows], added
 
 
 STRICT = [

@@ -3,48 +3,92 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fric.export.base import Part
 from fric.export.fmi import fmi_files
 from fric.friction import models
-from tests.export.parts import SAMPLING, part, replayed
+from tests.export.parts import (
+    EXPORTED,
+    SAMPLES,
+    SAMPLING,
+    along_a_run,
+    exportable,
+    motions,
+    part,
+    replayed,
+    scheme_part,
+)
 
 fmpy = pytest.importorskip("fmpy")
 pytestmark = pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler is installed")
 
 
-@pytest.mark.parametrize("version", [2, 3])
-def test_a_unit_gives_the_librarys_force_along_a_circle(version: int, tmp_path: Path) -> None:
-    from fmpy.validation import validate_fmu
+class Unit:
+    """A unit that was exported, loaded as a co-simulation slave by FMPy."""
 
-    model = models()["gms"].typical()
-    content = fmi_files(part(model, lead=0.0))[f"fric_x-fmi{version}.fmu"]
-    file = tmp_path / "unit.fmu"
-    file.write_bytes(content if isinstance(content, bytes) else content.encode())
-    assert validate_fmu(str(file)) == []
-    t = np.arange(2001) / SAMPLING
-    w = 100 / 30
-    columns = {"position": 0.03 * np.sin(w * t), "velocity": 0.03 * w * np.cos(w * t),
-               "acceleration": -0.03 * w**2 * np.sin(w * t)}  # fmt: skip
-    kinds = [("time", "f8"), *((name, "f8") for name in columns)]
-    given = np.array(list(zip(t, *columns.values(), strict=True)), dtype=kinds)
-    found = fmpy.simulate_fmu(
-        str(file), stop_time=0.5, step_size=1 / SAMPLING, output_interval=1 / SAMPLING, input=given,
-        output=["force", "fault"], fmi_type="CoSimulation",
-        start_values={"measured": 0.0, "control": 0.0, "previous": 0.0},
-    )  # fmt: skip
-    z = columns["position"]
-    # row n + 1 of the result is after the step that began at n, with the input that FMPy held from there
-    library = replayed(model, np.append(0.0, np.diff(z))[:2000], columns["velocity"][:2000])
-    state, step = model.initial_state(), type(model).step
-    library[0] = step(0.0, columns["velocity"][0], 0.0, state, model.packed())
-    for n in range(1, 2000):
-        library[n] = step(z[n] - z[n - 1], columns["velocity"][n], 1 / SAMPLING, state, model.packed())
-    assert np.abs(found["force"][1:2001] - library).max() < 1e-9 * 150
-    assert not found["fault"].any()
+    def __init__(self, one: Part, version: int, folder: Path) -> None:
+        from fmpy import extract, read_model_description
+        from fmpy.validation import validate_fmu
+
+        (content,) = (data for name, data in fmi_files(one).items() if name.endswith(f"fmi{version}.fmu"))
+        file = folder / "unit.fmu"
+        file.write_bytes(content if isinstance(content, bytes) else content.encode())
+        assert validate_fmu(str(file)) == []
+        told = read_model_description(str(file))
+        self.index = {one.name: one.valueReference for one in told.modelVariables}
+        self.version, self.place, self.told = version, extract(str(file), str(folder / "unit")), told
+
+    def run(self, wanted: str, rows: Iterable[tuple[float, ...]], names: Sequence[str]) -> np.ndarray:
+        """Step a new instance through rows of inputs, and return an output behind each."""
+        from fmpy import fmi2, fmi3
+
+        slave = {2: fmi2.FMU2Slave, 3: fmi3.FMU3Slave}[self.version](
+            guid=self.told.guid, unzipDirectory=self.place, instanceName="one",
+            modelIdentifier=self.told.coSimulation.modelIdentifier,
+        )  # fmt: skip
+        slave.instantiate()
+        if self.version == 2:
+            slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        put, get = (slave.setReal, slave.getReal) if self.version == 2 else (slave.setFloat64, slave.getFloat64)
+        given, asked, found = [self.index[name] for name in names], [self.index[wanted]], []
+        for n, row in enumerate(rows):
+            put(given, row)
+            slave.doStep(n / SAMPLING, 1 / SAMPLING)
+            found.append(get(asked)[0])
+        assert get([self.index["fault"]]) == [0.0]
+        slave.terminate()
+        slave.freeInstance()
+        return np.array(found)
+
+
+@pytest.mark.parametrize("samples", [3000, pytest.param(SAMPLES, marks=pytest.mark.long)])
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("name", exportable())
+def test_a_unit_gives_the_librarys_force(name: str, version: int, samples: int, tmp_path: Path) -> None:
+    model = models()[name].typical()
+    unit = Unit(part(model, lead=0.0), version, tmp_path)
+    for motion, (dz, v) in motions(samples).items():
+        z = np.cumsum(dz)
+        found = unit.run("force", zip(z.tolist(), v.tolist(), strict=True), ("position", "velocity"))
+        library = replayed(model, np.diff(z, prepend=z[0]), v, begins=True)
+        assert np.abs(found - library).max() <= 1e-9, motion
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("scheme", EXPORTED)
+def test_a_unit_adds_what_the_simulated_controller_added(scheme: str, version: int, tmp_path: Path) -> None:
+    asked, added = along_a_run(scheme)
+    names = ("position", "velocity", "acceleration", "measured", "control", "input")
+    rows = [tuple(one[name] for name in names) for one in asked]
+    found = Unit(scheme_part(scheme), version, tmp_path).run("volts", rows, (*names[:5], "previous"))
+    assert np.abs(found - added).max() <= 1e-9
 
 
 @pytest.mark.parametrize("version", [2, 3])

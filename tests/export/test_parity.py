@@ -9,21 +9,18 @@ import numpy as np
 import pytest
 
 from fric.control import blocks
-from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.export.c import c_files
 from fric.export.st import st_files
 from fric.friction import models
-from fric.reference import circle
-from fric.simulate.axis import run_axis
 from tests.export.parts import (
     EXPORTED,
-    MACHINE,
     NOT_EXPORTED,
     REFUSED,
     SAMPLING,
     SCHEMES,
     InC,
+    along_a_run,
     exportable,
     motions,
     part,
@@ -95,27 +92,10 @@ def test_structured_text_is_grammatical(scheme: str) -> None:
     assert parse(str(text).replace("END_IF;", "END_IFF;", 1)).exception is not None  # it can fail
 
 
-def _along_a_run(scheme: str) -> tuple[list[dict[str, float]], np.ndarray]:
-    """What a controller asks and sees along a simulated circle, and what the compensation adds to its voltage."""
-    axis = read_machine(MACHINE).axis("x")
-    reference = circle(0.03, 0.1, 1, axis.cascade.sampling)[0]
-    run = run_axis(axis, reference, SCHEMES[scheme])
-    model = (reference.acceleration + axis.plant.A * reference.velocity) / axis.plant.B
-    added = model + run.feedforward - run.disturbance
-    control = run.input - added  # nothing saturates
-    assert not run.saturated
-    before = np.append(0.0, run.input[:-1])
-    rows = zip(
-        reference.position, reference.velocity, reference.acceleration, run.measured, control, before, strict=True
-    )
-    names = ("position", "velocity", "acceleration", "measured", "control", "input")
-    return [dict(zip(names, map(float, row), strict=True)) for row in rows], added
-
-
 @needs_compiler
 @pytest.mark.parametrize("scheme", EXPORTED)
 def test_c_adds_in_each_sample_what_the_simulated_controller_added(scheme: str, tmp_path: Path) -> None:
-    asked, added = _along_a_run(scheme)
+    asked, added = along_a_run(scheme)
     made = InC(scheme_part(scheme), tmp_path)
     made.reset()
     found = np.array([made.step(**one) for one in asked])
@@ -125,7 +105,7 @@ def test_c_adds_in_each_sample_what_the_simulated_controller_added(scheme: str, 
 
 @pytest.mark.parametrize("scheme", EXPORTED)
 def test_structured_text_adds_what_the_simulated_controller_added(scheme: str) -> None:
-    asked, added = _along_a_run(scheme)
+    asked, added = along_a_run(scheme)
     (text,) = st_files(scheme_part(scheme)).values()
     block = Program(str(text)).instance()
     found = []

@@ -13,7 +13,7 @@ from fric.errors import FricError
 from fric.friction.base import Parameter, Property
 from fric.friction.blocks import OnBlocks
 from fric.friction.stribeck import stribeck_level
-from fric.kernels.increments import relax, reversal
+from fric.kernels.increments import relax, reversal, shares
 from fric.kernels.signatures import Step, compiled, compiled_step
 
 if TYPE_CHECKING:
@@ -33,6 +33,12 @@ class _Course(NamedTuple):
 
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
 _COURSE = types.NamedUniTuple(_FLOAT, len(_Course._fields), _Course)  # type: ignore[no-untyped-call]
+
+
+_EDGE = 1e-5
+"""Share of its break-away within which a block slips. One that comes back to just where it broke away, as along the counts
+of an encoder, would else slip or stick by the last digit of a sum, and where s(v) rises the two are far apart.
+"""
 
 
 @compiled(_COURSE(_COURSE, _FLOAT, _FLOAT), makes_arrays=False)
@@ -86,14 +92,18 @@ def _advance(direction: float, course: _Course, state: NDArray[np.float64], para
                 u = _slipped(u, alpha, k, C, left, pull, course)
         elif course.travel > 0.0:
             before, after = alpha * course.s_0 - u, alpha * course.s_1 - stretched
-            if before > 0.0 and after > 0.0:
+            if after > 0.0 and before > _EDGE * alpha * course.s_0:
                 u = stretched
                 state[2 + blocks + i] = 0.0
             else:
-                if before > 0.0:  # it breaks away inside the course, where its load meets alpha·s
+                if before > 0.0 and after <= 0.0:  # it breaks away inside the course, where its load meets alpha·s
                     rest = _part(course, before / (before - after), 1.0)
-                    left_x, pull_x = relax(rest.s_0, rest.s_1, C, rest.dt)
-                    u = min(_slipped(alpha * rest.s_0, alpha, k, C, left_x, pull_x, rest), stretched)
+                    left_x, mean = shares(rest.s_0, rest.s_1, C, rest.dt)
+                    u = alpha * (rest.s_1 + mean * (rest.s_0 - rest.s_1))  # relaxed from alpha·s
+                    if C * (alpha * rest.s_1 - u) > k * rest.v_1 * rest.s_1:
+                        pull_x = (mean - left_x) * rest.s_0 + (1.0 - mean) * rest.s_1
+                        u = _slipped(alpha * rest.s_0, alpha, k, C, left_x, pull_x, rest)
+                    u = min(u, stretched)
                 else:
                     u = _slipped(u, alpha, k, C, left, pull, course)
                 state[2 + blocks + i] = direction

@@ -8,6 +8,24 @@ from fric.kernels.signatures import compiled
 
 
 @compiled("Tuple((f8, f8))(f8, f8, f8, f8)", makes_arrays=False)
+def shares(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, float]:
+    """Return ``exp(-x)`` and its mean over x, ``(1 - exp(-x))/x``, for ``x = 2·rate·length/(s_0 + s_1)``; see `relax`."""
+    x = 2.0 * rate * length / (s_0 + s_1)
+    if not x > 0.0:
+        return 1.0, 1.0
+    if x < 0.125:  # the series of expm1, to the last digit, in pairs: sooner there than exp
+        y = x * x
+        low = (1.0 - x * (1.0 / 2.0)) + y * (1.0 / 6.0 - x * (1.0 / 24.0))
+        high = (1.0 / 120.0 - x * (1.0 / 720.0)) + y * (1.0 / 5040.0 - x * (1.0 / 40320.0))
+        mean = low + (y * y) * (high + (y * y) * (1.0 / 362880.0 - x * (1.0 / 3628800.0)))
+        left = 1.0 - x * mean
+    else:
+        left = exp(-x)
+        mean = (1.0 - left) / x
+    return left, mean
+
+
+@compiled("Tuple((f8, f8))(f8, f8, f8, f8)", makes_arrays=False)
 def relax(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, float]:
     """Return what a relaxation leaves of a load, and what it pulls it to, while the level goes from s_0 to s_1.
 
@@ -15,15 +33,7 @@ def relax(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, fl
     at the middle: second order, and exact for a constant level. It is a weighted mean of u(0), s_0 and s_1, so the
     load stays among them for any rate and any length.
     """
-    x = 2.0 * rate * length / (s_0 + s_1)
-    if not x > 0.0:
-        return 1.0, 0.0
-    if x < 0.01:  # the series of expm1, to the last digit, in a quarter of its time
-        mean = 1.0 + x * (-1.0 / 2.0 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x * (1.0 / 120.0 - x * (1.0 / 720.0)))))
-        left = 1.0 - x * mean
-    else:
-        left = exp(-x)
-        mean = (1.0 - left) / x
+    left, mean = shares(s_0, s_1, rate, length)
     return left, (mean - left) * s_0 + (1.0 - mean) * s_1
 
 
