@@ -36,8 +36,10 @@ _COURSE = types.NamedUniTuple(_FLOAT, len(_Course._fields), _Course)  # type: ig
 
 
 _EDGE = 1e-5
-"""Share of its break-away within which a block slips. One that comes back to just where it broke away, as along the counts
-of an encoder, would else slip or stick by the last digit of a sum, and where s(v) rises the two are far apart.
+"""Share of its break-away within which a block slips where its break-away moves away from it.
+
+A block that comes back to just where it broke away, as along the counts of an encoder, would else slip or stick by the
+last digit of a sum; where s(v) rises the two are far apart.
 """
 
 
@@ -92,7 +94,7 @@ def _advance(direction: float, course: _Course, state: NDArray[np.float64], para
                 u = _slipped(u, alpha, k, C, left, pull, course)
         elif course.travel > 0.0:
             before, after = alpha * course.s_0 - u, alpha * course.s_1 - stretched
-            if after > 0.0 and before > _EDGE * alpha * course.s_0:
+            if after > 0.0 and before > min(_EDGE * alpha * course.s_0, after):
                 u = stretched
                 state[2 + blocks + i] = 0.0
             else:

@@ -9,7 +9,7 @@ from fric.kernels.signatures import compiled
 
 @compiled("Tuple((f8, f8))(f8, f8, f8, f8)", makes_arrays=False)
 def shares(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, float]:
-    """Return ``exp(-x)`` and its mean over x, ``(1 - exp(-x))/x``, for ``x = 2·rate·length/(s_0 + s_1)``; see `relax`."""
+    """Return ``exp(-x)`` and its mean ``(1 - exp(-x))/x`` for ``x = 2·rate·length/(s_0 + s_1)``; see `relax`."""
     x = 2.0 * rate * length / (s_0 + s_1)
     if not x > 0.0:
         return 1.0, 1.0
