@@ -2,13 +2,16 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import fric
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.documents.machine_files import read_machine
 from fric.documents.schemes import read_schemes
 from fric.errors import FricError
 from fric.io.run import read_runs, write_runs
+from fric.kernels.block import Sample
 from fric.simulate.blocks import blocks_of, setting_of
 from fric.simulate.circle import Circle, run_circle
 from tests.control.blocks import AXIS, MOTION
@@ -82,3 +85,35 @@ def test_a_block_that_is_not_linear_is_said_not_to_be_judged() -> None:
     assert [(one.code, one.severity) for one in told] == [("not-linear", "note")]  # type: ignore[attr-defined]
     quiet = run_circle(machine, Scheme("s", "", blocks=("reversal-pulse",)), Circle(0.01, 0.1, 1), accuracy=1e-8)
     assert quiet.warnings == ()
+
+
+def test_what_adapts_stays_within_what_was_identified(tmp_path):
+    """Level by the intervals of F_c and F_s, stiffness by those of each k; a run leaves neither."""
+    (tmp_path / "plant.yaml").write_text(
+        "fric: plant/1\naxis: x\nmotion: linear\nA: 28.57 1/s\nB: 4.526 m/(s^2*V)\nT_d: 0.65 ms\nK_f: 548 N/V\n"
+    )
+    k = "{value: [90, 1], unit: N/µm, ci95: [[60, 100], [0.9, 1.3]]}"
+    (tmp_path / "friction.yaml").write_text(
+        "fric: friction/1\naxis: x\nmotion: linear\n"
+        "static:\n  F_c: {value: 105, unit: N, ci95: [100, 120]}\n  F_s: {value: 165, unit: N, ci95: [150, 170]}\n"
+        "  v_s: 1 mm/s\n"
+        f"gms:\n  alpha: {{value: [0.7, 0.3], unit: '1'}}\n  k: {k}\n  C: 1e4 N/s\n"
+    )
+    found = fric.design_block("adaptive", tmp_path / "plant.yaml", friction=tmp_path / "friction.yaml").design.block
+    assert (found.lowest, found.highest) == pytest.approx((150 / 165, 120 / 105))
+    assert (found.softest, found.stiffest) == pytest.approx((6 / 9, 1.3))
+    level = state_over_time(found)
+    assert level.min() >= found.lowest
+    assert level.max() <= found.highest
+
+
+def state_over_time(block):
+    """Return the level of an adaptive feedforward whose observer always asks for more, then always for less."""
+    setting = setting_of(AXIS, Scheme("s", ""), MOTION)
+    state, parameters = block.initial_state(setting), block.packed(setting)
+    rows, level = np.zeros((len(MOTION), 8)), []
+    for n in range(len(MOTION)):
+        sample = Sample(**dict.fromkeys(Sample._fields, 0.0) | {"estimate": -5.0 if n < len(MOTION) // 2 else 5.0})
+        type(block).step(sample, n, rows, state, parameters)
+        level.append(state[0])
+    return np.array(level)

@@ -7,7 +7,7 @@
 F_1 and F_2 are the friction that is believed, once with softer and once with stiffer slip blocks: two models run
 beside each other, so that what adapts stands linearly. An observer's estimate d̂ is what is left, -d̂ = (what it
 should be) - u behind the observer's filter Q. Each regressor goes through the same Q, and both parameters follow the
-gradient, normalised, within bounds (projection)::
+gradient, normalised, within bounds (projection), which are the intervals of what was identified where it is known::
 
     d(level)/dt = rate·(-d̂)·φ_l/F̂²,   d(shift)/dt = rate·(-d̂)·φ_s/mean(φ_s²)
 
@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import exp, pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -48,7 +48,8 @@ def _step(
         parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     )  # fmt: skip
     state[0] = min(max(state[0] - per_level * sample.estimate * state[3], lowest), highest)
-    state[1] = min(max(state[1] - per_shift * sample.estimate * state[5], -0.5 * state[0]), 0.5 * state[0])
+    shift = state[1] - per_shift * sample.estimate * state[5]
+    state[1] = min(max(shift, parameters[5] * state[0]), parameters[6] * state[0])
     mean, apart = 0.5 * (soft + stiff), stiff - soft
     state[2] = pole * state[2] + (1.0 - pole) * mean
     state[3] = pole * state[3] + (1.0 - pole) * state[2]
@@ -69,7 +70,9 @@ class Adaptive(ControlBlock):
     cutoff
         Cutoff of the observer's Q that the regressors go through [Hz].
     lowest, highest
-        Bounds of the level, of that which is believed and fed forward [1]: the interval of what was identified.
+        Bounds of the level, of that which is believed and fed forward [1].
+    softest, stiffest
+        Bounds of the stiffness, of that which is believed [1].
     """
 
     name = "adaptive"
@@ -82,6 +85,8 @@ class Adaptive(ControlBlock):
         Parameter("cutoff", "frequency", 1.0, 1000.0, doc="cutoff of the observer beside it", typical=60.0),
         Parameter("lowest", "ratio", 0.01, 1.0, doc="lowest level", typical=0.5),
         Parameter("highest", "ratio", 1.0, 10.0, doc="highest level", typical=2.0),
+        Parameter("softest", "ratio", SOFT, 1.0, doc="least stiffness", typical=SOFT),
+        Parameter("stiffest", "ratio", 1.0, STIFF, doc="largest stiffness", typical=STIFF),
     )
     step = _step
 
@@ -89,6 +94,18 @@ class Adaptive(ControlBlock):
     cutoff: float
     lowest: float
     highest: float
+    softest: float
+    stiffest: float
+
+    @classmethod
+    def designed(cls, setting: Setting) -> Self:
+        """Return the block within the intervals of what was identified: level by F_c and F_s, stiffness by each k."""
+        own = super().designed(setting)
+        bounds: dict[str, float] = {}
+        for lower, upper, names in (("lowest", "highest", "F_"), ("softest", "stiffest", "k_")):
+            if (span := setting.span(names)) is not None:
+                bounds |= {lower: max(span[0], getattr(own, lower)), upper: min(span[1], getattr(own, upper))}
+        return replace(own, **bounds)
 
     def packed(self, setting: Setting) -> NDArray[np.float64]:
         """Return rates, bounds, the filter and both models along the reference [V]."""
@@ -106,7 +123,9 @@ class Adaptive(ControlBlock):
         level, shift = (max(float(np.mean(part**2)), 1e-12) for part in (mean, apart))
         pole = exp(-2 * pi * self.cutoff * setting.T_s)
         step = self.rate * setting.T_s
-        head = [step / level, step / shift, self.lowest, self.highest, pole, 0.0, 0.0]
+        middle = 0.5 * (SOFT + STIFF)  # the stiffness where nothing is shifted: half a level shifts to either model
+        limits = [(limit - middle) / (STIFF - SOFT) for limit in (self.softest, self.stiffest)]
+        head = [step / level, step / shift, self.lowest, self.highest, pole, *limits]
         return np.concatenate([head, *rows])
 
     def initial_state(self, setting: Setting) -> NDArray[np.float64]:

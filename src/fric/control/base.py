@@ -63,6 +63,8 @@ class Setting:
         What the encoder told one sample before [m].
     resolution
         One step of the encoder [m]; 0 for none.
+    spans
+        95 % intervals of friction's parameters, as ``F_c`` or ``k_2``, over their values [1], where identified.
     """
 
     plant: LinearPlant
@@ -77,6 +79,12 @@ class Setting:
     velocity: float = 0.0
     seen: float = 0.0
     resolution: float = 0.0
+    spans: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def span(self, names: str) -> tuple[float, float] | None:
+        """Return the widest span of the parameters whose names begin so; None where none was identified."""
+        found = [one for name, one in self.spans.items() if name.startswith(names)]
+        return (min(low for low, _ in found), max(high for _, high in found)) if found else None
 
     @property
     def sampling(self) -> float:

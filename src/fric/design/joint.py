@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 GAINS = (0.25, 6.0)
 """How much K_p and K_i together, and K_v, may differ from those of the cascade that is there, as factors."""
-FILTER = 0.45
-"""Largest corner of the velocity filter, of the sampling rate: half of it is the first difference as it is."""
+FILTER = 1.0
+"""Largest corner of the velocity filter, of the sampling rate: there it is the first difference as it is."""
 STEPS = 160
 """Loops that are tried; with twice as many J falls by less than 1 % on the axes of the paper."""
 PERIOD = 2.0

@@ -17,6 +17,7 @@ from fric.documents.block import block_tree
 from fric.documents.machine import nominal_models
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
+from fric.estimate import elements
 from fric.friction import FrictionModel
 from fric.identify.plant.frequency_response import measure_response
 from fric.log import FrequencyResponse, Record
@@ -142,9 +143,10 @@ def design_block(
         cascade = design_cascade(linear).cascade
         warnings.append("no controller was given: taken is the one that `fric design controller` gives by default")
     models: Mapping[str, FrictionModel] = {}
-    K_f = float("nan")
+    K_f, spans = float("nan"), dict[str, tuple[float, float]]()
     if (given := friction_of("design_block", friction, axis, motion)) is not None:
         models, K_f = nominal_models(given), document.plant(motion).K_f
+        spans = _spans(given.tree())
     logs, Delta = [], None
     if log is not None:
         logs = [measured_record("design_block", log, record, (axis, motion))]
@@ -157,9 +159,19 @@ def design_block(
     allowed = gain_of(peak_sensitivity)
     if not allowed > 1:
         raise FricError("no loop has a peak sensitivity of 0 dB or less", hint="Give one above 0 dB.")
-    setting = Setting(linear, cascade, friction=models.get("gms"), models=models, K_f=K_f)
+    setting = Setting(linear, cascade, friction=models.get("gms"), models=models, K_f=K_f, spans=spans)
     if joint:
         both = design_jointly(kind, setting, peak_sensitivity=allowed, perturbation=Delta)
         return BlockResult(both.block, axis, motion, logs, warnings, both)
     design = find_block(kind, setting, peak_sensitivity=allowed, perturbation=Delta)
     return BlockResult(design, axis, motion, logs, warnings)
+
+
+def _spans(friction: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """Return the closed 95 % intervals of what was identified, over their values, by name."""
+    spans = {}
+    for name, value, interval, _ in elements({**friction.get("static", {}), **friction.get("gms", {})}):
+        low, high = interval or (None, None)
+        if low is not None and high is not None and value > 0 and low > 0:
+            spans[name] = (low / value, high / value)
+    return spans
