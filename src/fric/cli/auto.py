@@ -12,7 +12,7 @@ import typer
 
 import fric
 from fric.cli.console import ERR, finish
-from fric.cli.options import Json
+from fric.cli.options import Implausible, Json
 
 
 def auto(
@@ -32,6 +32,7 @@ def auto(
     mapping: Annotated[
         str | None, typer.Option("--map", metavar="MAP.yaml", help="What the columns of foreign logs mean.")
     ] = None,
+    implausible: Implausible = "error",
     json: Json = False,
 ) -> None:
     """Go the whole way: recognise, ingest, identify, design, simulate, compare with the measured circle, report.

@@ -10,7 +10,7 @@ import typer
 import fric
 from fric.cli.console import finish
 from fric.cli.identify.by_replay import MODELS
-from fric.cli.options import Force, Json, LogFiles, PlantFile, Plot
+from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot
 
 
 def compare(
@@ -36,6 +36,7 @@ def compare(
     blocks: Annotated[int, typer.Option(min=1, help="Slip blocks, for models that have any.")] = 4,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the coarse search.")] = 0,
     plot: Plot = None,
+    implausible: Implausible = "error",
     json: Json = False,
     force: Force = False,
 ) -> None:

@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, Plot, SchemesFile
+from fric.cli.options import Force, Implausible, Json, Plot, SchemesFile
 
 CircleFiles = Annotated[
     list[Path], typer.Argument(metavar="CIRCLE.h5…", help="Circle tests, or run files of `fric simulate circle`.")
@@ -29,6 +29,7 @@ def diagnose(
     feed: Annotated[str | None, typer.Option(help="Of several tests in a file, those at this feed.")] = None,
     plot: Plot = None,
     force: Force = False,
+    implausible: Implausible = "error",
     json: Json = False,
 ) -> None:
     """Take a measured circle apart: geometry, loops, backlash, friction glitches, and the figures of ISO 230-4.

@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Gain, Json, Lead, MachineFile, NominalFiles, SchemesFile, lead_given
+from fric.cli.options import Gain, Implausible, Json, Lead, MachineFile, NominalFiles, SchemesFile, lead_given
 
 
 def export(
@@ -34,6 +34,7 @@ def export(
     force: Annotated[
         bool, typer.Option("--force", help="Replace files that exist, and export what is not to be trusted.")
     ] = False,
+    implausible: Implausible = "error",
     json: Json = False,
 ) -> None:
     """Write what a controller runs: friction feedforward, observers, and a manifest of all that is in it.

@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, Plot
+from fric.cli.options import Force, Implausible, Json, Plot
 
 
 def learn(
@@ -40,6 +40,7 @@ def learn(
     ] = None,
     plot: Plot = None,
     force: Force = False,
+    implausible: Implausible = "error",
     json: Json = False,
 ) -> None:
     """Learn a repeated circle: the voltage against friction that the next round feeds forward, without a model of it.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -50,6 +50,19 @@ Lead = Annotated[
         help='How far feedforward goes ahead of the reference, as "0.6 ms", or auto for the delay of the plant that is '
         "believed; instead of the machine's.",
     ),
+]
+
+
+def _lift(given: str) -> str:
+    from fric.plausibility import lift  # with NumPy, which `--help` need not
+
+    lift(given == "ok")
+    return given
+
+
+Implausible = Annotated[
+    Literal["error", "ok"],
+    typer.Option(callback=_lift, help="What no drive can be, as with a wrong unit: an error, or taken as it is."),
 ]
 RunFile = Annotated[
     Path | None, typer.Option("-o", "--output", metavar="RUN.h5", help="Keep traces and metrics in this file.")

@@ -10,7 +10,7 @@ import typer
 import fric
 from fric.cli.console import finish
 from fric.cli.diagnose import CircleFiles
-from fric.cli.options import Force, Json, MachineFile
+from fric.cli.options import Force, Implausible, Json, MachineFile
 
 
 def tune(
@@ -19,6 +19,7 @@ def tune(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for what is written.")],
     scheme: Annotated[str | None, typer.Option("--scheme", help="Of a run file, the scheme that is taken.")] = None,
     force: Force = False,
+    implausible: Implausible = "error",
     json: Json = False,
 ) -> None:
     """Refit what the controllers believe to recorded circles: friction, plant, delay; with lead.

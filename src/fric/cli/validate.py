@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, LogFiles, Plot
+from fric.cli.options import Force, Implausible, Json, LogFiles, Plot
 
 
 def validate(
@@ -30,6 +30,7 @@ def validate(
         str | None, typer.Option(metavar="FORCE", help='Constant load, as "-3.2 N"; else the identified offset.')
     ] = None,
     plot: Plot = None,
+    implausible: Implausible = "error",
     json: Json = False,
     force: Force = False,
 ) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,8 +17,10 @@ from fric.documents.observer import ObserverDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, read_tree
 from fric.errors import FricError
+from fric.friction.stribeck import StaticMap
 from fric.notice import Notice
-from fric.simulate.machine import Machine
+from fric.plausibility import Finding, of_friction, of_plant, settled
+from fric.simulate.machine import Axis, Machine
 
 NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {
     "plant": PlantDocument,
@@ -74,8 +76,22 @@ def read_machine(
         name: replace(axis, nominal_friction=replace(axis.nominal_friction, **instead))
         for name, axis in machine.axes.items()
     }
+    doubtful = settled(finding for axis in machine.axes.values() for finding in _of_axis(axis, str(path)))
+    machine = replace(machine, warnings=(*machine.warnings, *doubtful))
     origin: dict[str, Any] = {"path": str(path), "nominal_files": list(nominal_files), "friction_model": friction_model}
     return replace(machine, axes=axes, origin=origin | instead)
+
+
+def _of_axis(axis: Axis, where: str) -> Iterator[Finding]:
+    """Yield what can be held against physics in an axis: both plants, all frictions beside the mass, the sampling."""
+    where = f"{where}, axis {axis.name}"
+    for plant in filter(None, (axis.plant, axis.nominal)):
+        yield from of_plant(plant, axis.motion, where)
+    for model in (axis.friction, *axis.nominal_friction.models.values()):
+        static = model if isinstance(model, StaticMap) else getattr(model, "static", None)
+        if static is not None:
+            yield from of_friction(static, axis.motion, axis.plant.M, where)
+    yield Finding("sampling", axis.cascade.sampling, axis.motion, where)
 
 
 def read_machine_document(path: Path, nominal_files: Iterable[str] = ()) -> MachineDocument:

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+MOST_SAMPLES = 10_000
+"""Samples that a delay is at most."""
+
+
 @dataclass(frozen=True)
 class LinearPlant:
     """A mass with linear damping, driven by a voltage through a delay, eq. (1): ``B·e^(-s·T_d) / (s·(s + A))``.
@@ -51,6 +55,11 @@ class LinearPlant:
         FricError
             When T_d is shorter than half a sample.
         """
+        if self.T_d * sampling > MOST_SAMPLES:
+            raise FricError(
+                f"the delay T_d of {self.T_d:g} s is {self.T_d * sampling:.3g} samples at {sampling:g} Hz, and "
+                f"{MOST_SAMPLES} are simulated at most", hint="Look at T_d and at the sampling.",
+            )  # fmt: skip
         delay = self.T_d - 0.5 / sampling
         if delay < -1e-12:
             raise FricError(

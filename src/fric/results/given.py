@@ -16,6 +16,7 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
+from fric.plausibility import of_plant, settled
 from fric.results.base import Result
 from fric.units import Motion, parse, parse_gain, si_unit
 
@@ -136,7 +137,9 @@ def plant_of(verb: str, given: Any, axis: str, motion: Motion) -> Plant | None:
         return given
     document = document_of(verb, PlantDocument, given, (axis, motion))
     try:
-        return document.plant(motion)
+        plant = document.plant(motion)
+        settled(of_plant(plant, motion))
+        return plant
     except FricError as error:
         raise error.at(where_of(given)) if where_of(given) else error from None
 

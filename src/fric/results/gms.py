@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fric.documents.friction import GivenStatic, given_static, gms_tree
 from fric.errors import FricError
@@ -13,8 +15,9 @@ from fric.estimate import estimate_rows
 from fric.identify.gms.fit import GMSFit
 from fric.identify.gms.identify import identify_gms as fit_gms
 from fric.log import Log
+from fric.plausibility import Finding, of_friction, of_level, of_logs, settled
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import friction_of, logs_of, plant_of, several
+from fric.results.given import friction_of, logs_of, plant_of, several, where_of
 from fric.results.text import Piece, Table, parameters
 from fric.units import readable
 
@@ -115,6 +118,11 @@ def identify_gms(
     kept = friction_of("identify_gms", static, axis, motion)
     given = given_static(kept) if kept is not None else None
     count, most = _blocks(blocks)
+    known = plant_of("identify_gms", plant, axis, motion)
+    doubtful = settled(of_logs(records, known))
+    if given is not None:
+        doubtful += settled(of_friction(given.static, motion, known.M if known else None, where_of(static)))
+        doubtful += settled(of_level(records, given.static.F_s))
     at = None if knots == "auto" else several(knots, "position", motion)
     if at is not None and blocks not in {"auto", len(at), str(len(at))}:
         raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave --blocks out.")
@@ -122,14 +130,25 @@ def identify_gms(
         records,
         static=given.static if given else None,
         negative=given.negative if given else None,
-        plant=plant_of("identify_gms", plant, axis, motion),
+        plant=known,
         blocks=count,
         knots=at,
         refined=refine,
         cycles=_cycles(cycles),
         **({"most_blocks": most} if most else {}),
     )
-    return GMSResult(found, records, given)
+    doubtful += settled(of_gms(found))
+    return GMSResult(replace(found, warnings=(*found.warnings, *doubtful)), records, given)
+
+
+def of_gms(fit: GMSFit) -> Iterator[Finding]:
+    """Yield what can be held against physics in a fit: its level, the way up to sliding, stiffness, inertia."""
+    where = fit.hysteresis[0].record.log.where
+    if fit.curve.saturates:
+        yield Finding("level", float(fit.alpha_sum), fit.motion, where)
+    yield Finding("slip", float(fit.model.slip_displacements.max()), fit.motion, where)
+    yield Finding("stiffness", float(np.sum(fit.k.value)), fit.motion, where)
+    yield from of_friction(fit.model.static, fit.motion, None, where)
 
 
 def _blocks(given: int | str) -> tuple[int | None, int | None]:

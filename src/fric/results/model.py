@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from fric.errors import FricError, near
 from fric.friction import models
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.plausibility import of_friction, of_level, of_logs, of_shares, settled
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import friction_of, logs_of, plant_of, refused
 from fric.results.text import Piece, parameters
@@ -104,9 +105,15 @@ def identify_model(
     records = logs_of("identify_model", logs)
     axis, motion = records[0].axis, records[0].motion
     kept = friction_of("identify_model", static, axis, motion)
+    taken_off = plant_of("identify_model", plant, axis, motion)
+    doubtful = settled(of_logs(records, taken_off))
+    if kept is not None:
+        doubtful += settled(of_level(records, float(kept.estimates("static")["F_s"])))
+    ready = prepared(records, taken_off)
+    doubtful += settled(of_shares((one.log, one.done.inertia_share, one.done.damping_share) for one in ready))
     found = identify_by_replay(
         model,
-        prepared(records, plant_of("identify_model", plant, axis, motion)),
+        ready,
         static=kept.estimates("static") if kept else None,
         negative=kept.backward() if kept else None,
         blocks=blocks,
@@ -114,7 +121,10 @@ def identify_model(
         free=free,
         seed=seed,
     )
-    return ModelResult(found, kept)
+    static = getattr(found.model, "static", None)
+    if static is not None:
+        doubtful += settled(of_friction(static, motion, taken_off.M if taken_off else None, records[0].where))
+    return ModelResult(replace(found, warnings=(*found.warnings, *doubtful)), kept)
 
 
 def _fixed(model: str, given: Iterable[str] | Mapping[str, float | str], motion: Motion) -> dict[str, float]:

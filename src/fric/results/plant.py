@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -14,6 +14,8 @@ from fric.identify.plant.identify import PlantFit
 from fric.identify.plant.identify import identify_plant as fit_plant
 from fric.identify.plant.rigid_body import MotionFit, identify_motion
 from fric.log import Log, Record
+from fric.notice import Notice
+from fric.plausibility import Finding, of_logs, settled
 from fric.results.base import Identified
 from fric.results.given import quantity, records_of
 from fric.results.text import Piece, Table, parameters
@@ -143,11 +145,12 @@ def identify_plant(
         When no record serves, too few lines are sure, or a motion does not separate the terms.
     """
     wanted, records = plant_records(records_of("identify_plant", logs), None if method == "auto" else method)
-    motion = records[0].motion
+    motion, in_time = records[0].motion, [record for record in records if isinstance(record, Log)]
+    doubtful = settled(of_logs(in_time))
     K_f, weight = quantity(force_constant, "force per input", motion), quantity(mass, "mass", motion)
     if wanted == "motion":
         found = identify_motion(
-            [record for record in records if isinstance(record, Log)],
+            in_time,
             direction=direction,
             force_constant=K_f,
             delay=quantity(delay, "time"),
@@ -156,7 +159,7 @@ def identify_plant(
             border=border,
             mass=weight,
         )
-        return PlantResult(found, records)
+        return _plausible(PlantResult(found, records), doubtful)
     fit = fit_plant(
         records,
         hold=None if hold in {"auto", "none"} else quantity(hold, "frequency"),
@@ -168,4 +171,15 @@ def identify_plant(
         given_force_constant=K_f,
         mass=weight,
     )
-    return PlantResult(fit, records)
+    return _plausible(PlantResult(fit, records), doubtful)
+
+
+def _plausible(result: PlantResult, doubtful: list[Notice]) -> PlantResult:
+    """Return a result whose values a drive can have, or with warnings where it need not."""
+    document, motion = PlantDocument.model_validate(result.document), result.records[0].motion
+    known = document.estimates(motion)
+    values = {name: float(one) for name, one in known.items() if name in {"A", "B", "T_d"}}
+    if {"B", "K_f"} <= known.keys():
+        values["mass"] = float(known["K_f"]) / values["B"]
+    found = settled(Finding(name, value, motion, result.records[0].where) for name, value in values.items())
+    return replace(result, fit=replace(result.fit, warnings=(*result.fit.warnings, *doubtful, *found)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -14,6 +14,7 @@ from fric.errors import FricError
 from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
 from fric.log import ForceVelocity, FrequencyResponse, Log
+from fric.plausibility import Finding, of_friction, of_logs, settled
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import document_of, in_si, plant_of, records_of
 from fric.results.text import Piece, parameters
@@ -100,9 +101,11 @@ def identify_static(
     if not records:
         raise FricError("there is neither a record in time nor a table of forces and velocities")
     given = None if plant is None or isinstance(plant, Plant) else document_of("identify_static", PlantDocument, plant)
+    known = plant_of("identify_static", plant, records[0].axis, records[0].motion)
+    doubtful = settled(of_logs([one for one in records if isinstance(one, Log)], known))
     found = fit_static(
         records,
-        plant=plant_of("identify_static", plant, records[0].axis, records[0].motion),
+        plant=known,
         delta=_shape_factor(delta),
         direction=direction,
         weights=weights,
@@ -111,7 +114,15 @@ def identify_static(
         load=None if load is None else in_si(load, "force", records[0].motion),
         damping_error=0.0 if given is None else given.damping_error(records[0].motion),
     )
-    return StaticResult(found, records)
+    if known is not None:
+        fastest = max(found.points, key=lambda point: abs(point.velocity))
+        taken_off = known.damping * fastest.velocity
+        share = abs(taken_off / (fastest.force + taken_off or 1e-300))
+        doubtful += settled([Finding("damping", share, found.motion, records[0].source)])
+    for one in (found.static, found.negative):
+        mass = known.M if known else None
+        doubtful += settled(of_friction(one.static_map, found.motion, mass, records[0].source)) if one else []
+    return StaticResult(replace(found, warnings=(*found.warnings, *doubtful)), records)
 
 
 def _shape_factor(given: float | str) -> float | None:

@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import OUT, finish
-from fric.cli.options import Force, Json
+from fric.cli.options import Force, Implausible, Json
 
 
 def block(
@@ -36,6 +36,7 @@ def block(
     joint: Annotated[
         bool, typer.Option("--joint", help="Design the gains of the cascade together with the block.")
     ] = False,
+    implausible: Implausible = "error",
     as_json: Json = False,
     force: Force = False,
 ) -> None:

@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, PlantArgument, Plot
+from fric.cli.options import Force, Implausible, Json, PlantArgument, Plot
 
 
 def controller(
@@ -40,6 +40,7 @@ def controller(
     K_v: Annotated[str | None, typer.Option("--K_v", metavar="GAIN", help="As in '126 1/s'.")] = None,
     plot: Plot = None,
     view: Annotated[Literal["bode", "nyquist", "nichols"], typer.Option(help="The figure that --plot draws.")] = "bode",
+    implausible: Implausible = "error",
     as_json: Json = False,
     force: Force = False,
 ) -> None:

@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, PlantArgument, Plot
+from fric.cli.options import Force, Implausible, Json, PlantArgument, Plot
 
 Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
 
@@ -57,6 +57,7 @@ def observer(
     view: Annotated[
         Literal["q", "bode", "nyquist", "nichols"], typer.Option(help="The figure that --plot draws; q is Fig. 7.")
     ] = "q",
+    implausible: Implausible = "error",
     as_json: Json = False,
     force: Force = False,
 ) -> None:

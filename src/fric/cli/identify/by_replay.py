@@ -14,7 +14,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, LogFiles, PlantFile, Plot
+from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot
 
 
 def models_in(folder: Path) -> dict[str, str]:
@@ -57,6 +57,7 @@ def command(name: str | None = None) -> Callable[..., None]:
             ... if name is None else name, metavar="NAME", hidden=name is not None, help=f"One of {', '.join(MODELS)}."
         ),
         plot: Plot = None,
+        implausible: Implausible = "error",
         json: Json = False,
         force: Force = False,
     ) -> None:

@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, LogFiles, PlantFile, Plot
+from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot
 
 
 def gms(
@@ -32,6 +32,7 @@ def gms(
     refine: Annotated[bool, typer.Option(help="Refine alpha, k and C by replay along the measured motion.")] = True,
     plant: PlantFile = None,
     plot: Plot = None,
+    implausible: Implausible = "error",
     json: Json = False,
     force: Force = False,
 ) -> None:

@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, LogFiles, Plot
+from fric.cli.options import Force, Implausible, Json, LogFiles, Plot
 
 RESPONSE, MOTION = "Frequency responses", "Motion"
 
@@ -71,6 +71,7 @@ def plant(
         int | None, typer.Option(min=0, help="Samples left out at the start.", rich_help_panel=MOTION)
     ] = None,
     plot: Plot = None,
+    implausible: Implausible = "error",
     json: Json = False,
     force: Force = False,
 ) -> None:

@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, LogFiles, PlantFile, Plot
+from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot
 
 
 def static(
@@ -37,6 +37,7 @@ def static(
         ),
     ] = None,
     plot: Plot = None,
+    implausible: Implausible = "error",
     json: Json = False,
     force: Force = False,
 ) -> None:

@@ -12,6 +12,7 @@ from fric.cli.console import ERR, finish, interruption
 from fric.cli.options import (
     Force,
     Gain,
+    Implausible,
     Json,
     Lead,
     MachineFile,
@@ -58,6 +59,7 @@ def circle(
         typer.Option("--plot-reversal", metavar="FIG", help="Draw error and voltages over time near a reversal."),
     ] = None,
     force: Force = False,
+    implausible: Implausible = "error",
     json: Json = False,
 ) -> None:
     """Run a circular test under compensation schemes: the quadrant glitches that each leaves.

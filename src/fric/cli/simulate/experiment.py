@@ -9,7 +9,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, MachineFile
+from fric.cli.options import Force, Implausible, Json, MachineFile
 
 
 def experiment(
@@ -52,6 +52,7 @@ def experiment(
         str | None, typer.Option("--noise", help='Force noise (rms) instead of the machine\'s; "0 N" for none.')
     ] = None,
     force: Force = False,
+    implausible: Implausible = "error",
     json: Json = False,
 ) -> None:
     """Make an identification experiment on a virtual axis, logged as a real drive logs it."""

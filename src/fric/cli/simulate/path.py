@@ -12,6 +12,7 @@ from fric.cli.console import finish
 from fric.cli.options import (
     Force,
     Gain,
+    Implausible,
     Json,
     Lead,
     MachineFile,
@@ -45,6 +46,7 @@ def path(
     output: RunFile = None,
     plot: Plot = None,
     force: Force = False,
+    implausible: Implausible = "error",
     json: Json = False,
 ) -> None:
     """Follow a contour given by points under compensation schemes: the glitch at each reversal of an axis."""

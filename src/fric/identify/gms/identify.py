@@ -33,6 +33,7 @@ from fric.identify.replay.lateness import half_width, lateness_told, suspects
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.notice import Notice
+from fric.plausibility import of_shares, settled
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
@@ -104,6 +105,7 @@ def identify_gms(
             hint="Look at what `fric identify static` says of that map, or leave --static out.",
         )
     ready = prepared([*presliding, *sliding], plant)
+    doubtful = settled(of_shares((one.log, one.done.inertia_share, one.done.damping_share) for one in ready))
     settings = (static, negative, blocks, most_blocks, knots, refined, cycles)
     result, late = _identified(ready, len(presliding), *settings)
     told_late: list[Notice] = []
@@ -115,7 +117,7 @@ def identify_gms(
         result = again if sure else result
         told_late = [lateness_told(ready, total, left, sure=sure)]
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
-    return replace(result, warnings=(*told_late, *warnings, *clock_flaws([*presliding, *sliding], "gms")))
+    return replace(result, warnings=(*told_late, *warnings, *clock_flaws([*presliding, *sliding], "gms"), *doubtful))
 
 
 def _identified(

@@ -128,6 +128,11 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
         left = curve.level - float(k[:-1] @ d)
         d = np.append(d, max(left / k[-1], reach) if k[-1] > 0 else reach)
     keep = k * d > LEAST_SHARE * float(k @ d)
+    if not keep.any():
+        raise FricError(
+            "the virgin curve does not rise: what is left of the force is no friction",
+            hint="Look at the sign and the units of the force, and at the plant whose inertia is taken off.",
+        )
     return Blocks(k[keep], d[keep])
 
 

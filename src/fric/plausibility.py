@@ -1,0 +1,252 @@
+"""What no drive can be, by physics: what lies beyond these bounds is most often a unit that was taken for another.
+
+Each bound is generous: from a micro-tribometer (µN, or rad) to an axis of 10 t nothing real comes near it. What lies
+beyond ends in an error, which `lifted` turns into a warning that a number is wrong until it is mended. Much passes that
+is wrong all the same: where mass, force and force constant are wrong by one factor, no law of physics tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from fric.errors import FricError
+from fric.notice import Notice
+from fric.units import Motion, readable, si_unit
+
+if TYPE_CHECKING:
+    from fric.drive.plant import Plant
+    from fric.friction.stribeck import StaticMap
+    from fric.log import Log
+
+Limits = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Bound:
+    """What a quantity of a real drive is not beyond.
+
+    Parameters
+    ----------
+    what
+        The quantity, in words.
+    dimension
+        What it measures, see `fric.units`.
+    linear, rotary
+        Least and greatest value in SI.
+    reason
+        Why nothing real is beyond.
+    units
+        What is to be looked at.
+    """
+
+    what: str
+    dimension: str
+    linear: Limits
+    rotary: Limits
+    reason: str
+    units: str
+
+
+BOUNDS: Mapping[str, Bound] = {
+    "speed": Bound(
+        "the speed", "velocity", (0.0, 25.0), (0.0, 2e5),
+        "linear motors reach 10 m/s, the fastest spindles 1e5 rad/s", "position and time",
+    ),
+    "sampling": Bound(
+        "the sampling rate", "frequency", (0.0, 5e5), (0.0, 5e5),
+        "drives log and close their loops at 100 kHz at most", "the time",
+    ),
+    "travel": Bound(
+        "the way by the position over that by the velocity", "ratio", (0.2, 5.0), (0.2, 5.0),
+        "both are of one motion", "position, velocity and time",
+    ),
+    "following": Bound(
+        "the way of the position over that of its reference", "ratio", (5e-3, 200.0), (5e-3, 200.0),
+        "an axis goes where it is told to, more or less", "position and reference",
+    ),
+    "amplitude": Bound(
+        "the amplitude of a pre-sliding sine", "position", (0.0, 5e-2), (0.0, 100.0),
+        "contacts, seals and belts yield by 2 mm at most before they slide", "the position",
+    ),
+    "force-per-input": Bound(
+        "force over input", "force per input", (0.0, 1e5), (0.0, 1e5),
+        "10 V would make a force of 100 t", "force and input",
+    ),
+    "force-constant": Bound(
+        "the force over K_f times the input", "ratio", (1 / 30, 30.0), (1 / 30, 30.0),
+        "the plant's force constant says what force a voltage makes", "force, input and the plant's K_f",
+    ),
+    "friction": Bound(
+        "the friction", "force", (0.0, 5e4), (0.0, 5e4),
+        "10 t sliding dry on steel take 50 kN", "the force",
+    ),
+    "friction-over-mass": Bound(
+        "friction over moving mass", "acceleration", (0.0, 500.0), (0.0, 3e6),
+        "friction of 50 times its own weight holds no drive", "force, input and position",
+    ),
+    "inertia": Bound(
+        "inertia over the logged force", "ratio", (0.0, 10.0), (0.0, 10.0),
+        "no force can give a mass ten times the acceleration that it has for it", "position, time, force and the plant",
+    ),
+    "damping": Bound(
+        "the drive's own damping over the logged force", "ratio", (0.0, 10.0), (0.0, 10.0),
+        "a drive cannot move against ten times its force", "position, time, force and the plant",
+    ),
+    "level": Bound(
+        "the force of the records over F_s of the static map", "ratio", (5e-3, 20.0), (5e-3, 20.0),
+        "both are of one axis", "the force of either log",
+    ),
+    "slip": Bound(
+        "the way up to sliding", "position", (0.0, 5e-3), (0.0, 10.0),
+        "contacts, seals and belts yield by 2 mm at most before they slide", "the position",
+    ),
+    "stiffness": Bound(
+        "the stiffness", "stiffness", (0.0, 5e10), (0.0, 1e10),
+        "a guideway of 10 t yields by more than 50 N per nm, and so does a bar of steel", "force and position",
+    ),
+    "mass": Bound(
+        "the moving mass K_f/B", "mass", (1e-7, 1e5), (1e-13, 1e5),
+        "axes weigh from below a gram to 100 t, what turns with them included", "force, input and position",
+    ),
+    "B": Bound(
+        "B", "acceleration per input", (1e-5, 1e5), (1e-4, 1e8),
+        "1 V gives an axis between a millionth and ten thousand times the acceleration of gravity",
+        "input, position and time",
+    ),
+    "A": Bound("A", "rate", (0.0, 1e5), (0.0, 1e5), "no mass comes to rest within 10 µs", "position and time"),
+    "T_d": Bound("T_d", "time", (0.0, 0.25), (0.0, 0.25), "no servo loop closes over a quarter second", "the time"),
+}  # fmt: skip
+
+_lifted: ContextVar[bool] = ContextVar("implausible", default=False)
+
+
+def lift(allowed: bool) -> None:
+    """Say whether what is implausible is taken as it is from here on."""
+    _lifted.set(allowed)
+
+
+@contextmanager
+def lifted() -> Iterator[None]:
+    """Take what is implausible as it is, with a warning, within the block."""
+    before = _lifted.set(True)
+    try:
+        yield
+    finally:
+        _lifted.reset(before)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A quantity that is to be held against its bound: the bound's name, the value in SI, and where it is from."""
+
+    name: str
+    value: float
+    motion: Motion
+    where: str = ""
+
+    def beyond(self) -> bool:
+        """Say whether it is beyond what a drive can be; a value that is not known is not."""
+        bound = BOUNDS[self.name]
+        low, high = bound.rotary if self.motion == "rotary" else bound.linear
+        return isfinite(self.value) and not low <= self.value <= high
+
+    def notice(self) -> Notice:
+        """Return what is told of it."""
+        bound = BOUNDS[self.name]
+        shown = readable(self.value, si_unit(bound.dimension, self.motion))
+        return Notice(f"{bound.what} is {shown}: {bound.reason}", f"implausible-{self.name}", "wrong")
+
+
+def settled(findings: Iterable[Finding]) -> list[Notice]:
+    """Return what is implausible as warnings where that is lifted.
+
+    Raises
+    ------
+    FricError
+        When something is implausible, and that is not lifted.
+    """
+    found = [finding for finding in findings if finding.beyond()]
+    if found and not _lifted.get():
+        first, bound = found[0], BOUNDS[found[0].name]
+        raise FricError(
+            str(first.notice()), where=first.where,
+            hint=f"Look at the units of {bound.units}; where it is so, say --implausible ok.",
+        )  # fmt: skip
+    return list(dict.fromkeys(finding.notice() for finding in found))
+
+
+def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:
+    """Yield what can be held against physics in records: speed, rate, and whether their channels agree.
+
+    Parameters
+    ----------
+    logs
+        Records of one axis.
+    plant
+        The plant, whose force constant the force is held against.
+    """
+    import numpy as np  # `fric --help` need not
+
+    squares = np.zeros(2)
+    for log in logs:
+        if len(log) < 16:
+            continue
+        motion, where = log.motion, log.where
+        yield Finding("sampling", 1.0 / float(np.median(np.diff(log.time))), motion, where)
+        if log.kind == "presliding-sine" and log.position is not None:
+            yield Finding("amplitude", 0.5 * float(np.ptp(log.position)), motion, where)
+        step = min(8, len(log) // 4)
+        moved = None if log.position is None else log.position[step:] - log.position[:-step]
+        if log.velocity is not None:
+            yield Finding("speed", float(np.quantile(np.abs(log.velocity), 0.99)), motion, where)
+            if moved is not None:
+                between = np.append(0.0, np.cumsum(0.5 * (log.velocity[1:] + log.velocity[:-1]) * np.diff(log.time)))
+                way = between[step:] - between[:-step]
+                if np.any(way) and np.any(moved):
+                    yield Finding("travel", float(np.sqrt((moved @ moved) / (way @ way))), motion, where)
+        elif moved is not None:
+            rates = np.abs(moved) / (log.time[step:] - log.time[:-step])
+            yield Finding("speed", float(np.quantile(rates, 0.99)), motion, where)
+        if log.position is not None and log.reference is not None and np.ptp(log.reference) and np.ptp(log.position):
+            yield Finding("following", float(np.ptp(log.position) / np.ptp(log.reference)), motion, where)
+        if log.force is not None and log.input is not None:
+            squares += [float(log.force @ log.force), float(log.input @ log.input)]
+    if squares.all():
+        ratio = float(np.sqrt(squares[0] / squares[1]))
+        yield Finding("force-per-input", ratio, logs[0].motion, logs[0].source)
+        if plant is not None:
+            yield Finding("force-constant", ratio / plant.K_f, logs[0].motion, logs[0].source)
+
+
+def of_friction(static: StaticMap, motion: Motion, mass: float | None = None, where: str = "") -> Iterator[Finding]:
+    """Yield what can be held against physics in a static map, and in its size beside the mass that it moves."""
+    level = max(abs(static.F_s), abs(static.F_c))
+    yield Finding("friction", level, motion, where)
+    if mass:
+        yield Finding("friction-over-mass", level / mass, motion, where)
+
+
+def of_level(logs: Sequence[Log], F_s: float) -> Iterator[Finding]:
+    """Yield the force of records beside the break-away force [N] of a static map that they are replayed with."""
+    swings = [0.5 * float(log.force.max() - log.force.min()) for log in logs if log.force is not None and len(log)]
+    if swings and F_s > 0.0:
+        yield Finding("level", max(swings) / F_s, logs[0].motion, logs[0].where)
+
+
+def of_shares(shares: Iterable[tuple[Log, float | None, float | None]]) -> Iterator[Finding]:
+    """Yield how much of the force of each record inertia and damping are, where a plant tells: record and shares."""
+    for log, *both in shares:
+        for name, share in zip(("inertia", "damping"), both, strict=True):
+            if share is not None:
+                yield Finding(name, share, log.motion, log.where)
+
+
+def of_plant(plant: Plant, motion: Motion, where: str = "") -> Iterator[Finding]:
+    """Yield what can be held against physics in a plant."""
+    for name, value in (("A", plant.A), ("B", plant.B), ("T_d", plant.T_d), ("mass", plant.M)):
+        yield Finding(name, value, motion, where)

@@ -1,0 +1,158 @@
+"""Units that were taken for others end in an error where physics tells them; nothing real is called implausible."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import fric
+from fric.cli.main import app
+from fric.drive.plant import Plant
+from fric.errors import FricError
+from fric.log import Log
+from fric.plausibility import BOUNDS, Finding, lift, lifted, of_logs, settled
+
+ROOT = Path(__file__).parents[2]
+DATA, REAL = ROOT / "data", ROOT.parent / "shared" / "data"
+PLANT = Plant(17.0, 2.4, 0.62e-3, 155.0)
+
+
+@pytest.fixture(autouse=True)
+def _as_ever():
+    yield
+    lift(False)
+
+
+def strokes() -> list[Log]:
+    return list(fric.read(DATA / "constant-velocity.h5"))[1::3]
+
+
+def sines() -> list[Log]:
+    return list(fric.read(DATA / "presliding-sine.h5"))
+
+
+def scaled(logs: list[Log], channel: str, by: float) -> list[Log]:
+    both = {"position": ("position", "reference")}.get(channel, (channel,))
+    return [replace(log, **{name: by * getattr(log, name) for name in both}) for log in logs]
+
+
+STATIC = fric.StaticMap(F_c=60.6, F_s=91.6, v_s=2.2e-3, sigma=1180.0)
+VERBS = {
+    "static": lambda change: fric.identify_static(*change(strokes())),
+    "static-plant": lambda change: fric.identify_static(*change(strokes()), plant=PLANT),
+    "gms": lambda change: fric.identify_gms(*change(sines()), blocks=3, refine=False),
+    "gms-static": lambda change: fric.identify_gms(*change(sines()), static=STATIC, blocks=3, refine=False),
+    "gms-plant": lambda change: fric.identify_gms(*change(sines()), static=STATIC, plant=PLANT, blocks=3, refine=False),
+    "dahl": lambda change: fric.identify_model("dahl", *change(sines()), fix={"n": 1.0}),
+    "plant": lambda change: fric.identify_plant(*change(list(fric.read(DATA / "frequency-response.h5")))),
+}
+SLIPS = [
+    ("force", 1e3, "static", "force-per-input"),
+    ("force", 1e3, "gms", "force-per-input"),
+    ("force", 1e3, "gms-static", "force-per-input"),
+    ("force", 1e3, "plant", "force-per-input"),
+    ("force", 1e3, "dahl", "force-per-input"),
+    ("force", 1e-3, "static-plant", "force-constant"),
+    ("force", 1e-3, "gms-static", "level"),
+    ("position", 1e3, "static", "speed"),
+    ("position", 1e3, "gms", "amplitude"),
+    ("position", 1e3, "gms-static", "amplitude"),
+    ("position", 1e3, "dahl", "amplitude"),
+    ("position", 1e3, "plant", "speed"),
+    ("position", 1e-3, "gms", "stiffness"),
+    ("time", 1e-3, "static", "speed"),
+    ("time", 1e-3, "gms-plant", "inertia"),
+    ("time", 1e-3, "plant", "sampling"),
+    ("time", 1e3, "plant", "B"),
+]
+
+
+@pytest.mark.parametrize(("channel", "by", "verb", "bound"), SLIPS, ids=lambda one: str(one))
+def test_a_unit_taken_for_another_is_an_error(channel: str, by: float, verb: str, bound: str) -> None:
+    with pytest.raises(FricError) as error:
+        VERBS[verb](lambda logs: scaled(logs, channel, by))
+    assert BOUNDS[bound].what in error.value.what
+    assert "--implausible ok" in error.value.hint
+
+
+def test_force_that_is_984_times_the_static_map_stops_without_any_input() -> None:
+    bare = [replace(log, input=None, force=984 * log.force) for log in sines()]
+    with pytest.raises(FricError, match="over F_s of the static map is 1000"):
+        fric.identify_gms(*bare, static=STATIC)
+    with pytest.raises(FricError, match="friction is 91"):
+        fric.identify_static(*[replace(log, input=None, force=1e3 * log.force) for log in strokes()])
+
+
+def test_what_is_lifted_is_a_warning_that_says_wrong() -> None:
+    with lifted():
+        found = fric.identify_static(*scaled(strokes(), "force", 1e3))
+    codes = {one["code"]: one["severity"] for one in found.document["warnings_coded"]}
+    assert codes["implausible-force-per-input"] == codes["implausible-friction"] == "wrong"
+    assert found.document["static"]["F_s"]["value"] == pytest.approx(91.6e3, rel=0.05)
+    with pytest.raises(FricError):
+        fric.identify_static(*scaled(strokes(), "force", 1e3))
+
+
+def test_the_command_lifts_it(tmp_path: Path) -> None:
+    log = tmp_path / "kilo.h5"
+    fric.Records(scaled(strokes(), "force", 1e3)).save(log)
+    words = ["identify", "static", str(log), "-o", str(tmp_path / "friction.yaml")]
+    assert isinstance(CliRunner().invoke(app, words).exception, FricError)
+    assert not (tmp_path / "friction.yaml").exists()
+    assert CliRunner().invoke(app, [*words, "--implausible", "ok"]).exit_code == 0
+    # and the machine that is built with such a friction
+    believed = f"x={tmp_path / 'friction.yaml'}"
+    circle = ["simulate", "circle", "xy-table", "--scheme", "a", "--friction", believed, "--radius", "5 mm"]
+    done = CliRunner().invoke(app, circle)
+    assert isinstance(done.exception, FricError)
+    assert "friction is" in done.exception.what
+
+
+def test_no_machine_of_ours_and_no_bundled_log_is_implausible() -> None:
+    for path in sorted((ROOT / "configs").glob("**/*.yaml")):
+        if path.read_text().startswith("fric: machine/1"):
+            assert not [one for one in fric.read_machine(path).warnings if one.code.startswith("implausible")]
+    for path in sorted(DATA.glob("*.h5")):
+        assert not settled(of_logs([log for log in fric.read(path) if isinstance(log, Log)]))
+
+
+@pytest.mark.real
+@pytest.mark.skipif(not REAL.exists(), reason="the real logs are not here (../shared/data)")
+def test_no_real_log_is_implausible(tmp_path: Path) -> None:
+    maps = ROOT / "configs" / "mappings"
+    screw = sorted((REAL / "screwdrive1").glob("**/*.csv"))
+    for name, files in (
+        ("screwdrive1", screw),
+        ("emps", [REAL / "emps/DATA_EMPS.mat"]),
+        ("tribometer", [REAL / "tribometer/reciprocating-first-75s.txt"]),
+    ):
+        log = tmp_path / f"{name}.h5"
+        fric.ingest(*files, output=log, mapping=maps / f"{name}.yaml", kind="motion")
+        found = list(of_logs(list(fric.read(log))))
+        assert found
+        for one in found:  # and not near: by a factor of three from each bound that is of a size
+            bound = BOUNDS[one.name]
+            low, high = bound.rotary if one.motion == "rotary" else bound.linear
+            assert 3 * low < one.value < high / 3, one
+
+
+@pytest.mark.parametrize("motion", ["linear", "rotary"])
+def test_micro_contacts_and_axes_of_ten_tons_are_plausible(motion: str) -> None:
+    """µN and rad at one end; 10 t, 30 kN and 1e9 N/m at the other."""
+    small = {"friction": 5e-6, "stiffness": 1.0, "slip": 1e-9, "mass": 1e-6, "B": 1e3, "T_d": 1e-5, "A": 1e-3}
+    large = {"friction": 3e4, "stiffness": 6e9, "slip": 1e-3, "mass": 3e4, "B": 1e-2, "T_d": 0.05, "A": 500.0}
+    large |= {"speed": 5.0, "friction-over-mass": 100.0, "force-per-input": 2e4}
+    for values in (small, large):
+        assert not settled(Finding(name, value, motion) for name, value in values.items())
+    assert not Finding("speed", np.nan, motion).beyond()
+
+
+def test_every_bound_has_its_reason_and_is_wide() -> None:
+    for name, bound in BOUNDS.items():
+        assert bound.reason, name
+        for low, high in (bound.linear, bound.rotary):
+            assert high / max(low, 1e-9) >= 20
