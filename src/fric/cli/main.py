@@ -19,6 +19,7 @@ from fric.cli import (
     ingest,
     inspect,
     learn,
+    plan,
     report,
     reproduce,
     schema,
@@ -53,6 +54,7 @@ app.command()(inspect.inspect)
 app.command()(report.report)
 app.command()(schema.schema)
 app.command()(reproduce.reproduce)
+app.command()(plan.plan)
 app.add_typer(design.app)
 app.add_typer(identify.app)
 app.command()(compare.compare)

@@ -10,6 +10,7 @@ from typing import Any, Protocol, TypeVar
 from fric.control.cascade import Cascade
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
+from fric.documents.plan import PlanDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.drive.plant import Plant
@@ -20,7 +21,7 @@ from fric.plausibility import of_plant, settled
 from fric.results.base import Result
 from fric.units import Motion, parse, parse_gain, si_unit
 
-D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument)
+D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, PlanDocument)
 
 
 class Advance(Protocol):

@@ -8,23 +8,29 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+from fric.documents.plan import PlanDocument
 from fric.drive.sensing import Encoder
+from fric.errors import FricError
 from fric.identify.records.inspection import Inspected, Inspection
 from fric.identify.records.inspection import inspect as inspect_record
 from fric.io.hdf5 import write_logs
 from fric.log import CHANNELS, ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.results.base import Result
-from fric.results.given import Advance, in_si, quantity, records_of, several, silent
+from fric.results.given import Advance, document_of, in_si, quantity, records_of, several, silent
 from fric.results.inspected import described
 from fric.results.machine import machine_of
 from fric.results.text import Piece, Table
 from fric.simulate.experiment import experiment as run_experiment
+from fric.simulate.trial import logs_of
 from fric.units import readable
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+    from fric.simulate.machine import Axis
+    from fric.simulate.trial import Trial
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -188,9 +194,10 @@ def inspect(*logs: Any) -> InspectionResult:
 
 def experiment(
     machine: Any,
-    kind: str,
+    kind: str | None = None,
     axis: str = "x",
     *,
+    plan: Any = None,
     seed: int = 0,
     samples: int | None = None,
     speeds: Sequence[float] | str | None = None,
@@ -209,11 +216,14 @@ def experiment(
     machine
         The machine, its file, or the name of a bundled one.
     kind
-        ``constant-velocity``, ``presliding-sine``, ``sliding-sine``, ``frequency-response``, or ``all``.
+        ``constant-velocity``, ``presliding-sine``, ``sliding-sine``, ``frequency-response``, or ``all``; left out
+        with a plan.
     axis
         The axis that is moved.
+    plan
+        A plan, its file or its folder: its records are made, and nothing else is to be said of the motion.
     seed
-        Seed of all that is random.
+        Seed of all that is random; a plan's excitation is that of the plan.
     samples
         Samples that the drive's trace holds, for each record.
     speeds, amplitudes, frequency, mean, peaks
@@ -243,8 +253,25 @@ def experiment(
         "mean": None if mean is None else in_si(mean, "velocity", motion),
         "peaks": several(peaks, "velocity", motion),
     }
+    given = {name: value for name, value in settings.items() if value is not None}
+    if (plan is None) == (kind is None):
+        raise FricError("an experiment is of a kind or of a plan", hint="Give --kind, or --plan.")
+    if plan is None:
+        logs = run_experiment(subject, str(kind), seed=seed, **given)
+    elif given:
+        raise FricError(f"a plan says its motions, and {', '.join(given)} was given too", hint="Change the plan.")
+    else:
+        logs = logs_of(subject, _trials(plan, subject), seed)
     made = []
-    for log in run_experiment(subject, kind, seed=seed, **{k: v for k, v in settings.items() if v is not None}):
+    for log in logs:
         made.append(replace(log, source=Path(named).name))
         advance()
     return Records(made)
+
+
+def _trials(plan: Any, axis: Axis) -> list[Trial]:
+    """Return what a plan asks of an axis."""
+    if isinstance(plan, str | Path) and Path(plan).is_dir():
+        plan = Path(plan) / "plan.yaml"
+    document = document_of("experiment", PlanDocument, plan, (axis.name, axis.motion), "machine")
+    return [trial for one in document.planned() for trial in one.trials(axis)]

@@ -57,7 +57,14 @@ class Experiment:
 
 @Experiment
 def constant_velocity(
-    axis: Axis, *, speeds: Sequence[float] = SPEEDS, distance: float = 0.5e-3, samples: int = 4096
+    axis: Axis,
+    *,
+    speeds: Sequence[float] = SPEEDS,
+    distance: float = 0.5e-3,
+    lasting: float = 1.0,
+    ramp: float = 0.1,
+    repeats: int = 1,
+    samples: int = 4096,
 ) -> list[Trial]:
     """Return one record a speed: a stroke, a rest, and the stroke back.
 
@@ -68,19 +75,24 @@ def constant_velocity(
     speeds
         Speeds [m/s].
     distance
-        Least length of a stroke at its speed [m]: long enough to leave pre-sliding behind. A stroke lasts one second
-        or more.
+        Least length of a stroke at its speed [m]: long enough to leave pre-sliding behind.
+    lasting
+        Least time at speed [s].
+    ramp
+        Time in which the speed rises, and falls [s].
+    repeats
+        Times that all speeds are run.
     samples
         Samples that the drive's trace holds: a longer run is logged at a whole fraction of the controller's rate.
     """
     return [
         Trial(
-            strokes(speed, max(distance, abs(speed)), axis.cascade.sampling),
+            strokes(speed, max(distance, lasting * abs(speed)), axis.cascade.sampling, ramp=ramp),
             name=f"constant-velocity-{n:02d}",
             kind="constant-velocity",
             samples=samples,
         )
-        for n, speed in enumerate(speeds, 1)
+        for n, speed in enumerate(repeats * tuple(speeds), 1)
     ]
 
 
@@ -167,6 +179,7 @@ def frequency_response(
     highest: float | None = None,
     lines: int | None = None,
     periods: int = 8,
+    ramp: float = 0.1,
     seed: int = 0,
 ) -> list[Trial]:
     """Return one record a peak of a periodic multisine on the control voltage, while the axis slides or rests.
@@ -190,6 +203,8 @@ def frequency_response(
         Frequencies, spaced evenly on a logarithmic scale as far as multiples allow; 60 where nothing else is said.
     periods
         Periods that are logged, each of 1/lowest.
+    ramp
+        Time in which the mean speed rises, and falls [s].
     seed
         Seed of the phases.
 
@@ -213,7 +228,7 @@ def frequency_response(
             f"a multisine from {lowest:g} to {highest:g} Hz does not fit a controller at {sampling:g} Hz",
             hint="Keep it below half the controller's rate.",
         )
-    ramp, begin = 0.1, 0.2 + 1 / lowest
+    begin = 0.1 + ramp + 1 / lowest
     lasting = 1.1 + (periods + 1) / lowest
     still = Reference(sampling, *(np.zeros(ceil((lasting + 2 * ramp) * sampling)) for _ in range(3)))
     stroke = strokes(mean, abs(mean) * lasting, sampling, ramp=ramp) if mean else still
@@ -234,6 +249,13 @@ def frequency_response(
         )
         for n, peak in enumerate(peaks, 1)
     ]
+
+
+def trials_of_kind(axis: Axis, kind: str, seed: int = 0, **settings: object) -> list[Trial]:
+    """Return what one kind of experiment asks of an axis; raise a `FricError` where there is no such kind."""
+    if kind not in EXPERIMENTS:
+        raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}.")
+    return _MADE[kind].planned(axis, seed, **settings)
 
 
 def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> Iterator[Log]:

@@ -16,13 +16,16 @@ def experiment(
     machine: MachineFile,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="LOG.h5", help="The log file to write.")],
     kind: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--kind",
             metavar="KIND",
             help="constant-velocity, presliding-sine, sliding-sine, frequency-response, or all.",
         ),
-    ],
+    ] = None,
+    plan: Annotated[
+        Path | None, typer.Option("--plan", metavar="PLAN", help="The records of a plan: plan.yaml, or its folder.")
+    ] = None,
     axis: Annotated[str, typer.Option("--axis", help="The axis that is moved.")] = "x",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all that is random.")] = 0,
     samples: Annotated[
@@ -59,6 +62,6 @@ def experiment(
     given: dict[str, Any] = {"seed": seed, "samples": samples, "speeds": speeds, "amplitudes": amplitudes, "mean": mean}
     given |= {"frequency": frequency, "peaks": peaks, "encoder": encoder, "noise": noise}
     finish(
-        lambda advance: fric.experiment(machine, kind, axis, advance=advance, **given),
+        lambda advance: fric.experiment(machine, kind, axis, plan=plan, advance=advance, **given),
         output, json=json, force=force, doing="experiments",
     )  # fmt: skip

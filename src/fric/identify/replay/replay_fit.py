@@ -152,7 +152,7 @@ def identify_by_replay(
     if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
         raise FricError("there are too few samples to compare", where=records[0].log.where)
     search = Search(coordinates, records)
-    x = search.fine(search.coarse(seed) if start is None else _coordinates_of(coordinates, start))
+    x = search.fine(search.coarse(seed) if start is None else coordinates_of(coordinates, start))
     search = search.weighed(x)
     best = search.at(search.fine(x))
     warnings: list[str] = []
@@ -214,7 +214,7 @@ def _held(
     return held
 
 
-def _coordinates_of(coordinates: Coordinates, model: FrictionModel) -> NDArray[np.float64]:
+def coordinates_of(coordinates: Coordinates, model: FrictionModel) -> NDArray[np.float64]:
     """Return the point of the search at which a model stands."""
     model = model.model if isinstance(model, Directed) else model
     x = np.empty(len(coordinates.free))

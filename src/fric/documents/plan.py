@@ -1,0 +1,171 @@
+"""A plan, ``fric: plan/1``: the records to take of an axis, and the intervals to be expected from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from fric.documents.base import OfAxis, Part, Physical, Quantity, known
+from fric.errors import FricError
+from fric.planning.choose import Limits, Planned
+from fric.simulate.experiment import EXPERIMENTS
+from fric.units import Motion, si_unit
+
+if TYPE_CHECKING:
+    from fric.planning.choose import Setting
+
+SETTINGS = {
+    "speeds": "velocity", "distance": "position", "lasting": "time", "ramp": "time", "repeats": "ratio",
+    "amplitudes": "position", "frequency": "frequency", "cycles": "ratio", "mean": "velocity", "swing": "velocity",
+    "peaks": "velocity", "lowest": "frequency", "highest": "frequency", "lines": "ratio", "periods": "ratio",
+    "radius": "position", "feed": "velocity", "revolutions": "ratio",
+}  # fmt: skip
+"""Dimension of each setting of an experiment."""
+
+
+class LimitsPart(Physical):
+    """What the axis may do."""
+
+    dimensions: ClassVar[dict[str, str]] = {"stroke": "position", "feed": "velocity", "acceleration": "acceleration"}
+
+    stroke: Quantity
+    feed: Quantity
+    acceleration: Quantity
+
+
+class ExperimentPart(Part):
+    """One experiment: what is asked of the axis."""
+
+    kind: str
+    axis: str = ""
+    duration: Quantity | None = None
+    why: str = ""
+    settings: dict[str, Quantity]
+
+    def planned(self, motion: Motion) -> Planned:
+        """Return the experiment; raise ValueError where there is no such kind or setting, or a unit does not fit."""
+        if self.kind not in {*EXPERIMENTS, "circle"}:
+            raise ValueError(f"there is no experiment '{self.kind}'\nThere are {', '.join(EXPERIMENTS)}, and circle.")
+        found: dict[str, Setting] = {}
+        for name, given in self.settings.items():
+            if name not in SETTINGS:
+                raise ValueError(f"'{name}' is not a setting\nKnown are {', '.join(SETTINGS)}.")
+            try:
+                value = given.si(SETTINGS[name], motion).value
+            except FricError as error:
+                raise ValueError(f"{name}: {error.what}\n{error.hint}") from None
+            found[name] = round(value) if SETTINGS[name] == "ratio" and isinstance(value, float) else value
+        return Planned(self.kind, found, self.why)
+
+
+class ExpectedPart(Part):
+    """What the records tell of one parameter."""
+
+    value: float = Field(description="as it is identified on average, in SI")
+    half_width: float | None = Field(description="half the 95 % interval; null where the records set no limit")
+    unit: str
+
+
+class CandidatePart(ExperimentPart):
+    """One more record, and what it would leave."""
+
+    half_width: Quantity = Field(description="half the 95 % interval of the predicted glitch with it")
+
+
+class NarrowingPart(Part):
+    """Which one more record would narrow a predicted glitch most."""
+
+    scheme: str
+    radius: Quantity
+    feed: Quantity
+    half_width: Quantity = Field(description="half the 95 % interval of the predicted glitch as it is")
+    shares: dict[str, float] = Field(description="share of its variance due to each parameter")
+    records: list[CandidatePart]
+
+
+class PlanDocument(OfAxis):
+    """Records to take of an axis, and the intervals to be expected from them."""
+
+    type: ClassVar[str] = "plan"
+
+    limits: LimitsPart
+    prior: str = Field("", description="what the axis was taken to be")
+    experiments: list[ExperimentPart]
+    expected: dict[str, ExpectedPart] = Field(default_factory=dict, description="by parameter; k_2 is of block 2")
+    blocks: int | None = Field(None, description="slip blocks that the records tell: identify gms --blocks")
+    narrowing: NarrowingPart | None = Field(None, description="after a first result: what one more record would do")
+
+    @model_validator(mode="after")
+    def _settings_fit(self) -> Self:
+        self.planned()
+        self.limits.estimates(self.motion, "limits")
+        return self
+
+    def planned(self) -> tuple[Planned, ...]:
+        """Return the experiments."""
+        return tuple(one.planned(self.motion) for one in self.experiments)
+
+
+def experiment_entry(one: Planned, motion: Motion, axis: str, duration: float) -> dict[str, Any]:
+    """Return an experiment as it stands in a document."""
+
+    def quantity(name: str, value: Setting) -> dict[str, Any]:
+        given = [float(v) for v in value] if isinstance(value, tuple) else float(value)
+        return {"value": given, "unit": si_unit(SETTINGS[name], motion)}
+
+    settings = {name: quantity(name, value) for name, value in one.settings.items()}
+    return {
+        "kind": one.kind, "axis": axis, "duration": {"value": duration, "unit": "s"}, "why": one.why,
+        "settings": settings,
+    }  # fmt: skip
+
+
+def plan_tree(
+    axis: str,
+    motion: Motion,
+    limits: Limits,
+    planned: Sequence[tuple[Planned, float]],
+    expected: Mapping[str, Any],
+    *,
+    prior: str,
+    blocks: int | None,
+    notices: Iterable[str],
+    narrowing: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Return a plan, ready to be written or printed.
+
+    Parameters
+    ----------
+    axis, motion, limits
+        The axis, and what it may do.
+    planned
+        The experiments, each with how long it lasts [s].
+    expected
+        What they tell, by parameter.
+    prior
+        What the axis was taken to be.
+    blocks
+        Slip blocks that they tell.
+    notices
+        What cannot be expected.
+    narrowing
+        What one more record would do.
+    """
+    given = {
+        name: {"value": getattr(limits, name), "unit": si_unit(dimension, motion)}
+        for name, dimension in LimitsPart.dimensions.items()
+    }
+    content = {
+        "axis": axis, "motion": motion, "limits": given, "prior": prior,
+        "experiments": [experiment_entry(one, motion, axis, lasting) for one, lasting in planned],
+        "expected": {
+            name: {
+                "value": one.value, "half_width": one.half_width if one.half_width < float("inf") else None,
+                "unit": one.unit,
+            }
+            for name, one in expected.items()
+        },
+    }  # fmt: skip
+    return PlanDocument.made(content | known(blocks=blocks, narrowing=narrowing), notices=notices).tree()

@@ -1,0 +1,70 @@
+"""Where planned records sample friction: speeds on the static map, sines on the virgin curve, half-widths expected."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
+from fric.friction.directed import Directed
+from fric.units import prefixed, si_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fric.planning.choose import Expected, Planned
+    from fric.simulate.machine import Axis
+
+
+def draw_plan(axis: Axis, planned: Sequence[Planned], expected: Mapping[str, Expected]) -> Figure:
+    """Draw the speeds of a plan on the map that is known, its sines on the virgin curve, and what they will tell.
+
+    Parameters
+    ----------
+    axis
+        The axis as it is known.
+    planned
+        The experiments.
+    expected
+        What they will tell, by parameter.
+    """
+    model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
+    asked = {one.kind: one.settings for one in planned}
+    with new_figure(9.0, 3.4) as figure:
+        left, middle, right = figure.subplots(1, 3, width_ratios=(1, 1, 1.1))
+        speeds = np.array(asked.get("constant-velocity", {}).get("speeds", (1e-3,)))
+        v = np.geomspace(speeds.min() / 2, speeds.max() * 1.2, 300)
+        top, force = prefixed(float(np.max(model.steady_state(v))), si_unit("force", axis.motion))
+        speed, named = prefixed(float(speeds.max()), si_unit("velocity", axis.motion))
+        left.semilogx(v * speed, np.asarray(model.steady_state(v)) * top, color=BLACK, label="known before")
+        left.plot(speeds * speed, np.asarray(model.steady_state(speeds)) * top, "o", color=BLUE, label="strokes")
+        if (sliding := asked.get("sliding-sine")) is not None:
+            mean, swing = float(sliding["mean"]), float(sliding["swing"])  # type: ignore[arg-type]
+            left.axvspan(
+                (mean - swing) * speed, (mean + swing) * speed, color=VERMILION, alpha=0.2, label="sliding sine"
+            )
+        left.set(xlabel=f"velocity [{named}]", ylabel=f"friction [{force}]", title="speeds")
+        left.legend()
+        amplitudes = np.array(asked.get("presliding-sine", {}).get("amplitudes", (1e-4,)))
+        z = np.geomspace(1e-3 * amplitudes.max() / 8, 1.2 * amplitudes.max(), 300)
+        length, metre = prefixed(0.1 * float(amplitudes.max()), si_unit("position", axis.motion))
+        if hasattr(model, "virgin_curve"):
+            middle.semilogx(z * length, model.virgin_curve(z) * top, color=BLACK, label="virgin curve")
+        for n, amplitude in enumerate(amplitudes):
+            colour = (BLUE, VERMILION)[n % 2]
+            middle.axvline(
+                amplitude * length, color=colour, linestyle="--", label="" if n else "amplitudes of the sines"
+            )
+        middle.set(xlabel=f"displacement [{metre}]", ylabel=f"friction [{force}]", title="sines before sliding")
+        middle.legend()
+        shown = [(name, one) for name, one in expected.items() if one.value]
+        shares = np.array([100 * one.half_width / abs(one.value) for _, one in shown])
+        kept = np.isfinite(shares) & (shares < 200)
+        names = [name for (name, _), good in zip(shown, kept, strict=True) if good]
+        right.barh(np.arange(len(names)), shares[kept], color=GREY)
+        right.set_yticks(np.arange(len(names)), names)
+        right.invert_yaxis()
+        right.set(xscale="log", xlabel="half-width over value [%]", title="95 % to be expected")
+    return figure

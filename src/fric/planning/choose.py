@@ -1,0 +1,265 @@
+"""Which records to take of an axis: speeds, sines, a multisine and circles, from what is known of it beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import floor, log10, pi, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.friction.directed import Directed
+from fric.friction.stribeck import OnStaticMap, StaticMap
+from fric.reference import multisine
+from fric.simulate.experiment import trials_of_kind
+from fric.units import readable, si_unit
+
+if TYPE_CHECKING:
+    from fric.reference import Reference
+    from fric.simulate.machine import Axis
+    from fric.simulate.trial import Trial
+
+MARGIN = 0.99
+"""Share of stroke, feed and acceleration that a plan uses: what rounding in a program may add stays inside."""
+
+SLOPE = 1.875
+"""Largest slope of `fric.reference.smooth_step`: the acceleration of a ramp is this times speed over time."""
+
+FALL = (0.05, 4.0)
+"""Speeds in v_s between which the Stribeck fall is sampled: eq. (2) is 95 % and 2 % of its rise there."""
+
+COUNTS = 200.0
+"""Encoder counts a second from which on a drive runs evenly, and does not hunt from count to count."""
+
+SLIPS = 8.0
+"""Times the largest slip displacement that a pre-sliding sine reaches (the paper's 450 µm over 54 µm)."""
+
+UNKNOWN_SLIP = 54e-6
+"""Largest slip displacement where no model tells it: the paper's [m]."""
+
+Setting = float | int | tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What an axis may do.
+
+    Parameters
+    ----------
+    stroke
+        Length that it may travel [m].
+    feed
+        Largest speed [m/s].
+    acceleration
+        Largest acceleration [m/s²].
+    """
+
+    stroke: float
+    feed: float
+    acceleration: float
+
+    def __post_init__(self) -> None:
+        for name in ("stroke", "feed", "acceleration"):
+            if not 0 < getattr(self, name) < float("inf"):
+                raise FricError(f"a {name} of {getattr(self, name):g} leaves no room for an experiment")
+
+    def broken_by(self, motion: Reference) -> str:
+        """Return which limit a motion breaks; nothing where it keeps all of them."""
+        used = (np.ptp(motion.position), np.abs(motion.velocity).max(), np.abs(motion.acceleration).max())
+        names = ("stroke", "feed", "acceleration")
+        return next((name for name, one in zip(names, used, strict=True) if one > getattr(self, name)), "")
+
+
+@dataclass(frozen=True)
+class Planned:
+    """One experiment of a plan.
+
+    Parameters
+    ----------
+    kind
+        A kind of record, or ``circle``.
+    settings
+        What it is made with, as `fric.simulate.experiment` takes it, in SI.
+    why
+        What it is for.
+    """
+
+    kind: str
+    settings: Mapping[str, Setting]
+    why: str
+
+    def trials(self, axis: Axis) -> list[Trial]:
+        """Return what is asked of the axis, one trial a record; a circle asks two axes, and has none."""
+        settings: dict[str, Any] = dict(self.settings)
+        return [] if self.kind == "circle" else trials_of_kind(axis, self.kind, **settings)
+
+    def changed(self, **settings: Setting) -> Planned:
+        """Return the experiment with other settings."""
+        return replace(self, settings={**self.settings, **settings})
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What planned records tell of one parameter.
+
+    Parameters
+    ----------
+    value
+        Its value, as it is identified on average [SI].
+    half_width
+        Half the width of its 95 % interval [SI]; infinite where some draw set no limit.
+    unit
+        SI unit.
+    """
+
+    value: float
+    half_width: float
+    unit: str
+
+
+def choose(axis: Axis, limits: Limits, times: Mapping[str, int] | None = None) -> tuple[Planned, ...]:
+    """Return the experiments that identify an axis, from what is known of it.
+
+    Parameters
+    ----------
+    axis
+        The axis as it is known beforehand: friction, plant, controller, encoder.
+    limits
+        What it may do.
+    times
+        By kind of record, how many times as many strokes, cycles or periods to take.
+
+    Raises
+    ------
+    FricError
+        When the limits leave no room for one of them.
+    """
+    more = times or {}
+    records = (made(axis, limits, more.get(kind, 1)) for kind, made in _RECORDS.items())
+    found = (*records, *_circles(limits))
+    for one in found:
+        for trial in one.trials(axis):
+            if broken := limits.broken_by(trial.reference):
+                value = readable(getattr(limits, broken), si_unit(_DIMENSIONS[broken], axis.motion))
+                raise FricError(
+                    f"the {broken} of {value} leaves no room for '{trial.name}'",
+                    hint=f"Allow more {broken}, or a faster or softer axis.",
+                )
+    return found
+
+
+_DIMENSIONS = {"stroke": "position", "feed": "velocity", "acceleration": "acceleration"}
+
+
+def durations(axis: Axis, planned: Sequence[Planned]) -> Iterator[float]:
+    """Yield how long each experiment lasts [s]."""
+    for one in planned:
+        if one.kind == "circle":
+            s = {name: float(value) for name, value in one.settings.items() if not isinstance(value, tuple)}
+            yield 2 * (2 * pi * s["revolutions"] + pi) * s["radius"] / s["feed"]
+        else:
+            yield sum(len(trial.reference) for trial in one.trials(axis)) / axis.cascade.sampling
+
+
+def _known(axis: Axis) -> tuple[StaticMap, float]:
+    """Return the static map that is known, and the largest displacement at which a block slips [m]."""
+    model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
+    static = model.static if isinstance(model, OnStaticMap) else model
+    if not isinstance(static, StaticMap):
+        raise FricError(f"the friction of axis {axis.name} has no static map to plan from")
+    slip = getattr(model, "slip_displacements", None)
+    return static, UNKNOWN_SLIP if slip is None else float(np.max(slip))
+
+
+def _ramp(speed: float, limits: Limits) -> float:
+    return max(0.1, _rounded(SLOPE * speed / (MARGIN * limits.acceleration), up=True))
+
+
+def _rounded(value: float, *, up: bool = False) -> float:
+    """Return a value to three digits, never beyond itself (up: never below)."""
+    size = 10.0 ** (floor(log10(value)) - 2)
+    return float(f"{(floor(value / size + 1e-9) + (up and value % size > 1e-9 * size)) * size:.3g}")
+
+
+def _strokes(axis: Axis, limits: Limits, times: int) -> Planned:
+    static, slip = _known(axis)
+    stroke, top = MARGIN * limits.stroke, MARGIN * limits.feed
+    while (ramp := _ramp(top, limits)) and top * (ramp + 0.2) > stroke:
+        top *= 0.9
+    lasting = min(1.0, (stroke - top * ramp) / top)
+    slow = max(FALL[0] * static.v_s, COUNTS * axis.encoder.resolution)
+    fall = min(FALL[1] * static.v_s, top)
+    if not slow < fall:
+        raise FricError(
+            f"the fall of friction at {readable(static.v_s, si_unit('velocity', axis.motion))} is not between what the "
+            "encoder resolves and the feed", hint="Allow a higher feed, or give another prior.",
+        )  # fmt: skip
+    speeds = [*np.geomspace(slow, fall, 10), *(np.geomspace(fall, top, 6)[1:] if top > 1.2 * fall else ())]
+    distance = min(max(SLIPS * slip, 0.5e-3 if axis.motion == "linear" else SLIPS * slip), 0.5 * stroke)
+    settings: dict[str, Setting] = {
+        "speeds": tuple(_rounded(float(v)) for v in speeds), "distance": _rounded(distance),
+        "lasting": _rounded(lasting), "ramp": ramp, "repeats": times,
+    }  # fmt: skip
+    return Planned("constant-velocity", settings, "F_c, F_s, v_s, sigma, offset: both sides of the Stribeck fall")
+
+
+def _presliding(axis: Axis, limits: Limits, times: int) -> Planned:
+    static, slip = _known(axis)
+    large = min(SLIPS * slip, 0.25 * MARGIN * limits.stroke)
+    small = max(slip / 4, 20 * axis.encoder.resolution)
+    amplitudes = (small, large) if small < large / 3 else (large,)
+    frequency = min(0.1, 0.28 * static.v_s / (2 * pi * large))
+    settings: dict[str, Setting] = {
+        "amplitudes": tuple(_rounded(a) for a in amplitudes), "frequency": _rounded(frequency), "cycles": 5 * times,
+    }  # fmt: skip
+    why = "alpha, k: the first blocks from the small sine, the last from the large one, slower than the Stribeck fall"
+    return Planned("presliding-sine", settings, why)
+
+
+def _sliding(axis: Axis, limits: Limits, times: int) -> Planned:
+    static, _ = _known(axis)
+    model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
+    rate = getattr(model, "C", 0.0) / (2 * pi * static.F_s)
+    frequency = _rounded(float(np.clip(0.4 * rate, 1.0, 10.0))) if rate else 4.0
+    # two periods before and two behind are ramps of the mean; the swing adds its own acceleration
+    length, cycles = MARGIN * limits.stroke, 20 * times
+    mean = min(2 * static.v_s, 0.4 * MARGIN * limits.feed, length * frequency / (cycles + 3))
+    mean = min(mean, MARGIN * limits.acceleration / (2 * pi * frequency * 0.75 + SLOPE * frequency))
+    settings: dict[str, Setting] = {
+        "mean": _rounded(mean), "swing": _rounded(0.75 * mean), "frequency": frequency, "cycles": cycles,
+    }  # fmt: skip
+    return Planned("sliding-sine", settings, "C: friction lags behind a speed that swings about v_s")
+
+
+def _response(axis: Axis, limits: Limits, times: int) -> Planned:
+    lowest, periods, sampling = 2.0, 10, axis.cascade.sampling
+    highest = _rounded(min(500.0, sampling / 8))
+    lasting = 1.1 + (periods + 1) / lowest
+    mean = min(0.3 * limits.feed, MARGIN * limits.stroke / (lasting + 0.2), 30e-3 if axis.motion == "linear" else 3.0)
+    ramp = _ramp(mean, limits)
+    mean = min(mean, MARGIN * limits.stroke / (lasting + ramp))
+    lines = lowest * np.unique(np.rint(np.geomspace(1, highest / lowest, 60)))
+    shaken = multisine(lines, 1.0, round(sampling / lowest), sampling, np.random.default_rng([0, 0]))
+    peak = min(0.5 * mean, MARGIN * limits.acceleration / float(np.abs(shaken.acceleration).max()))
+    settings: dict[str, Setting] = {
+        "mean": _rounded(mean), "peaks": (_rounded(peak),) * times, "lowest": lowest, "highest": highest, "lines": 60,
+        "periods": periods, "ramp": ramp,
+    }  # fmt: skip
+    why = "A, B, T_d, K_f, and what limits observer and loop: a multisine on the voltage, in sliding one way"
+    return Planned("frequency-response", settings, why)
+
+
+def _circles(limits: Limits) -> Iterator[Planned]:
+    radius = _rounded(min(30e-3, 0.5 * MARGIN * limits.stroke))
+    fast = _rounded(MARGIN * min(limits.feed, sqrt(0.9 * limits.acceleration * radius)))
+    for feed, why in ((fast, "the judge: what compensation leaves"), (_rounded(fast / 10), "the same, slowly")):
+        settings: dict[str, Setting] = {"radius": radius, "feed": feed, "revolutions": 2}
+        yield Planned("circle", settings, why)
+
+
+_RECORDS: dict[str, Callable[[Axis, Limits, int], Planned]] = {
+    "constant-velocity": _strokes, "presliding-sine": _presliding, "sliding-sine": _sliding,
+    "frequency-response": _response,
+}  # fmt: skip

@@ -1,0 +1,285 @@
+"""Which one more record would narrow a predicted glitch most, after a first identification.
+
+To first order the glitch varies by ``gᵀ·Σ·g``: g are its derivatives over what is not known exactly of the friction
+(the controller believes the estimates), Σ how that errs. One more record adds its Fisher information,
+``Σ' = (Σ⁻¹ + I)⁻¹``: that of the fits' own residuals, weights and models, at the last result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import exp, log
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.drive.sensing import Encoder
+from fric.errors import FricError
+from fric.friction.gms import GMS
+from fric.identify.gms.cycles import find_cycles
+from fric.identify.records.prepared import prepared
+from fric.identify.replay.information import replay_information
+from fric.identify.replay.ranges import search_ranges
+from fric.identify.static_map.points import stroke_points
+from fric.identify.static_map.stribeck_fit import StribeckProblem
+from fric.planning.choose import Limits, Planned, choose
+from fric.simulate.circle import Circle, run_circle
+from fric.simulate.machine import NominalFriction
+from fric.simulate.trial import logs_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.control.scheme import Scheme
+    from fric.estimate import Covariance
+    from fric.identify.replay.coordinates import Ranges
+    from fric.log import Log
+    from fric.simulate.machine import Axis, Machine
+
+NORMAL = 1.959963984540054
+"""Half a 95 % interval in standard deviations."""
+
+ASSUMED = {"C": log(10.0) / NORMAL}
+"""Standard deviation of the logarithm of what a file only assumes: C to a factor of ten."""
+
+LARGEST = 0.5
+"""Largest step of a logarithm or logit in which a derivative is taken."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One more record.
+
+    Parameters
+    ----------
+    planned
+        The experiment.
+    lasting
+        How long it lasts [s].
+    half_width
+        Half the 95 % interval of the predicted glitch with it [m].
+    """
+
+    planned: Planned
+    lasting: float
+    half_width: float
+
+
+@dataclass(frozen=True)
+class Narrowing:
+    """What the glitch is not known for, and what narrows it.
+
+    Parameters
+    ----------
+    half_width
+        Half the 95 % interval of the predicted glitch as it is known [m].
+    shares
+        Share of its variance that is due to each parameter alone, with what errs with it [1]; they sum to 1.
+    candidates
+        Records by what they leave, the best first.
+    test
+        The circle.
+    """
+
+    half_width: float
+    shares: Mapping[str, float]
+    candidates: tuple[Candidate, ...]
+    test: Circle
+
+
+def narrowing(
+    machine: Machine,
+    axis: Axis,
+    limits: Limits,
+    covariances: Sequence[Covariance],
+    between: float,
+    scheme: Scheme,
+    advance: Callable[[], object] = lambda: None,
+) -> Narrowing:
+    """Return how one more record would narrow the predicted glitch of an axis.
+
+    Parameters
+    ----------
+    machine
+        The machine that runs the circle.
+    axis
+        The axis at the last result: its friction is the GMS model that was identified.
+    limits
+        What it may do.
+    covariances
+        How the parameters of its static map and of its GMS model err, as in its friction file.
+    between
+        Standard deviation of strokes beyond their own noise [N].
+    scheme
+        The compensation whose glitch is predicted.
+    advance
+        Is told of each circle and each record.
+
+    Raises
+    ------
+    FricError
+        When the friction is no GMS model of both directions, or a record cannot be made.
+    """
+    model = axis.friction
+    if not isinstance(model, GMS):
+        raise FricError(
+            "what narrows the glitch is told of a GMS model with one map for both directions",
+            hint="Identify one with `fric identify gms`; `fric plan --friction` says which records that takes.",
+        )
+    known = _known(covariances, model)
+    planned = choose(axis, limits)
+    circle = next(one for one in planned if one.kind == "circle").settings
+    test = Circle(float(circle["radius"]), float(circle["feed"]))  # type: ignore[arg-type]
+    slopes = _slopes(machine, axis, model, known, scheme, test, advance)
+    names, S = list(known.deviation), known.matrix
+    half = NORMAL * _deviation(slopes, S)
+    worst = slopes[int(np.argmax(np.einsum("qi,ij,qj->q", slopes, S, slopes)))]
+    shares = worst * (S @ worst) / max(float(worst @ S @ worst), 1e-300)
+    found = []
+    experiments = [part for one in planned for part in _parts(one)]
+    logs = [list(logs_of(axis, one.trials(axis), 1)) for one in experiments]
+    sines = [log for each in logs for log in each if "sine" in str(log.kind)]
+    ranges = search_ranges(prepared(sines, axis.plant))
+    for one, made in zip(experiments, logs, strict=True):
+        advance()
+        I = _information(made, axis, model, known, between, ranges)  # noqa: E741 - Fisher's
+        after = np.asarray(np.linalg.inv(np.linalg.inv(S) + I), float)
+        lasting = sum(len(trial.reference) for trial in one.trials(axis)) / axis.cascade.sampling
+        found.append(Candidate(one, lasting, NORMAL * _deviation(slopes, after)))
+    ranked = tuple(sorted(found, key=lambda one: one.half_width))
+    return Narrowing(half, dict(zip(names, map(float, shares), strict=True)), ranked, test)
+
+
+def _parts(one: Planned) -> Iterator[Planned]:
+    """Yield an experiment as single candidates: slow and fast strokes, each sine alone; a circle is none."""
+    if one.kind == "constant-velocity":
+        speeds = one.settings["speeds"]
+        assert isinstance(speeds, tuple)
+        half = 2 * len(speeds) // 3
+        yield replace(one.changed(speeds=speeds[:half]), why="strokes through the Stribeck fall")
+        if speeds[half:]:
+            yield replace(one.changed(speeds=speeds[half:]), why="strokes beyond the fall")
+    elif one.kind == "presliding-sine":
+        amplitudes = one.settings["amplitudes"]
+        assert isinstance(amplitudes, tuple)
+        for amplitude in amplitudes:
+            yield replace(one.changed(amplitudes=(amplitude,)), why="a slow sine before sliding")
+    elif one.kind == "sliding-sine":
+        yield replace(one, why="a sine in sliding")
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What is not known exactly, by name: standard deviations, on a linear scale or not, and the covariance."""
+
+    deviation: dict[str, float]
+    linear: frozenset[str]
+    matrix: NDArray[np.float64]
+
+
+def _known(covariances: Sequence[Covariance], model: GMS) -> _Known:
+    """Return how the parameters err; the last share follows from the others."""
+    last = f"alpha_{len(model.alpha)}"
+    names: list[str] = []
+    linear: set[str] = set()
+    blocks = []
+    for given in covariances:
+        kept = [n for n, name in enumerate(given.names) if name != last and given.matrix[n][n] > 0]
+        names += [given.names[n] for n in kept]
+        linear |= {given.names[n] for n in kept if given.scales[n] == "linear"}
+        blocks.append(np.array(given.matrix)[np.ix_(kept, kept)])
+    for name, deviation in ASSUMED.items():
+        if name not in names:
+            names.append(name)
+            blocks.append(np.array([[deviation**2]]))
+    matrix = np.zeros((len(names), len(names)))
+    at = 0
+    for block in blocks:
+        matrix[at : at + len(block), at : at + len(block)] = block
+        at += len(block)
+    return _Known(dict(zip(names, np.sqrt(np.diag(matrix)), strict=True)), frozenset(linear), matrix)
+
+
+def _deviation(slopes: NDArray[np.float64], covariance: NDArray[np.float64]) -> float:
+    """Return the largest standard deviation of the quadrants' glitches [m]."""
+    return float(np.sqrt(max(np.einsum("qi,ij,qj->q", slopes, covariance, slopes))))
+
+
+def _slopes(
+    machine: Machine, axis: Axis, model: GMS, known: _Known, scheme: Scheme, test: Circle, advance: Callable[[], object]
+) -> NDArray[np.float64]:
+    """Return the derivatives of this axis' two glitches over the parameters, shape (2, p), by central differences.
+
+    The encoder is left out: its counts would be in differences of nanometres.
+    """
+    place = list(machine.axes).index(axis.name)
+    nominal = NominalFriction({"gms": model, "static": model.static}, 1.0, axis.nominal_friction.lead)
+    rows = []
+    for name, deviation in known.deviation.items():
+        step = deviation if name in known.linear else min(deviation, LARGEST)
+        sides, moved = [], []
+        for side in (1.0, -1.0):
+            true, by = _moved(model, name, side * step, linear=name in known.linear)
+            subject = replace(axis, friction=true, nominal_friction=nominal, encoder=Encoder())
+            run = run_circle(replace(machine, axes={**machine.axes, axis.name: subject}), scheme, test, only=axis.name)
+            sides.append(np.array(run.circularity.quadrants)[[place, place + 2]])
+            moved.append(by)
+            advance()
+        rows.append((sides[0] - sides[1]) / (moved[0] - moved[1]) if moved[0] != moved[1] else np.zeros(2))
+    return np.array(rows).T
+
+
+def _moved(model: GMS, name: str, by: float, *, linear: bool) -> tuple[GMS, float]:
+    """Return the model with a parameter moved on its scale, and by how much it could be: bounds are kept."""
+    if name == "offset":
+        return model, by
+    if linear:
+        value = getattr(model.static, name)
+        low = {"F_s": model.static.F_c, "F_c": 0.0}.get(name, 0.0 if name == "sigma" else 1e-3 * value)
+        high = model.static.F_s if name == "F_c" else float("inf")
+        moved = min(max(value + by, low), high)
+        return replace(model, static=replace(model.static, **{name: moved})), moved - value
+    symbol, _, number = name.partition("_")
+    if symbol == "C":
+        return replace(model, C=model.C * exp(by)), by
+    n = int(number) - 1
+    if symbol == "k":
+        return replace(model, k=tuple(k * exp(by) if i == n else k for i, k in enumerate(model.k))), by
+    share = 1 / (1 + (1 / model.alpha[n] - 1) * exp(-by))
+    alpha = [share if i == n else a for i, a in enumerate(model.alpha)]
+    alpha[-1] = 1 - sum(alpha[:-1])
+    return replace(model, alpha=tuple(alpha)), by
+
+
+def _information(
+    logs: Sequence[Log],
+    axis: Axis,
+    model: GMS,
+    known: _Known,
+    between: float,
+    ranges: Ranges,
+) -> NDArray[np.float64]:
+    """Return the information of one record over all parameters, shape (p, p)."""
+    names = list(known.deviation)
+    if logs[0].kind == "constant-velocity":
+        points, _ = stroke_points(logs, plant=axis.plant)
+        v, F, error = np.array([(p.velocity, p.force, p.standard_error) for p in points]).T
+        static = model.static
+        problem = StribeckProblem(
+            v, F, np.hypot(error, between), None if "delta" in names else static.delta,
+            "offset" in names, "F_s" in names,
+        )  # fmt: skip
+        theta = {name: getattr(static, name) for name in ("F_c", "F_s", "v_s", "delta", "sigma")}
+        J = problem.jacobian(theta) / problem.standard_error[:, None]
+        of, found = problem.free, J.T @ J
+    else:
+        ready = prepared(logs, axis.plant)
+        slides = logs[0].kind == "sliding-sine"
+        records = [one.in_sliding() if slides else find_cycles(one).for_replay() for one in ready]
+        of, found = replay_information(records, model, ranges)
+    at = [names.index(name) for name in of if name in names]
+    kept = [n for n, name in enumerate(of) if name in names]
+    information = np.zeros((len(names), len(names)))
+    information[np.ix_(at, at)] = found[np.ix_(kept, kept)]
+    return information

@@ -1,0 +1,70 @@
+"""A motion as few points in time that a controller runs through: even speed is one piece."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.reference import Reference
+
+SHORTEST = 8e-3
+"""Time between two points at least [s]: blocks that any controller takes, and 7500 1/min as inverse time."""
+
+TOLERANCE = 1e-7
+"""By how much straight pieces may leave the motion [m, rad], where the shortest time allows."""
+
+EVEN = 1e-6
+"""Share of the largest acceleration up to which a motion counts as even."""
+
+
+@dataclass(frozen=True, eq=False)
+class Waypoints:
+    """Points of a motion, around the middle of its travel.
+
+    Parameters
+    ----------
+    time, position, velocity
+        Instants [s], positions [m] and velocities [m/s] there, each of shape (n,).
+    """
+
+    time: NDArray[np.float64]
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+
+
+def waypoints(motion: Reference) -> Waypoints:
+    """Return the points of a motion, centred on zero.
+
+    Straight pieces between them keep its speed, and change speed by no more than its acceleration allows: each piece
+    has the mean speed of the motion over it.
+
+    Parameters
+    ----------
+    motion
+        The motion.
+    """
+    a, sampling = motion.acceleration, motion.sampling
+    even = np.abs(a) <= EVEN * float(np.abs(a).max(initial=0.0))
+    edges = np.flatnonzero(np.diff(even.astype(int))) + 1
+    bounds = [0, *edges.tolist(), len(a) - 1]
+    shortest = max(round(SHORTEST * sampling), 1)
+    kept = [0]
+    for first, last in pairwise(bounds):
+        if even[first] and last - first > 2 * shortest:
+            if first - kept[-1] >= shortest:
+                kept.append(first)
+            if len(a) - 1 - last >= shortest:
+                kept.append(last)
+            continue
+        top = float(np.abs(a[first : last + 1]).max(initial=0.0))
+        each = max(shortest, int(np.sqrt(8 * TOLERANCE / top) * sampling) if top > 0 else last - first)
+        kept += [n for n in range(kept[-1] + each, last - shortest + 1, each) if n > first]
+    kept.append(len(a) - 1)
+    middle = 0.5 * float(motion.position.max() + motion.position.min())
+    return Waypoints(motion.time[kept], motion.position[kept] - middle, motion.velocity[kept])

@@ -1,0 +1,91 @@
+"""Which one more record narrows the glitch: against the fits' own covariance, and against the record taken."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fric
+from fric.documents.friction import FrictionDocument
+from fric.identify.gms.cycles import find_cycles
+from fric.identify.records.prepared import prepared
+from fric.identify.replay.information import replay_information
+from fric.identify.replay.ranges import search_ranges
+from fric.planning.choose import Limits, choose
+from fric.results.expected import identified
+from fric.results.prior import prior_axis
+from fric.simulate.trial import runs_of
+
+LIMITS = Limits(0.3, 0.1, 5.0)
+
+
+@cache
+def first():
+    """An axis, its plan, the records of it, and what they give."""
+    axis, _ = prior_axis("xy-table")
+    planned = choose(axis, LIMITS)
+    logs = [t.log(axis, run, 3) for t, run in runs_of(axis, [t for one in planned for t in one.trials(axis)])]
+    return axis, planned, logs, list(identified(logs))
+
+
+def test_information_of_all_sines_is_that_of_the_fit_to_them() -> None:
+    axis, _, logs, (*_, gms) = first()
+    document = FrictionDocument.model_validate(gms.document)
+    model = document.friction("gms")
+    sines = [log for log in logs if "sine" in log.kind]
+    *cycled, slides = prepared(sines, axis.plant)
+    records = [*(find_cycles(one).for_replay() for one in cycled), slides.in_sliding()]
+    names, information = replay_information(records, model, search_ranges(records))
+    told = document.fit_of("gms").covariance.covariance()
+    at = [told.names.index(name) for name in names]
+    assert set(told.names) - set(names) == {f"alpha_{len(model.alpha)}"}
+    by_fit = np.sqrt(np.diag(np.array(told.matrix)[np.ix_(at, at)]))
+    by_information = np.sqrt(np.diag(np.linalg.inv(information)))
+    ratio = by_information / by_fit
+    assert abs(np.log(np.median(ratio))) < np.log(1.25), dict(zip(names, ratio, strict=True))
+    assert np.all(np.abs(np.log(ratio)) < np.log(2.0)), dict(zip(names, ratio, strict=True))  # at another level
+
+
+def test_a_record_is_blind_for_what_it_does_not_show() -> None:
+    axis, _, logs, (*_, gms) = first()
+    model = FrictionDocument.model_validate(gms.document).friction("gms")
+    slides = prepared([log for log in logs if log.kind == "sliding-sine"], axis.plant)[0].in_sliding()
+    sines = prepared([log for log in logs if "sine" in log.kind], axis.plant)
+    names, information = replay_information([slides], model, search_ranges(sines))
+    told = np.diag(information)
+    assert told[names.index("C")] > 0
+    assert told[names.index("k_1")] < 1e-6 * told[names.index("C")]
+
+
+def test_the_record_that_is_said_to_narrow_most_narrows_a_file_that_lacks_it(tmp_path: Path) -> None:
+    """Without a sine in sliding C is assumed, to a factor of ten: that sine comes first, and does what is said."""
+    _, _, logs, (plant, static, _) = first()
+    without = fric.identify_gms(*(log for log in logs if log.kind == "presliding-sine"), static=static, plant=plant)
+    without.save(tmp_path / "without.yaml")
+    found = fric.plan_next(tmp_path / "without.yaml", machine="xy-table")
+    told = found.document["narrowing"]
+    best = told["records"][0]
+    assert best["kind"] == "sliding-sine"
+    assert max(told["shares"], key=told["shares"].get) == "C"
+    assert sum(told["shares"].values()) == pytest.approx(1.0)
+    assert best["half_width"]["value"] < 0.8 * told["half_width"]["value"]
+    left = [one["half_width"]["value"] for one in told["records"]]
+    assert left == sorted(left)
+    assert max(left) <= told["half_width"]["value"] * (1 + 1e-9)
+    found.save(tmp_path / "next")
+    more = fric.experiment("xy-table", plan=tmp_path / "next", seed=9)
+    sines = [log for log in logs if log.kind == "presliding-sine"]
+    again = fric.identify_gms(*sines, *more, static=static, plant=plant)
+    again.save(tmp_path / "with.yaml")
+    after = fric.plan_next(tmp_path / "with.yaml", machine="xy-table").document["narrowing"]["half_width"]["value"]
+    assert after == pytest.approx(best["half_width"]["value"], rel=0.5)
+
+
+def test_a_file_without_gms_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    _, _, _, (_, static, _) = first()
+    static.save(tmp_path / "static.yaml")
+    with pytest.raises(fric.FricError, match="fric plan --friction"):
+        fric.plan_next(tmp_path / "static.yaml")
