@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 SHOWING = [page for page in examples.PAGES if examples.examples(page)]
 
 
-LONG = {"tutorial", "data-quality", "gallery"}
+LONG = {"tutorial", "plan", "data-quality", "gallery"}
 
 
 def _marked(page: Path) -> object:
