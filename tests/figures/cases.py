@@ -25,6 +25,7 @@ from fric.figures.gms import draw_gms
 from fric.figures.monte_carlo import monte_carlo_figure
 from fric.figures.nyquist import nichols_figure, nyquist_figure
 from fric.figures.path import path_figure
+from fric.figures.plan import draw_plan
 from fric.figures.plant import draw_motion, draw_plant
 from fric.figures.qfilter import q_filter_figure
 from fric.figures.record import draw_record
@@ -47,6 +48,7 @@ from fric.identify.replay.splits import split_by_folds
 from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs, read_records
 from fric.log import Log
+from fric.planning.choose import Expected, Limits, Plan, choose
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.monte_carlo import Study, monte_carlo
 from fric.simulate.path import PointPath, run_path
@@ -363,6 +365,31 @@ def _drawn_bands(axes: Any, inside: Wanted) -> Any:
     assert inside(x, (low + high) / 2)
     assert np.all(high > low)
     return [(lambda _: low, lambda _: high)]
+
+
+@subject
+def planned() -> Any:
+    axis, limits = machine().axis("x"), Limits(0.3, 0.1, 5.0)
+    chosen = choose(axis, limits)
+    return Plan(axis, limits, chosen, [1.0] * len(chosen), {"F_c": Expected(105.0, 1.05, "N")})
+
+
+@case
+def plan() -> Case:
+    figure = draw_plan(planned())
+    speeds = np.array(planned().planned[0].settings["speeds"])
+    left, middle, right = figure.axes
+
+    def level(v: Any) -> Any:
+        return 105 + 60 * np.exp(-1e-3 * v / 1e-3) + 40 * 1e-3 * v
+
+    known = function(level)
+    virgin = function(lambda z: planned().axis.friction.virgin_curve(1e-6 * np.asarray(z)))
+    swing = 2e3 * planned().planned[2].settings["swing"]
+    speeds_drawn = [curve(1e3 * speeds, level(1e3 * speeds)), known]
+    return figure, [
+        Panel(left, speeds_drawn, bars=(swing,)), Panel(middle, [virgin]), Panel(right, [], bars=(1.0,))
+    ]  # fmt: skip
 
 
 @case

@@ -34,27 +34,25 @@ def achieved(axis, planned, blocks, seeds) -> list[dict[str, float]]:
     ]  # fmt: skip
 
 
-def hold(found: Expectation, got: list[dict[str, float]]) -> None:
-    for name, one in found.parameters.items():
+def hold(found, got: list[dict[str, float]]) -> None:
+    for name, one in found.items():
         ratio = [run[name] / one.half_width for run in got]
         assert 1 / WITHIN < exp(float(np.mean(np.log(ratio)))) < WITHIN, (name, ratio)
 
 
 def test_half_widths_of_the_papers_machine_are_as_expected(tmp_path: Path) -> None:
     plan = fric.plan(stroke="300 mm", feed="100 mm/s", machine="xy-table", draws=4)
-    assert {"A", "B", "T_d", "K_f", "F_c", "F_s", "v_s", "sigma", "alpha_1", "k_1", "C"} <= set(
-        plan.expectation.parameters
-    )
+    assert {"A", "B", "T_d", "K_f", "F_c", "F_s", "v_s", "sigma", "alpha_1", "k_1", "C"} <= set(plan.plan.expected)
     plan.save(tmp_path / "plan")
     asked = read_document(tmp_path / "plan" / "plan.yaml", PlanDocument)
-    assert asked.planned() == tuple(plan.planned)
+    assert asked.planned() == tuple(plan.plan.planned)
     logs = fric.experiment("xy-table", plan=tmp_path / "plan", seed=101)
-    assert sum(log.time[-1] for log in logs) < sum(plan.lasting)
+    assert sum(log.time[-1] for log in logs) < sum(plan.plan.lasting)
     got = [
         {name: half for name, (_, half, _) in half_widths(list(identified(list(one), asked.blocks or "auto"))).items()}
         for one in (logs, *(fric.experiment("xy-table", plan=tmp_path / "plan", seed=s) for s in (102, 103)))
     ]
-    hold(plan.expectation, got)
+    hold(plan.plan.expected, got)
 
 
 SUBJECTS = [("xy-table", "x", None), ("xy-table", "y", None), ("virtual-rig", "x", None), ("xy-table", "x", 3)]
@@ -81,7 +79,7 @@ def test_half_widths_are_as_expected(name: str, axis: str, draw: int | None, pri
         believed, _ = prior_axis(machine, axis, tmp_path / "first.yaml")
     planned = choose(believed, limits)
     found = expected(believed, planned, silent)
-    hold(found, achieved(subject, planned, found.blocks or "auto", range(101, 107)))
+    hold(found.parameters, achieved(subject, planned, found.blocks or "auto", range(101, 107)))
 
 
 def test_an_accuracy_takes_as_many_records_as_the_square_of_what_lacks() -> None:

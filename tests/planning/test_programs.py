@@ -19,8 +19,7 @@ from hypothesis import strategies as st
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.export.motion import DIALECTS, Arc, Move
-from fric.planning.choose import Limits, choose
-from fric.results.expected import Expectation
+from fric.planning.choose import Limits, Plan, choose
 from fric.results.plan import PlanResult
 from tests.export.structured_text import Program
 from tests.planning.gcode import Control
@@ -37,7 +36,7 @@ def axis(machine: str = "xy-table"):
 
 def plan_of(limits: Limits, machine: str = "xy-table") -> PlanResult:
     planned = choose(axis(machine), limits)
-    return PlanResult(axis(machine), limits, planned, [1.0] * len(planned), Expectation({}, None, ()), "", ())
+    return PlanResult(Plan(axis(machine), limits, planned, [1.0] * len(planned), {}), None, "", ())
 
 
 LIMITS = st.builds(

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
 from fric.documents.base import OfAxis, Part, Physical, Quantity, known
 from fric.errors import FricError
-from fric.planning.choose import Limits, Planned
+from fric.planning.choose import Planned
 from fric.simulate.experiment import EXPERIMENTS
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    from fric.planning.choose import Setting
+    from fric.planning.choose import Plan, Setting
 
 SETTINGS = {
     "speeds": "velocity", "distance": "position", "lasting": "time", "ramp": "time", "repeats": "ratio",
@@ -123,11 +123,7 @@ def experiment_entry(one: Planned, motion: Motion, axis: str, duration: float) -
 
 
 def plan_tree(
-    axis: str,
-    motion: Motion,
-    limits: Limits,
-    planned: Sequence[tuple[Planned, float]],
-    expected: Mapping[str, Any],
+    plan: Plan,
     *,
     prior: str,
     blocks: int | None,
@@ -138,34 +134,34 @@ def plan_tree(
 
     Parameters
     ----------
-    axis, motion, limits
-        The axis, and what it may do.
-    planned
-        The experiments, each with how long it lasts [s].
-    expected
-        What they tell, by parameter.
+    plan
+        What is to be run.
     prior
         What the axis was taken to be.
     blocks
-        Slip blocks that they tell.
+        Slip blocks that the records tell.
     notices
         What cannot be expected.
     narrowing
         What one more record would do.
     """
+    axis, motion, limits = plan.axis.name, plan.axis.motion, plan.limits
     given = {
         name: {"value": getattr(limits, name), "unit": si_unit(dimension, motion)}
         for name, dimension in LimitsPart.dimensions.items()
     }
     content = {
         "axis": axis, "motion": motion, "limits": given, "prior": prior,
-        "experiments": [experiment_entry(one, motion, axis, lasting) for one, lasting in planned],
+        "experiments": [
+            experiment_entry(one, motion, axis, lasting)
+            for one, lasting in zip(plan.planned, plan.lasting, strict=True)
+        ],
         "expected": {
             name: {
                 "value": one.value, "half_width": one.half_width if one.half_width < float("inf") else None,
                 "unit": one.unit,
             }
-            for name, one in expected.items()
+            for name, one in plan.expected.items()
         },
     }  # fmt: skip
     return PlanDocument.made(content | known(blocks=blocks, narrowing=narrowing), notices=notices).tree()

@@ -2,36 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
+from fric.figures.views import view
 from fric.friction.directed import Directed
 from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fric.planning.choose import Expected, Planned
-    from fric.simulate.machine import Axis
+    from fric.planning.choose import Plan
 
 
-def draw_plan(axis: Axis, planned: Sequence[Planned], expected: Mapping[str, Expected]) -> Figure:
+@view("plan", of="Plan")
+def draw_plan(plan: Plan) -> Figure:
     """Draw the speeds of a plan on the map that is known, its sines on the virgin curve, and what they will tell.
 
     Parameters
     ----------
-    axis
-        The axis as it is known.
-    planned
-        The experiments.
-    expected
-        What they will tell, by parameter.
+    plan
+        The plan.
     """
+    axis = plan.axis
     model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction
-    asked = {one.kind: one.settings for one in planned}
+    asked = {one.kind: one.settings for one in plan.planned}
     with new_figure(9.0, 3.4) as figure:
         left, middle, right = figure.subplots(1, 3, width_ratios=(1, 1, 1.1))
         speeds = np.array(asked.get("constant-velocity", {}).get("speeds", (1e-3,)))
@@ -59,7 +56,7 @@ def draw_plan(axis: Axis, planned: Sequence[Planned], expected: Mapping[str, Exp
             )
         middle.set(xlabel=f"displacement [{metre}]", ylabel=f"friction [{force}]", title="sines before sliding")
         middle.legend()
-        shown = [(name, one) for name, one in expected.items() if one.value]
+        shown = [(name, one) for name, one in plan.expected.items() if one.value]
         shares = np.array([100 * one.half_width / abs(one.value) for _, one in shown])
         kept = np.isfinite(shares) & (shares < 200)
         names = [name for (name, _), good in zip(shown, kept, strict=True) if good]

@@ -119,6 +119,29 @@ class Expected:
     unit: str
 
 
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is to be run, and what it will tell.
+
+    Parameters
+    ----------
+    axis
+        The axis as it is known beforehand.
+    limits
+        What it may do.
+    planned, lasting
+        The experiments, and how long each lasts [s].
+    expected
+        What they tell, by parameter.
+    """
+
+    axis: Axis
+    limits: Limits
+    planned: Sequence[Planned]
+    lasting: Sequence[float]
+    expected: Mapping[str, Expected]
+
+
 def choose(axis: Axis, limits: Limits, times: Mapping[str, int] | None = None) -> tuple[Planned, ...]:
     """Return the experiments that identify an axis, from what is known of it.
 

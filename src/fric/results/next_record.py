@@ -9,9 +9,8 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.plan import experiment_entry
 from fric.errors import FricError
 from fric.notice import Notice
-from fric.planning.choose import Limits
+from fric.planning.choose import Limits, Plan
 from fric.planning.next_record import Narrowing, narrowing
-from fric.results.expected import Expectation
 from fric.results.given import Advance, document_of, in_si, silent
 from fric.results.machine import machine_of, schemes_of
 from fric.results.plan import PlanResult, settings_in_words
@@ -31,7 +30,7 @@ class NextRecordResult(PlanResult):
             (
                 one["kind"], readable(one["duration"]["value"], "s"), readable(one["half_width"]["value"], "m"),
                 f"{one['half_width']['value'] / given['half_width']['value'] - 1:+.0%}".replace("-", "−"),
-                settings_in_words(planned, self.axis.motion),
+                settings_in_words(planned, self.plan.axis.motion),
             )
             for one, planned in zip(given["records"], self.candidates, strict=True)
         ]  # fmt: skip
@@ -50,7 +49,7 @@ class NextRecordResult(PlanResult):
 
         part = PlanDocument.model_validate(self.document).narrowing
         assert part is not None
-        return [one.planned(self.axis.motion) for one in part.records]
+        return [one.planned(self.plan.axis.motion) for one in part.records]
 
 
 def plan_next(
@@ -112,10 +111,9 @@ def plan_next(
     best = found.candidates[0]
     text = f"what errs of the plant is not in it: the glitch of scheme {chosen.name} is narrowed by friction alone here"
     notices.append(Notice(text, "plan-friction-alone", "note"))
-    return NextRecordResult(
-        axis, limits, (best.planned,), [best.lasting], Expectation({}, None, ()),
-        f"axis {axis.name} as identified last", notices, _entry(found, chosen.name, axis.name),
-    )  # fmt: skip
+    made = Plan(axis, limits, (best.planned,), [best.lasting], {})
+    entry = _entry(found, chosen.name, axis.name)
+    return NextRecordResult(made, None, f"axis {axis.name} as identified last", notices, entry)
 
 
 def _entry(found: Narrowing, scheme: str, axis: str) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from fric.export.motion import DIALECTS, Arc, Move
 from fric.friction import models
 from fric.notice import Notice
 from fric.output import write_folder
-from fric.planning.choose import Limits, Planned, choose, durations
+from fric.planning.choose import Limits, Plan, Planned, choose, durations
 from fric.results.base import Result
 from fric.results.expected import DRAWS, Expectation, expected
 from fric.results.given import Advance, in_si, silent
@@ -46,14 +46,10 @@ class PlanResult(Result):
 
     Parameters
     ----------
-    axis
-        The axis as it is known beforehand.
-    limits
-        What it may do.
-    planned, lasting
-        The experiments, and how long each lasts [s].
-    expectation
-        What they tell.
+    plan
+        What is to be run, and what it will tell.
+    blocks
+        Slip blocks that the identification will find; None where it finds no GMS model.
     prior
         What the axis was taken to be, in words.
     notices
@@ -62,11 +58,8 @@ class PlanResult(Result):
         Of one more record after a first result: what it would do, as it stands in the document.
     """
 
-    axis: Axis
-    limits: Limits
-    planned: Sequence[Planned]
-    lasting: Sequence[float]
-    expectation: Expectation
+    plan: Plan
+    blocks: int | None
     prior: str
     notices: Sequence[Notice]
     narrowing: Mapping[str, Any] | None = None
@@ -75,24 +68,22 @@ class PlanResult(Result):
     def document(self) -> dict[str, Any]:
         """The plan file."""
         return plan_tree(
-            self.axis.name, self.axis.motion, self.limits, list(zip(self.planned, self.lasting, strict=True)),
-            self.expectation.parameters, prior=self.prior, blocks=self.expectation.blocks, notices=self.notices,
-            narrowing=self.narrowing,
-        )  # fmt: skip
+            self.plan, prior=self.prior, blocks=self.blocks, notices=self.notices, narrowing=self.narrowing
+        )
 
     def report(self) -> list[Piece]:
         """Return the experiments, and the half-widths to be expected."""
         rows = [
-            (one.kind, readable(lasting, "s"), settings_in_words(one, self.axis.motion))
-            for one, lasting in zip(self.planned, self.lasting, strict=True)
+            (one.kind, readable(lasting, "s"), settings_in_words(one, self.plan.axis.motion))
+            for one, lasting in zip(self.plan.planned, self.plan.lasting, strict=True)
         ]
         told = [
             (name, readable(one.value, one.unit, 4), f"± {readable(one.half_width, one.unit)}")
-            for name, one in self.expectation.parameters.items()
+            for name, one in self.plan.expected.items()
         ]
         table = Table(("", "value", "95 % to be expected"), told)
-        total = readable(sum(self.lasting), "s")
-        blocks = self.expectation.blocks
+        total = readable(sum(self.plan.lasting), "s")
+        blocks = self.blocks
         with_blocks = f"; these records tell {blocks} slip blocks: identify gms --blocks {blocks}" if blocks else ""
         return [Table(("record", "time", "what to run"), rows), table, f"{total} altogether{with_blocks}"]
 
@@ -100,22 +91,22 @@ class PlanResult(Result):
         """Return where the records sample friction."""
         from fric.figures.plan import draw_plan
 
-        return draw_plan(self.axis, self.planned, self.expectation.parameters)
+        return draw_plan(self.plan)
 
     @cached_property
     def moves(self) -> list[Move | Arc]:
         """What controllers run, in the order of the plan."""
         made: list[Move | Arc] = []
-        for one in self.planned:
+        for one in self.plan.planned:
             if one.kind == "circle":
                 s = {name: value for name, value in one.settings.items() if not isinstance(value, tuple)}
-                axes = (self.axis.name, "y" if self.axis.name != "y" else "x")
+                axes = (self.plan.axis.name, "y" if self.plan.axis.name != "y" else "x")
                 feed = f"{1e3 * s['feed']:g}".replace(".", "-")
                 name = f"circle-{feed}-mm-s"
                 made.append(Arc(len(made) + 1, name, axes, s["radius"], s["feed"], int(s["revolutions"])))
-            for trial in one.trials(self.axis):
+            for trial in one.trials(self.plan.axis):
                 begin, end = (n / trial.reference.sampling for n in trial.window)
-                about = (len(made) + 1, trial.name, self.axis.name, self.axis.motion)
+                about = (len(made) + 1, trial.name, self.plan.axis.name, self.plan.axis.motion)
                 made.append(Move(*about, trial.reference, (begin, end), trial.excitation))
         return made
 
@@ -212,9 +203,8 @@ def plan(
     prior += f" with the friction of {friction}" if isinstance(friction, str | Path) else ""
     if subject.motion == "rotary":
         planned = tuple(one for one in planned if one.kind != "circle")
-    return PlanResult(
-        subject, limits, planned, list(durations(subject, planned)), found, prior, [*notices, *found.notices]
-    )
+    made = Plan(subject, limits, planned, list(durations(subject, planned)), found.parameters)
+    return PlanResult(made, found.blocks, prior, [*notices, *found.notices])
 
 
 def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) -> dict[str, tuple[float, bool]]:
