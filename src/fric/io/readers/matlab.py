@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +23,17 @@ MOST_DEPTH = 16
 MOST_TEXT = 10_000
 """Letters of a text at most."""
 _V5 = b"MATLAB 5.0 MAT-file"
+_AGAIN = "Save it again, with -v7 or -v7.3."
+_TRIAL = """
+import sys
+from scipy.io import loadmat
+try:
+    loadmat(sys.argv[1], simplify_cells=True, mat_dtype=True)
+except BaseException:
+    pass
+"""
+MOST_STATUS = 2
+"""Largest status of a Python that ended by itself; Windows tells a crash by a large one."""
 
 FORMAT = Format("MATLAB", (".mat",))
 
@@ -44,13 +57,20 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 def _load(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat  # 200 ms: only when there is such a file
 
+    _survive(path)
     try:
         found: dict[str, Any] = loadmat(path, simplify_cells=True, mat_dtype=True)
     except Exception as error:  # whatever SciPy meets in a damaged file: it has no exception of its own for that
-        raise FricError(
-            f"is no whole MATLAB file ({error})", where=str(path), hint="Save it again, with -v7 or -v7.3."
-        ) from None
+        raise FricError(f"is no whole MATLAB file ({error})", where=str(path), hint=_AGAIN) from None
     return {name: value for name, value in found.items() if not name.startswith("__")}
+
+
+def _survive(path: Path) -> None:
+    """Read the file in a process of its own first: some damage ends SciPy's compiled reader, and all with it."""
+    words = [sys.executable, "-P", "-c", _TRIAL, str(path)]
+    done = subprocess.run(words, capture_output=True, check=False)
+    if done.returncode < 0 or done.returncode > MOST_STATUS:
+        raise FricError("is no whole MATLAB file (it ends the program that reads it)", where=str(path), hint=_AGAIN)
 
 
 @dataclass(frozen=True)
