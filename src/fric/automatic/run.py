@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import shlex
-import subprocess
-import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fric.automatic.machine import PARTS, machine_tree
+from fric.automatic.fleet import find_fleet
+from fric.automatic.machine import machine_tree
+from fric.automatic.result import FleetResult, fleet
+from fric.automatic.session import Run, Session, identify_axes, run_apart
 from fric.automatic.sources import Sources, find_sources
-from fric.automatic.steps import Step, axis_steps, circle_step, diagnosis_step, ingest_steps, step, tune_step
+from fric.automatic.steps import circle_step, diagnosis_step, step, tune_step
 from fric.documents.bundled import located
-from fric.documents.yaml import dump, plain, read_tree, write_document
+from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
-from fric.output import staged
 from fric.report.summary import Report, make_report
-from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
 from fric.results.given import in_si
@@ -27,16 +25,6 @@ from fric.results.machine import machine_of
 from fric.results.text import Piece
 from fric.verdict.decide import decide
 from fric.verdict.evidence import Evidence, Verdict
-
-Run = Callable[[Sequence[str]], None]
-"""Runs one command, its words without ``fric``; raises a `FricError` where it fails."""
-
-
-def run_apart(words: Sequence[str]) -> None:
-    """Run a command in a process of its own."""
-    done = subprocess.run([sys.executable, "-m", "fric", *words], capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise FricError(done.stderr.strip().removeprefix("error: ") or f"ended with status {done.returncode}")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,54 +82,6 @@ class AutoResult(Result):
         return [*lines, f"{self.folder / 'report.html'}"] if self.page else lines
 
 
-class _Session:
-    """One run: its folder, its script, and what came of each step."""
-
-    def __init__(self, folder: Path, run: Run, say: Callable[[str], None]) -> None:
-        self.folder, self.run, self.say = folder, run, say
-        self.shop = StepCache(folder)
-        self.script = ["#!/bin/sh", "# What `fric auto` ran, to be run again by hand."]
-        self.script += ["set -eu", f"cd {shlex.quote(str(Path.cwd()))}"]
-        self.steps = self.made = 0
-        self.failed: dict[str, str] = {}
-
-    def take(self, one: Step) -> bool:
-        """Run a step unless it is up to date; return whether what it leaves is there."""
-        if not one.ready:
-            return False
-        self.steps += 1
-        text = shlex.join(["fric", *one.words])
-        for path in one.leaves:
-            path.parent.mkdir(parents=True, exist_ok=True)
-
-        def make() -> None:
-            self.say(f"$ {text}")
-            self.run(one.words)
-
-        try:
-            self.made += self.shop.step(
-                one.name, make, reads=one.reads, leaves=one.leaves, settings={"words": list(one.words)}
-            )
-        except FricError as error:
-            self.failed[one.name] = str(error).replace("\n", " ")
-            self.script.append(f"# failed: {text}")
-            return False
-        self.script.append(text)
-        return True
-
-    def write(self, tree: dict[str, Any], path: Path) -> None:
-        """Write a document, and the lines of the script that write it."""
-        known = plain(read_tree(path)) if path.exists() else {}
-        if known.get("axes") != tree["axes"]:
-            write_document(path, tree, force=True)
-        self.script += [f"cat > {shlex.quote(str(path))} <<'END'", dump(tree).rstrip(), "END"]
-
-    def close(self) -> None:
-        """Write the script."""
-        with staged(self.folder / "steps.sh", force=True) as draft:
-            draft.write_text("\n".join(self.script) + "\n", encoding="utf-8")
-
-
 def auto(
     *logs: Path | str,
     output: Path | str,
@@ -149,17 +89,21 @@ def auto(
     circles: Iterable[Path | str] = (),
     tolerance: float | str | None = None,
     mapping: str | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
     run: Run = run_apart,
     say: Callable[[str], None] = lambda _: None,
-) -> AutoResult:
+    advance: Callable[..., object] = lambda *_, **__: None,
+) -> AutoResult | FleetResult:
     """Go the whole way from logs to a report: each step is an ordinary command, and is kept in ``steps.sh``.
 
-    What cannot be done says which record is missing; steps whose inputs have not changed are not run again.
+    What cannot be done says which record is missing; steps whose inputs have not changed are not run again. Of a folder
+    of many machines (``DIR/machine/date/…``) each axis is identified at each date, and what changed is told.
 
     Parameters
     ----------
     logs
-        Files and folders: log files, foreign logs, circle tests.
+        Files and folders: log files, foreign logs, circle tests; or the folder of a fleet.
     output
         Folder for all that is made.
     machine
@@ -170,10 +114,14 @@ def auto(
         Glitch that is allowed [m]: the first scheme that surely stays within it is chosen.
     mapping
         What the columns of foreign logs mean; the bundled one that fits where the header does not say it.
+    workers, scheduler
+        Of a fleet: processes at a time, one a core where not given; or the address of a Dask cluster.
     run
-        Runs one command.
+        Runs one command; of a fleet in other processes, and so a function that can be pickled.
     say
         Is told each command as it is run.
+    advance
+        Is told of each machine and date of a fleet.
 
     Raises
     ------
@@ -181,14 +129,20 @@ def auto(
         When a file is not there, or none holds a record.
     """
     folder = Path(output)
+    if units := find_fleet(list(map(Path, logs))):
+        if machine or circles or tolerance is not None:
+            raise FricError("a fleet is identified, and takes no machine, circle or tolerance")
+        return fleet(
+            units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance
+        )  # fmt: skip
     found = find_sources(map(Path, logs), mapping)
     found.circles += [Path(one) for one in circles]
     if not (found.logs or found.circles):
         raise FricError(
             "there is no log in these files", hint="\n".join(found.description) or "Give logs, or their folder."
         )
-    session = _Session(folder, run, say)
-    axes = _identify(session, found)
+    session = Session(folder, run, say)
+    axes = identify_axes(session, found)
     given = located(Path(machine), "machine") if machine else None
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, given is not None)
@@ -209,31 +163,7 @@ def auto(
     return AutoResult(folder, words, found.description + failed, session.steps, session.made, page)
 
 
-def _identify(session: _Session, found: Sources) -> dict[str, dict[str, Any]]:
-    """Ingest and identify; return by axis what was done, what is missing, its files and its log files."""
-    logs = [one for one in found.logs if one.mapping is None]
-    for one, left in ingest_steps(found.logs, session.folder):
-        if session.take(one):
-            logs.append(left)
-        else:
-            found.description.append(f"{one.name}: {session.failed.get(one.name, 'failed')}")
-    axes: dict[str, dict[str, Any]] = {}
-    for name in sorted({one.axis for one in logs}):
-        own = [one for one in logs if one.axis == name]
-        plan = axis_steps(own, session.folder / name)
-        done = [one.name.partition(": ")[2] for one in plan.steps if session.take(one)]
-        of_axis = [(key.partition(": "), why) for key, why in session.failed.items()]
-        broken = [f"{what}: {why}" for (whose, _, what), why in of_axis if whose == name]
-        files = {part: session.folder / name / f"{part}.yaml" for part in PARTS}
-        if "gms" not in done and "static" in done:
-            files["friction"] = session.folder / name / "static.yaml"
-        missing = [*plan.missing, *broken]
-        axes[name] = {"done": done, "missing": missing, "files": files, "logs": [one.path for one in own]}
-        axes[name]["motion"] = own[0].motion
-    return axes
-
-
-def _machine(session: _Session, axes: dict[str, dict[str, Any]], given: Path | None) -> Path | None:
+def _machine(session: Session, axes: dict[str, dict[str, Any]], given: Path | None) -> Path | None:
     """Return the machine file: the one that is given, or one made of what was identified."""
     if given is not None:
         return given
@@ -250,7 +180,7 @@ def _machine(session: _Session, axes: dict[str, dict[str, Any]], given: Path | N
 
 
 def _circles(
-    session: _Session, found: Sources, axes: dict[str, dict[str, Any]], machine: Path | None, given: bool
+    session: Session, found: Sources, axes: dict[str, dict[str, Any]], machine: Path | None, given: bool
 ) -> None:
     """Simulate the circle, and hold measured ones against the machine."""
     if machine is None:

@@ -73,7 +73,7 @@ class AxisSteps:
     missing: tuple[str, ...]
 
 
-def axis_steps(logs: Sequence[Source], folder: Path) -> AxisSteps:
+def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> AxisSteps:
     """Return the steps of one axis: plant, static map, GMS, controller, observer.
 
     Parameters
@@ -82,6 +82,8 @@ def axis_steps(logs: Sequence[Source], folder: Path) -> AxisSteps:
         Log files of this axis.
     folder
         Where its files go.
+    lean
+        Identify alone: no figures, no controller, no observer.
     """
     axis = logs[0].axis
     steps, missing = [], []
@@ -93,8 +95,8 @@ def axis_steps(logs: Sequence[Source], folder: Path) -> AxisSteps:
 
     def identify(what: str, files: list[Path], output: Path, *more: object, reads: Iterable[Path] = ()) -> None:
         figure = output.with_suffix(".png")
-        words = ["identify", what, *files, *more, "-o", output, "--plot", figure]
-        steps.append(step(f"{axis}: {what}", words, [*files, *reads], [output, figure]))
+        words = ["identify", what, *files, *more, "-o", output, *([] if lean else ["--plot", figure])]
+        steps.append(step(f"{axis}: {what}", words, [*files, *reads], [output, *([] if lean else [figure])]))
 
     responses = of("frequency-response")
     if shaken := responses or of("motion"):
@@ -115,6 +117,8 @@ def axis_steps(logs: Sequence[Source], folder: Path) -> AxisSteps:
             missing.append("C of the GMS model: a sine in sliding, around a steady speed")
     else:
         missing.append("GMS: slow sines of some ten micrometres before sliding, with force")
+    if lean:
+        return AxisSteps(tuple(steps), tuple(missing))
     if responses:
         words = ["design", "controller", plant, "-o", controller]
         steps.append(step(f"{axis}: controller", words, [plant], [controller]))

@@ -15,8 +15,17 @@ from fric.cli.console import ERR, finish
 from fric.cli.options import Implausible, Json
 
 
+def run_here(words: Sequence[str]) -> None:
+    """Run a command in this process; what it prints goes to standard error: standard output is for the end."""
+    from fric.cli.main import app
+
+    with redirect_stdout(sys.stderr):
+        status = typer.main.get_command(app).main(list(words), prog_name="fric", standalone_mode=False)
+    if status:
+        raise fric.FricError(f"it ended with status {status}")
+
+
 def auto(
-    context: typer.Context,
     logs: Annotated[list[Path], typer.Argument(metavar="LOGS…", help="Logs and circle tests, or folders of them.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for all that is made.")],
     machine: Annotated[
@@ -33,25 +42,28 @@ def auto(
         str | None, typer.Option("--map", metavar="MAP.yaml", help="What the columns of foreign logs mean.")
     ] = None,
     implausible: Implausible = "error",
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Of a fleet: processes at a time; one a core, else.")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="ADDRESS", help="Of a fleet: a Dask scheduler, as tcp://host:8786."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Go the whole way: recognise, ingest, identify, design, simulate, compare with the measured circle, report.
 
     Each step is an ordinary command, printed as it is run and kept in DIR/steps.sh. What cannot be done says which
     record is missing. Steps whose inputs have not changed are not run again.
+
+    A folder of many machines (DIR/machine/date/…) is a fleet: each axis is identified at each date, on all cores or a
+    Dask cluster, and DIR/fleet.html tells which changed beyond their intervals.
     """
-    app = context.find_root().command
-
-    def run(words: Sequence[str]) -> None:
-        with redirect_stdout(sys.stderr):  # standard output is for the end
-            status = app.main(list(words), prog_name="fric", standalone_mode=False)
-        if status:
-            raise fric.FricError(f"it ended with status {status}")
-
     finish(
-        lambda _: fric.auto(
-            *logs, output=output, machine=machine, circles=circle or (), tolerance=tolerance, mapping=mapping, run=run,
+        lambda advance: fric.auto(
+            *logs, output=output, machine=machine, circles=circle or (), tolerance=tolerance, mapping=mapping,
+            workers=workers, scheduler=scheduler, advance=advance, run=run_here,
             say=lambda text: ERR.print(text, markup=False),
         ),
-        json=json,
+        json=json, doing="machines" if len(logs) == 1 and logs[0].is_dir() else "",
     )  # fmt: skip

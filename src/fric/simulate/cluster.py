@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import fric
 from fric.errors import FricError
 
-if TYPE_CHECKING:
-    from fric.simulate.monte_carlo import Outcome, Study
+T = TypeVar("T")
 
 
 def _version() -> str:
@@ -19,8 +18,8 @@ def _version() -> str:
 
 @contextmanager
 def cluster_outcomes(
-    study: Study, machines: int, address: str, *, timeout: float = 15.0
-) -> Iterator[Iterator[Outcome]]:
+    study: Callable[[int], T], machines: int, address: str, *, timeout: float = 15.0
+) -> Iterator[Iterator[T]]:
     """Give the outcomes of machines 0, 1, 2, … in their order, run by the workers of a Dask cluster.
 
     The work is that of `fric.simulate.monte_carlo.outcomes`, machine by machine. When the block ends early, machines

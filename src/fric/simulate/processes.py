@@ -5,19 +5,18 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import wait
 from multiprocessing.context import BaseContext
 from threading import Thread, current_thread, main_thread
-from typing import TYPE_CHECKING
+from typing import Any, TypeVar
 
 from fric.errors import FricError
 
-if TYPE_CHECKING:
-    from fric.simulate.monte_carlo import Outcome, Study
+T = TypeVar("T")
 
 MACHINES_BY_START = 6
 """Machines that one process runs, about, while others start."""
@@ -28,11 +27,11 @@ def default_workers() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-_STUDY: Study
+_STUDY: Callable[[int], Any]
 """The study whose machines a worker process runs."""
 
 
-def _begin(study: Study) -> None:
+def _begin(study: Callable[[int], Any]) -> None:
     """Make a process a worker: it has the study, leaves Ctrl-C to its parent, and ends with it."""
     global _STUDY
     _STUDY = study
@@ -42,7 +41,7 @@ def _begin(study: Study) -> None:
     Thread(target=lambda: (wait([parent.sentinel]), os._exit(1)), daemon=True).start()
 
 
-def _run(index: int) -> Outcome:
+def _run(index: int) -> Any:
     return _STUDY(index)
 
 
@@ -68,7 +67,7 @@ def _started() -> BaseContext:
 
 
 @contextmanager
-def outcomes(study: Study, machines: int, *, workers: int | None = None) -> Iterator[Iterator[Outcome]]:
+def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = None) -> Iterator[Iterator[T]]:
     """Give the outcomes of machines 0, 1, 2, … in their order, as they are ready.
 
     The machines are shared out among processes. Each imports the script that called, which so needs the usual guard
@@ -104,7 +103,7 @@ def outcomes(study: Study, machines: int, *, workers: int | None = None) -> Iter
         pool.shutdown(cancel_futures=True)
 
 
-def _unbroken(found: Iterator[Outcome]) -> Iterator[Outcome]:
+def _unbroken(found: Iterator[T]) -> Iterator[T]:
     try:
         yield from found
     except BrokenProcessPool:

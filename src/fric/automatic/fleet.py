@@ -1,0 +1,157 @@
+"""A fleet: a folder ``DIR/machine/date`` of logs, identified on all cores or on a cluster, and what changed since."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from fric.automatic.session import Run, Session, identify_axes, run_apart
+from fric.automatic.sources import find_sources
+from fric.documents.yaml import plain, read_tree
+from fric.errors import FricError
+from fric.simulate.cluster import cluster_outcomes
+from fric.simulate.processes import outcomes
+
+DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")
+"""Names of folders that are dates: 2026-11, 2026-11-21, 20261121, with a time behind it or without."""
+
+KINDS = ("static", "friction", "plant")
+"""Documents of an axis whose numbers are compared; the friction of a GMS model holds its static map."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The logs of one machine at one date."""
+
+    machine: str
+    date: str
+    folder: Path
+
+
+@dataclass(frozen=True)
+class UnitOutcome:
+    """What came of the logs of one machine at one date.
+
+    Parameters
+    ----------
+    unit
+        Where they are from.
+    axes
+        By axis, which steps were done and what is missing, and its documents by kind.
+    description
+        What was guessed, left out, or could not be read.
+    steps, made
+        Steps there are, and how many had to be run.
+    """
+
+    unit: Unit
+    axes: dict[str, dict[str, Any]]
+    description: tuple[str, ...]
+    steps: int = 0
+    made: int = 0
+
+
+def find_fleet(given: Sequence[Path]) -> list[Unit]:
+    """Return machines and dates, where what is given is one folder of folders of dates; nothing, else."""
+    if len(given) != 1 or not given[0].is_dir():
+        return []
+    machines = [one for one in sorted(given[0].iterdir()) if one.is_dir() and not one.name.startswith(".")]
+    units = [
+        Unit(machine.name, date.name, date.resolve())
+        for machine in machines
+        for date in sorted(machine.iterdir())
+        if date.is_dir()
+    ]
+    dated = all(DATE.fullmatch(one.date) for one in units)
+    return units if dated and {one.machine for one in units} == {one.name for one in machines} else []
+
+
+@dataclass(frozen=True)
+class FleetStudy:
+    """Identifies the axes of one machine at one date, by its number in the fleet.
+
+    Parameters
+    ----------
+    units
+        Machines and dates.
+    output
+        Folder for all that is made: a folder of each machine and date, with its steps.
+    mapping
+        What the columns of foreign logs mean.
+    run
+        Runs one command.
+    """
+
+    units: tuple[Unit, ...]
+    output: Path
+    mapping: str | None = None
+    run: Run = run_apart
+
+    def __call__(self, index: int) -> UnitOutcome:
+        """Identify plant, static map and GMS of each axis; what fails is said, and is no end of the others."""
+        with redirect_stdout(StringIO()), redirect_stderr(StringIO()):  # what commands print of hundreds is no help
+            return self._identified(self.units[index])
+
+    def _identified(self, unit: Unit) -> UnitOutcome:
+        try:
+            found = find_sources([unit.folder], self.mapping)
+        except FricError as error:
+            return UnitOutcome(unit, {}, (str(error),))
+        if not found.logs:
+            return UnitOutcome(unit, {}, ("there is no log", *found.description))
+        session = Session(self.output / unit.machine / unit.date, self.run, lambda _: None)
+        axes = {}
+        for name, one in identify_axes(session, found, lean=True).items():
+            files = {kind: session.folder / name / f"{kind}.yaml" for kind in KINDS}
+            documents = {kind: plain(read_tree(file)) for kind, file in files.items() if file.exists()}
+            axes[name] = {"done": one["done"], "missing": one["missing"], "documents": documents}
+        session.close()
+        return UnitOutcome(unit, axes, tuple(found.description), session.steps, session.made)
+
+
+def run_fleet(
+    units: Sequence[Unit],
+    output: Path,
+    *,
+    mapping: str | None = None,
+    run: Run = run_apart,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    advance: Callable[..., object] = lambda *_, **__: None,
+) -> Iterator[UnitOutcome]:
+    """Yield what came of each machine and date in their order, run by processes here or by a Dask cluster.
+
+    Parameters
+    ----------
+    units
+        Machines and dates.
+    output
+        Folder for all that is made; a cluster's workers see it, and the logs, under the same names.
+    mapping, run
+        As in `FleetStudy`.
+    workers
+        Processes; one a core where not given.
+    scheduler
+        Address of a Dask cluster.
+    advance
+        Is told of each that is done.
+
+    Raises
+    ------
+    FricError
+        When the cluster does not answer, or a process was killed.
+    """
+    study = FleetStudy(tuple(units), output.resolve(), mapping, run)
+    advance(0, total=len(units))
+    opened = (
+        cluster_outcomes(study, len(units), scheduler) if scheduler else outcomes(study, len(units), workers=workers)
+    )
+    with opened as found:
+        for outcome in found:
+            advance()
+            yield outcome
