@@ -1,7 +1,7 @@
 """A fleet of 100 machines at two dates: which axes are found to have changed, and what two workers are worth.
 
-The time of two workers is told twice: by the clock, which needs an idle machine, and by the processor time of the busier
-worker, which is what the clock would show were it idle.
+Two workers are timed twice: by the clock, which needs an idle machine, and by the processor time of the busier
+one, which is what the clock would show were it idle.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ class FleetResult(Result):
         ]  # fmt: skip
         machines = len({one.unit.machine for one in self.outcomes})
         head = (
-            f"{len(self.changed)} axes of {machines} machines changed, at {LEVEL:.0%} for all {len(self.drifts)} "
+            f"{len(self.changed)} {'axis' if len(self.changed) == 1 else 'axes'} of {machines} machines changed, at {LEVEL:.0%} for all {len(self.drifts)} "
             "numbers together"
         )
         made, steps = sum(one.made for one in self.outcomes), sum(one.steps for one in self.outcomes)
