@@ -84,10 +84,9 @@ class FleetResult(Result):
             for one in self.drifts if one.changed
         ]  # fmt: skip
         machines = len({one.unit.machine for one in self.outcomes})
-        head = (
-            f"{len(self.changed)} {'axis' if len(self.changed) == 1 else 'axes'} of {machines} machines changed, at {LEVEL:.0%} for all {len(self.drifts)} "
-            "numbers together"
-        )
+        count = len(self.changed)
+        head = f"{count} {'axis' if count == 1 else 'axes'} of {machines} machines changed"
+        head += f", at {LEVEL:.0%} for all {len(self.drifts)} numbers together"
         made, steps = sum(one.made for one in self.outcomes), sum(one.steps for one in self.outcomes)
         changes = Table(("changed", "dates", "", "before", "after", "", "by chance"), rows)
         every = Table(("axis", "date", *SHOWN), self.values())
