@@ -135,6 +135,17 @@ class MeasuredCircle:
             raise FricError(f"there is no trace of axis '{name}'", where=self.where, hint=f"There are {text}.")
         return self.axes[name]
 
+    def together(self) -> tuple[AxisTrace, AxisTrace]:
+        """Return the traces of both axes at the instants of the first, between samples where the clocks differ."""
+        first, second = (self.axis(name) for name in self.names)
+        t = first.time
+        if np.array_equal(t, second.time):
+            return first, second
+        return first, AxisTrace(
+            **{name: np.interp(t, second.time, one) for name, one in second.channels().items() if name != "time"},
+            time=t,
+        )
+
     def stated(self, radius: float | None, feed: float | None) -> MeasuredCircle:
         """Return the test with another nominal radius [m] and feed [m/s], where they are given."""
         return replace(self, radius=radius or self.radius, feed=feed or self.feed)

@@ -169,7 +169,7 @@ def _left_over(n: int, tuned: TunedAxis) -> _LeftOver:
 
 def measured_quadrants(test: MeasuredCircle) -> tuple[float, float, float, float]:
     """Return the glitch of a circle that was measured at +x, +y, -x and -y [m], around its own centre."""
-    first, second = (test.axis(name) for name in test.names)
+    first, second = test.together()
     a, b, _ = fit_circle(
         first.position if first.reference is None else first.reference,
         second.position if second.reference is None else second.reference,

@@ -229,7 +229,7 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
         angle, deviation = np.unwrap(test.angle), test.deviation
         inside = slice(0, len(angle))
     else:
-        first, second = (test.axis(name) for name in test.names)
+        first, second = test.together()
         x, y = first.position, second.position
         if first.reference is not None and second.reference is not None:
             a, b, _ = fit_circle(first.reference, second.reference)
@@ -239,8 +239,8 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
             angle = np.unwrap(np.arctan2(y - b, x - a))
         inside = steady(first.time, angle)
         if first.reference is not None and second.reference is not None:
-            for name in test.names:
-                lag[name] = _lag(test.axis(name).part(inside))
+            for name, trace in zip(test.names, (first, second), strict=True):
+                lag[name] = _lag(trace.part(inside))
         deviation = np.hypot(x - a, y - b) - test.radius
     angle, deviation = angle[inside], deviation[inside]
     turned = np.abs(angle[-1] - angle)

@@ -33,6 +33,9 @@ SHAPE = 1.1
 GAIN = 0.97
 """Share of what four parameters leave that the full shape must leave at most, to be believed."""
 
+AGAIN, RESTS = 3, 0.01
+"""How often the motion is refined and the fit repeated at most, and the move in the logarithm below which it rests."""
+
 
 @dataclass(frozen=True)
 class TunedAxis:
@@ -148,18 +151,26 @@ def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
 
 
 def _again(found: Fitted, K_f: float) -> tuple[Fitted, NDArray[np.float64]]:
-    """Return the fit along the motion that the first fit tells more finely, and by how much its point moved."""
-    coordinates = found.balance.coordinates
-    model, T_d = coordinates.belief(found.x), coordinates.delay(found.x)
-    m, a = (float(value) for value in found.plant[:2])
-    if not m > 0:
-        return found, np.zeros(len(found.x))
-    records: tuple[VoltageRecord, ...] = tuple(
-        refined(record, model, T_d, (m, a, float(found.plant[2 + n])), K_f)
-        for n, record in enumerate(found.balance.records)
-    )
-    again = fit(replace(found.balance, records=records), [found.x], found.rms)
-    return again, again.x - found.x
+    """Return the fit along the motion that the fit itself tells more finely, and by how much its point moved at last.
+
+    Each time the delay's error falls to a fifth: it is repeated until it rests.
+    """
+    moved = np.zeros(len(found.x))
+    for _ in range(AGAIN):
+        coordinates = found.balance.coordinates
+        model, T_d = coordinates.belief(found.x), coordinates.delay(found.x)
+        m, a = (float(value) for value in found.plant[:2])
+        if not m > 0:
+            break
+        records: tuple[VoltageRecord, ...] = tuple(
+            refined(record, model, T_d, (m, a, float(found.plant[2 + n])), K_f)
+            for n, record in enumerate(found.balance.records)
+        )
+        again = fit(replace(found.balance, records=records), [found.x], found.rms)
+        found, moved = again, again.x - found.x
+        if np.abs(moved).max() < RESTS:
+            break
+    return found, moved
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.voltage import COMPARED, VoltageRecord
@@ -17,6 +16,8 @@ if TYPE_CHECKING:
 
 STARTS = ((0.74, 1.0), (0.5, 2.7), (1.2, 0.22))
 """Stiffness and C, as shares of what is believed, at which the search begins."""
+LONGEST = 0.7
+"""Longest step of the search, in the logarithm."""
 STEP = 4e-3
 """Step of the derivatives, in the logarithm."""
 NOISE = 0.5e-3
@@ -121,16 +122,12 @@ class Search:
         self.balance = balance
         self.columns = balance.columns()
         self.basis = np.linalg.qr(self.columns)[0]
-        rate = np.mean([1.0 / (record.time[1] - record.time[0]) for record in balance.records])
+        rate = float(np.mean([record.rate for record in balance.records]))
         # neighbouring samples behind the filter are alike: the residual counts as so many independent values
         self.scale = 1.0 / (sigma * np.sqrt(max(rate / (2 * COMPARED), 1.0)))
         self.priors = balance.coordinates.priors
         self._last: tuple[bytes, NDArray[np.float64]] | None = None
         self._late: tuple[float, NDArray[np.float64]] | None = None
-
-    def projected(self, left: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return a voltage without what the plant explains of it."""
-        return left - self.basis @ (self.basis.T @ left)
 
     def left(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the voltage less that of friction, weighed."""
@@ -148,9 +145,11 @@ class Search:
             self._last = (key, self.balance.friction(x))
         return self._last[1]
 
-    def residual(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return residuals and priors, in units of their standard deviation."""
-        return np.concatenate([self.scale * self.projected(self.left(x)), x / self.priors])
+    def cost(self, x: NDArray[np.float64]) -> float:
+        """Return half the sum of the squared residuals and priors, in units of their standard deviation."""
+        left = self.scale * self.left(x)
+        along = self.basis.T @ left
+        return 0.5 * float(left @ left - along @ along + np.sum((x / self.priors) ** 2))
 
     def derivatives(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the derivatives of `left`."""
@@ -165,16 +164,12 @@ class Search:
                 found[:, n] = (friction - balance.friction(moved)) / STEP
         return found
 
-    def jacobian(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the derivatives of `residual`."""
-        found = self.derivatives(x)
-        projected = found - self.basis @ (self.basis.T @ found)
-        return np.vstack([self.scale * projected, np.diag(1.0 / self.priors)])
-
-
-def search_of(balance: Balance, sigma: float) -> Search:
-    """Return the residuals of a balance, weighed against the priors by a standard deviation [V]."""
-    return Search(balance, sigma)
+    def normal(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the gradient of `cost`, and its second derivatives by Gauss and Newton."""
+        left, J = self.scale * self.left(x), self.scale * self.derivatives(x)
+        along = self.basis.T @ J
+        gradient = J.T @ left - along.T @ (self.basis.T @ left) + x / self.priors**2
+        return gradient, J.T @ J - along.T @ along + np.diag(1.0 / self.priors**2)
 
 
 def fit(balance: Balance, starts: Sequence[NDArray[np.float64]], sigma: float = NOISE, most: int = 25) -> Fitted:
@@ -191,20 +186,33 @@ def fit(balance: Balance, starts: Sequence[NDArray[np.float64]], sigma: float = 
     most
         Steps at most.
     """
-    search = search_of(balance, max(sigma, NOISE))
-    bounds = np.minimum(6.0 * search.priors, 3.5)
-
-    def searched(x: NDArray[np.float64], steps: int) -> tuple[float, NDArray[np.float64]]:
-        found = least_squares(
-            search.residual, np.clip(x, -0.99 * bounds, 0.99 * bounds), search.jacobian, bounds=(-bounds, bounds),
-            x_scale=np.minimum(search.priors, 0.5), xtol=1e-5, ftol=1e-6, max_nfev=steps,
-        )  # fmt: skip
-        return float(found.cost), np.asarray(found.x)
-
+    search = Search(balance, max(sigma, NOISE))
     few = most if len(starts) == 1 else 7
-    best = min((searched(np.asarray(x, float), few) for x in starts), key=lambda one: one[0])
-    x = best[1] if len(starts) == 1 else searched(best[1], most)[1]
-    return at(balance, x)
+    best = min((_searched(search, np.asarray(x, float), few) for x in starts), key=search.cost)
+    return at(balance, best if len(starts) == 1 else _searched(search, best, most))
+
+
+def _searched(search: Search, x: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
+    """Return the point that so many steps of Levenberg and Marquardt lead to within the bounds."""
+    bounds = np.minimum(6.0 * search.priors, 3.5)
+    x = np.clip(x, -0.99 * bounds, 0.99 * bounds)
+    damping, cost = 1e-2, search.cost(x)
+    gradient, curvature = search.normal(x)
+    for _ in range(steps):
+        damped = curvature + damping * np.diag(np.diag(curvature))
+        further = np.clip(x + np.clip(np.linalg.solve(damped, -gradient), -LONGEST, LONGEST), -bounds, bounds)
+        new = search.cost(further)
+        if new < cost:
+            fallen, moved = cost - new, np.abs(further - x).max()
+            x, cost, damping = further, new, max(damping / 8, 1e-7)
+            if fallen < 1e-5 * cost or moved < 1e-4:
+                break
+            gradient, curvature = search.normal(x)
+        elif np.abs(further - x).max() < 1e-4:
+            break
+        else:
+            damping *= 10
+    return x
 
 
 def at(balance: Balance, x: NDArray[np.float64], plant: NDArray[np.float64] | None = None) -> Fitted:
@@ -219,7 +227,7 @@ def at(balance: Balance, x: NDArray[np.float64], plant: NDArray[np.float64] | No
     plant
         m [V·s²/m] and a [V·s/m] that are kept.
     """
-    search = search_of(balance, NOISE)
+    search = Search(balance, NOISE)
     left, columns = search.left(x), search.columns
     if plant is None:
         linear = np.linalg.lstsq(columns, left, rcond=None)[0]

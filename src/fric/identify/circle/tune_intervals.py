@@ -147,7 +147,7 @@ def _of_the_encoder(found: Fitted) -> NDArray[np.float64]:
 
 def _period(found: Fitted) -> float:
     """Return the mean time between samples [s]."""
-    return float(np.mean([record.time[1] - record.time[0] for record in found.balance.records]))
+    return float(np.mean([1.0 / record.rate for record in found.balance.records]))
 
 
 def _covariance(found: Fitted) -> NDArray[np.float64]:
@@ -160,7 +160,7 @@ def _covariance(found: Fitted) -> NDArray[np.float64]:
     rows, residuals, lengths = [], [], []
     start = 0
     for record, part, weight in zip(found.balance.records, found.parts(), weights, strict=True):
-        every = max(int(1.0 / (8 * COMPARED) / (record.time[1] - record.time[0])), 1)
+        every = max(int(record.rate / (8 * COMPARED)), 1)
         chosen = slice(start, start + len(part), every)
         # as many samples fewer weigh as much more
         rows.append(weight * np.sqrt(every) * found.gradient[chosen])

@@ -1,0 +1,61 @@
+"""`fric learn` on many machines of `configs/spread.yaml` (seed 0): a circle of 30 mm, round after round.
+
+At 100 mm/s whole rounds are learned, over 200 Hz; at 10 mm/s halves of rounds, over 100 Hz. Twenty rounds at both feeds
+show that nothing grows again. Glitches in µm: median / 95th percentile / largest.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from benchmarks._machines import run_on_machines, spread_of
+from fric.documents.bundled import folder
+from fric.documents.machine_files import read_machine
+from fric.documents.spread import read_spreads
+from fric.identify.circle.learn import learn
+from fric.simulate.circle import Circle
+from fric.simulate.spread import draw_machine
+
+ROUNDS = 20
+MACHINES = 4
+"""Machines where nothing else is asked for; what is written down takes 200."""
+
+
+def learned(seed: int, index: int) -> dict[str, Any]:
+    """Learn on one machine, at both feeds."""
+    configs = folder("configs")
+    machine = read_machine(configs / "xy-table.yaml")
+    machine = draw_machine(machine, index, seed=seed, spreads=read_spreads(configs / "spread.yaml"))[0]
+    found: dict[str, Any] = {}
+    for feed in (0.1, 0.01):
+        one = learn(machine, Circle(feed=feed), ROUNDS)
+        found[f"{feed * 1e3:g}"] = {
+            "glitches": one.glitches, "carried": [glitch for *_, glitch in one.carried],
+            "told": [warning.code for warning in one.warnings],
+        }  # fmt: skip
+    return found
+
+
+def run(machines: int = MACHINES, seed: int = 0) -> list[tuple[str, str, str]]:
+    """Learn on machines."""
+    found = run_on_machines(learned, [(seed, n) for n in range(machines)])
+    rows = []
+    for feed, rounds, target in (("100", (1, 2, 3), {2: "p95 ≤ 0.9"}), ("10", (2, 5), {5: "p95 ≤ 2"})):
+        label = f"{machines} machines at {feed} mm/s"
+        glitches = np.array([one[feed]["glitches"] for one in found])
+        rows.append((f"{label}: (f) before", spread_of(glitches[:, 0]), ""))
+        for n in rounds:
+            rows.append((f"{label}: learned from {n}", spread_of(glitches[:, n]), target.get(n, "")))
+        early, late = glitches[:, 5:11].max(axis=1), glitches[:, -5:].max(axis=1)
+        rows.append((f"{label}: the worst of rounds 5 to 10", spread_of(early), ""))
+        rows.append((f"{label}: the worst of rounds {ROUNDS - 4} to {ROUNDS}", spread_of(late), ""))
+        grown = int(np.sum((late > 2 * early) | (late > glitches[:, 0]) & (late > 2e-6)))
+        rows.append((f"{label}: twice that of rounds 5 to 10, or above 2 µm and what it began with", str(grown), "0"))
+        for n, what in enumerate(("at half the feed", "on two thirds of the radius")):
+            carried = [one[feed]["carried"][n] for one in found]
+            rows.append((f"{label}: carried over, {what}", spread_of(carried), "it does not transfer"))
+        told = sum("learned-for-one-circle" in one[feed]["told"] for one in found)
+        rows.append((f"{label}: that it does not transfer is told", f"{told} of {machines}", ""))
+    return rows
