@@ -166,7 +166,7 @@ def _again(found: Fitted, K_f: float) -> tuple[Fitted, NDArray[np.float64]]:
             refined(record, model, T_d, (m, a, float(found.plant[2 + n])), K_f)
             for n, record in enumerate(found.balance.records)
         )
-        again = fit(replace(found.balance, records=records), [found.x], found.rms)
+        again = fit(replace(found.balance, records=records), [found.x], found.rms, 5)
         found, moved = again, again.x - found.x
         if np.abs(moved).max() < RESTS:
             break

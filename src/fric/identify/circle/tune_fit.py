@@ -172,7 +172,7 @@ class Search:
         return gradient, J.T @ J - along.T @ along + np.diag(1.0 / self.priors**2)
 
 
-def fit(balance: Balance, starts: Sequence[NDArray[np.float64]], sigma: float = NOISE, most: int = 25) -> Fitted:
+def fit(balance: Balance, starts: Sequence[NDArray[np.float64]], sigma: float = NOISE, most: int = 12) -> Fitted:
     """Return the least-squares point of a balance with its priors, from the best of some starts.
 
     Parameters
@@ -205,7 +205,7 @@ def _searched(search: Search, x: NDArray[np.float64], steps: int) -> NDArray[np.
         if new < cost:
             fallen, moved = cost - new, np.abs(further - x).max()
             x, cost, damping = further, new, max(damping / 8, 1e-7)
-            if fallen < 1e-5 * cost or moved < 1e-4:
+            if fallen < max(1e-4 * cost, 0.05) or moved < 1e-4:
                 break
             gradient, curvature = search.normal(x)
         elif np.abs(further - x).max() < 1e-4:
