@@ -22,6 +22,7 @@ from fric.figures.circle import polar_figure
 from fric.figures.comparison import draw_comparison
 from fric.figures.diagnosis import draw_diagnosis
 from fric.figures.gms import draw_gms
+from fric.figures.learned import draw_learned
 from fric.figures.monte_carlo import monte_carlo_figure
 from fric.figures.nyquist import nichols_figure, nyquist_figure
 from fric.figures.path import path_figure
@@ -32,11 +33,14 @@ from fric.figures.record import draw_record
 from fric.figures.replay import draw_replay
 from fric.figures.reversal import AROUND, last_reversal, reversal_figure
 from fric.figures.static_map import draw_static_map
+from fric.figures.tuned import draw_tuned
 from fric.figures.validation import draw_validation
 from fric.friction import models
 from fric.friction.stribeck import StaticMap
 from fric.identify.circle.diagnose import diagnose
+from fric.identify.circle.learn import learn
 from fric.identify.circle.measured import measured_from_run
+from fric.identify.circle.tune import tune_axis
 from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.identify import identify_plant
 from fric.identify.plant.rigid_body import identify_motion
@@ -211,6 +215,63 @@ def reversal() -> Case:
         panels.append(Panel(figure.axes[n], [curve(t[seen], error[seen])]))
         panels.append(Panel(figure.axes[2 + n], [curve(t[seen], one[seen]) for one in voltages]))
     return figure, panels
+
+
+@case
+def tuned() -> Case:
+    feeds, axis = (0.1, 0.03), machine().axis("x")
+    runs = [run_circle(machine(), PAPER_SCHEMES["f"], Circle(10e-3, feed), accuracy=1e-8) for feed in feeds]
+    one = tune_axis(axis, [measured_from_run(run) for run in runs])
+    figure = draw_tuned(one)
+    panels = []
+    for n, feed in enumerate(feeds):
+        record, before, after = one.after.balance.records[n], one.before.parts()[n], one.after.parts()[n]
+        replayed = record.friction(one.friction) / axis.plant.K_f
+        t, r = record.raw[:2]
+        forward = np.gradient(r, t) > 0
+        turns = t[1:][forward[1:] != forward[:-1]]
+        half = np.radians(25) * 10e-3 / feed
+        middle = turns[turns < record.time[record.used][-1] - half][-1] - 0.5 * record.sampled
+        near_it = np.abs(record.time[record.used] - middle) <= half + record.sampled
+
+        def drawn(values: Any, near_it: Any = near_it, middle: float = middle, record: Any = record) -> Wanted:
+            x_wanted, y_wanted = (record.time[record.used] - middle)[near_it] * 1e3, values[near_it]
+
+            def right(x: Any, y: Any) -> bool:
+                place = np.abs(x_wanted[:, None] - x).argmin(axis=0)
+                return (
+                    len(x) > len(x_wanted) - 3
+                    and np.allclose(x_wanted[place], x, atol=0.2)
+                    and near(y, y_wanted[place])
+                )
+
+            return right
+
+        measured = replayed + after
+        panels.append(Panel(figure.axes[n], [drawn(measured), drawn(measured - before), drawn(replayed)]))
+        panels.append(Panel(figure.axes[2 + n], [drawn(1e3 * before), drawn(1e3 * after)]))
+    return figure, panels
+
+
+@case
+def learned() -> Case:
+    test = Circle(5e-3, 50e-3, 1)
+    found = learn(machine(), test, 2)
+    figure = draw_learned(found)
+    rounds, around = figure.axes
+    glitches = [np.abs(one.run.circularity.quadrants).max() * 1e6 for one in found.rounds]
+
+    def deviation(run: Any) -> Wanted:
+        def right(x: Any, y: Any) -> bool:
+            at, up = (trace.position[-len(x) :] for trace in run.traces.values())
+            angle = np.degrees(np.arctan2(up, at)) % 360
+            order = np.argsort(angle)
+            return len(x) > 2000 and near(x, angle[order]) and near(y, (np.hypot(at, up) - test.radius)[order] * 1e6)
+
+        return right
+
+    runs = (found.rounds[0].run, found.rounds[-1].run)
+    return figure, [Panel(rounds, [curve([0, 1, 2], glitches)]), Panel(around, [deviation(run) for run in runs])]
 
 
 @case

@@ -19,8 +19,6 @@ from tests.figures.cases import CASES
 from tests.figures.drawn import labels, varied
 
 made = cache(lambda name: CASES[name]())
-WITHOUT_A_CASE = {"draw_learned", "draw_tuned"}
-"""Figures that still want one in `tests.figures.cases`."""
 LABEL = re.compile(r"^\S.*\S? \[[^\[\]]+\]$")
 
 
@@ -83,5 +81,5 @@ def test_every_figure_of_the_package_is_tested() -> None:
     for module in iter_modules(fric.figures.__path__):
         for name, made_here in vars(import_module(f"fric.figures.{module.name}")).items():
             own = getattr(made_here, "__module__", "") == f"fric.figures.{module.name}"
-            if own and name not in WITHOUT_A_CASE and re.fullmatch(r"draw_\w+|(?!new_|save_)\w+_figure", name):
+            if own and re.fullmatch(r"draw_\w+|(?!new_|save_)\w+_figure", name):
                 assert re.search(rf"\b{name}\(", tests), f"no test draws {name}: give it a case in tests/figures"

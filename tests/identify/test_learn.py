@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,13 @@ import fric
 from fric.control.scheme import PAPER_SCHEMES
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
-from fric.identify.circle.learn import Learning, learn, learn_from, next_feedforward
+from fric.identify.circle.learn import learn
 from fric.identify.circle.measured import measured_from_run
+from fric.identify.circle.measured_inverse import Learning, learn_from, next_feedforward
+from fric.identify.circle.tune import with_belief
 from fric.io.circle import read_circles
 from fric.io.feedforward import read_feedforward
+from fric.results.learn import LearnResult
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.spread import draw_machine
 
@@ -97,3 +101,22 @@ def test_what_is_nothing_to_learn_with_is_refused(table):
         learn(table, Circle(), 0)
     with pytest.raises(FricError, match="learn with"):
         Learning.at(0.1, share=1.5)
+
+
+def test_where_learning_leaves_clearly_less_the_shape_of_the_model_is_wrong(table, tmp_path):
+    from fric.identify.circle.model_shape import wrong_shape
+    from fric.io.run import read_runs
+
+    found = learn(table, Circle(radius=0.01), 2)  # the paper's controllers believe 0.73 of the friction, without lead
+    assert "model-shape" in {warning.code for warning in found.warnings}
+    axes = {name: with_belief(axis, axis.friction, axis.plant) for name, axis in table.axes.items()}
+    tuned = learn(replace(table, axes=axes), Circle(radius=0.01), 2)
+    assert "model-shape" not in {warning.code for warning in tuned.warnings}
+    LearnResult(found).save(tmp_path / "run.h5")
+    again = [(run.scheme, run.contour.glitch) for run in read_runs(tmp_path / "run.h5", traces=False)]
+    assert [scheme.friction for scheme, _ in again] == ["gms", "learned", "learned"]
+    assert wrong_shape(again)
+    assert not wrong_shape(again[1:])
+    logs = ROOT / "data/presliding-sine.h5"
+    compared = fric.compare(logs, models="dahl", folds=2, circles=[tmp_path / "run.h5"])
+    assert "model-shape" in {one["code"] for one in compared.document["warnings_coded"]}

@@ -35,6 +35,12 @@ def compare(
     plant: PlantFile = None,
     blocks: Annotated[int, typer.Option(min=1, help="Slip blocks, for models that have any.")] = 4,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the coarse search.")] = 0,
+    circles: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--circles", metavar="RUN.h5", help="Runs of one circle, learned and with a model: what they say."
+        ),
+    ] = None,
     plot: Plot = None,
     implausible: Implausible = "error",
     json: Json = False,
@@ -44,7 +50,7 @@ def compare(
     finish(
         lambda advance: fric.compare(
             *logs, models=models, fit_on=fit_on, cycles=cycles, folds=folds, static=static, plant=plant, blocks=blocks,
-            seed=seed, advance=advance,
+            seed=seed, circles=circles or (), advance=advance,
         ),
         None, plot, json=json, force=force, doing="fitting",
     )  # fmt: skip

@@ -30,13 +30,16 @@ def draw_learned(found: Learned) -> Figure:
         rounds = np.arange(len(found.rounds))
         left.plot(rounds, np.array(found.glitches) * 1e6, "o-", color=BLUE)
         left.set_yscale("log")
+        for formatter in (left.yaxis.set_major_formatter, left.yaxis.set_minor_formatter):
+            formatter("{x:g}")
         left.set_xticks(rounds[:: max(len(rounds) // 8, 1)])
         left.set_xlabel("circles learned from [1]")
         left.set_ylabel("glitch [µm]")
-        for run, colour, label in ((first, VERMILION, "before"), (last, BLUE, f"after {len(rounds) - 1}")):
+        after = f"after {len(rounds) - 1}"
+        for run, colour, width, label in ((first, VERMILION, 1.6, "before"), (last, BLUE, 0.9, after)):
             order = np.argsort(run.circularity.angle % (2 * np.pi))
             angle = np.degrees(run.circularity.angle % (2 * np.pi))[order]
-            right.plot(angle, run.circularity.error[order] * 1e6, color=colour, label=label, linewidth=0.9)
+            right.plot(angle, run.circularity.error[order] * 1e6, color=colour, label=label, linewidth=width)
         right.axhline(0.0, color=GREY, linewidth=0.6)
         right.set_xticks([0, 90, 180, 270, 360])
         right.set_xlabel("angle [°]")

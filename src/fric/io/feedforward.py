@@ -14,7 +14,7 @@ from fric.io.staged_hdf5 import staged_hdf5
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.identify.circle.learn import Table
+    from fric.identify.circle.measured_inverse import Table
 
 FORMAT = "feedforward/1"
 UNITS = {"time": "s", "reference": "m", "voltage": "V"}

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.control.scheme import OBSERVER
+from fric.identify.circle.model_shape import wrong_shape
 from fric.units import readable
 from fric.verdict.decide import EARNED
 from fric.verdict.evidence import Candidate, bare
@@ -34,7 +35,7 @@ def observations(test: ContourTest, presliding: float | None = None) -> list[str
         Displacement over which friction builds up after a reversal [m], where a friction file tells it.
     """
     found = [*overcompensation(test), *too_weak(test.contours), *observer_share(test), *observer_spoils(test)]
-    found += uneven(test)
+    found += [*uneven(test), *learned_says(test.contours)]
     if presliding is not None and test.radius is not None:
         found.append(build_up(presliding, test.radius, test.feed))
     return found
@@ -104,6 +105,12 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
                 "the gain is low. Identify again before anything else is tuned."
             ]
     return []
+
+
+def learned_says(contours: Sequence[Contour]) -> list[str]:
+    """Tell of a friction model whose shape is wrong: a circle that was learned leaves clearly less."""
+    told = wrong_shape((one.scheme, one.glitch) for one in contours)
+    return [f"{text[0].upper()}{text[1:]}." for text in told]
 
 
 def _pairs(contours: Sequence[Contour]) -> list[tuple[Contour, Contour]]:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fric.documents.comparison import comparison_tree
 from fric.errors import FricError
 from fric.friction import models as known_models
+from fric.identify.circle.model_shape import wrong_shape
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import Comparison, compare_models
 from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
+from fric.io.run import read_runs
 from fric.results.base import Result
-from fric.results.given import Advance, friction_of, logs_of, plant_of, silent
+from fric.results.given import Advance, friction_of, logs_of, path_of, plant_of, silent
 from fric.results.text import Piece, Table
 from fric.units import readable
 
@@ -92,6 +95,7 @@ def compare(
     plant: Any = None,
     blocks: int = 4,
     seed: int = 0,
+    circles: Sequence[Path | str] = (),
     advance: Advance = silent,
 ) -> ComparisonResult:
     """Fit friction models on some records or cycles and score them on others.
@@ -110,6 +114,9 @@ def compare(
         Where neither is given: cut each record in so many parts, each scored by a fit to the others.
     static, plant, blocks, seed
         As in `identify_model`.
+    circles
+        Run files of one circle, one that was learned and one with a friction model: where learning leaves clearly
+        less, the model's shape is wrong, and that is told.
     advance
         Is told of each model that is done.
 
@@ -136,4 +143,7 @@ def compare(
     settings: dict[str, Any] = {"blocks": blocks, "seed": seed, "told": advance}
     if kept:
         settings |= {"static": kept.estimates("static"), "negative": kept.backward()}
-    return ComparisonResult(compare_models(names, ready, splits, **settings))
+    found = compare_models(names, ready, splits, **settings)
+    runs = [run for path in circles for run in read_runs(path_of("compare", "run files", path), traces=False)]
+    told = wrong_shape((run.scheme, run.contour.glitch) for run in runs)
+    return ComparisonResult(replace(found, warnings=(*found.warnings, *told)))

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from fric.documents.machine_files import read_machine
 from fric.documents.provenance import provenance
-from fric.identify.circle.learn import Learned, Learning, Table, circles_to_learn, learn_from
+from fric.identify.circle.learn import Learned, circles_to_learn
 from fric.identify.circle.learn import learn as learn_rounds
 from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.measured_inverse import Learning, Table, learn_from
 from fric.io.circle import choose_circles
 from fric.io.feedforward import read_feedforward, write_feedforward
 from fric.io.run import write_runs

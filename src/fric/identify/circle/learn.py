@@ -1,4 +1,4 @@
-"""A repeated contour learned by the measured inverse: what the next round feeds forward."""
+"""A repeated contour learned in simulation, round after round."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from fric.contour import circularity
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import OBSERVER, Scheme
 from fric.errors import FricError
-from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.measured_inverse import Learning, lead_of, next_feedforward
+from fric.identify.circle.model_shape import LEARNED, wrong_shape
 from fric.notice import Notice
 from fric.reference import Reference
 from fric.reference import circle as circle_reference
@@ -25,87 +25,12 @@ from fric.simulate.contour_run import pair, require_voltage
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.drive.plant import LinearPlant
     from fric.simulate.machine import Axis, Machine
 
-FAST = 0.05
-"""Feed from which a round is learned whole, over 200 Hz; below it half of it, over 100 Hz [m/s]."""
 ACCURACY = 1e-9
 """To what the simulated plant is integrated [m]."""
 OTHERS = ((1.0, 0.5), (2 / 3, 1.0))
 """Circles to which what was learned is carried over, where it does not serve: shares of radius and feed."""
-
-
-@dataclass(frozen=True)
-class Learning:
-    """How a round is learned.
-
-    Parameters
-    ----------
-    share
-        Share of what a round tells that is taken over, γ [1].
-    bandwidth
-        Corner of the low-pass, which leaves out what does not repeat [Hz].
-    """
-
-    share: float
-    bandwidth: float
-
-    @classmethod
-    def at(cls, feed: float, share: float | None = None, bandwidth: float | None = None) -> Learning:
-        """Return how a circle at a feed [m/s] is learned, where it is not given.
-
-        Raises
-        ------
-        FricError
-            When the share is not between 0 and 1, or the bandwidth not positive.
-        """
-        fast = feed >= FAST
-        made = cls(share or (1.0 if fast else 0.5), bandwidth or (200.0 if fast else 100.0))
-        if not (0 < made.share <= 1 and made.bandwidth > 0):
-            raise FricError(
-                f"a share of {made.share:g} at {made.bandwidth:g} Hz is nothing to learn with",
-                hint="The share lies above 0 and up to 1, the bandwidth above 0.",
-            )
-        return made
-
-
-def next_feedforward(
-    t: NDArray[np.float64],
-    error: NDArray[np.float64],
-    voltage: NDArray[np.float64],
-    model: NDArray[np.float64],
-    before: NDArray[np.float64],
-    plant: LinearPlant,
-    how: Learning,
-) -> NDArray[np.float64]:
-    """Return the voltage that the next round should feed forward against friction [V], shape (n,).
-
-    ``w ← (1 - γ)·w + γ·(LP[u](t) + LP[(ë + A·ė)/B](t + T_d) - u_model(t))`` with e the tracking error: the voltage of
-    this round, and what was missing of it. No model of friction is needed, and none of the controller.
-
-    Parameters
-    ----------
-    t
-        Even sample instants [s].
-    error, voltage
-        Reference less position as measured [m], and control voltage [V], of this round, each of shape (n,).
-    model
-        Voltage of the inverse model that the controller feeds forward [V], shape (n,).
-    before
-        Voltage that this round fed forward against friction [V], shape (n,).
-    plant
-        The plant that is believed.
-    how
-        How it is learned.
-    """
-    dt = float(t[1] - t[0])
-    low_pass = butter(2, min(how.bandwidth * 2 * dt, 0.95), output="sos")
-    slow = sosfiltfilt(low_pass, error)
-    rate = np.gradient(slow, t)
-    missing = (np.gradient(rate, t) + plant.A * rate) / plant.B
-    needed = sosfiltfilt(low_pass, voltage) + np.interp(t + plant.T_d, t, missing)
-    return np.asarray((1 - how.share) * before + how.share * (needed - model))
 
 
 @dataclass(frozen=True)
@@ -196,11 +121,11 @@ def learn(
     for name, axis in axes.items():
         require_voltage(axis, references[name])
     feedforward = {name: _believed(axes[name], reference) for name, reference in references.items()}
+    modelled = all("gms" in axis.nominal_friction.models for axis in axes.values())
     found: list[Round] = []
     for n in range(rounds + 1):
-        title = "before" if n == 0 else f"learned from {n} circle{'s' * (n > 1)}"
-        named = replace(scheme, name=f"round-{n:02d}", title=title)
-        run = _run(axes, references, named, test, feedforward)
+        run = _run(axes, references, scheme, test, feedforward)
+        run = replace(run, scheme=_named(scheme, n, modelled))
         found.append(Round(run, dict(feedforward)))
         done()
         if n < rounds:
@@ -214,6 +139,7 @@ def learn(
     warnings = [_for_one_circle(best, carried)]
     if worst <= 1.2 * best:
         warnings = []
+    warnings += wrong_shape((one.run.scheme, one.run.circularity.glitch) for one in found)
     glitches = [one.run.circularity.glitch for one in found]
     if glitches[-1] > 1.5 * min(glitches):
         text = (
@@ -261,18 +187,20 @@ def _run(
     return CircleRun(scheme, test, traces, circularity(x, y, test.radius))
 
 
+def _named(scheme: Scheme, n: int, modelled: bool) -> Scheme:
+    """Return a scheme as it is recorded for a round: what it feeds forward, and what it was learned from."""
+    if n == 0:
+        return replace(scheme, name="round-00", title="before", friction="gms" if modelled else None)
+    return replace(scheme, name=f"round-{n:02d}", title=f"learned from {n} circle{'s' * (n > 1)}", friction=LEARNED)
+
+
 def _believed(axis: Axis, reference: Reference) -> NDArray[np.float64]:
     """Return the voltage against friction that a controller feeds forward before anything is learned [V], (n,)."""
     model = axis.nominal_friction.models.get("gms")
     if model is None:
         return np.zeros(len(reference))
     plant = axis.nominal or axis.plant
-    return friction_feedforward(model, reference.ahead(_lead(axis)), plant.K_f, axis.nominal_friction.gain)
-
-
-def _lead(axis: Axis) -> float:
-    plant = axis.nominal or axis.plant
-    return plant.T_d if axis.nominal_friction.lead == "auto" else axis.nominal_friction.lead
+    return friction_feedforward(model, reference.ahead(lead_of(axis)), plant.K_f, axis.nominal_friction.gain)
 
 
 def _all_learned(
@@ -289,7 +217,7 @@ def _learned(
     axis: Axis, reference: Reference, trace: Trace, before: NDArray[np.float64], how: Learning
 ) -> NDArray[np.float64]:
     plant = axis.nominal or axis.plant
-    model = inverse_model(plant, reference.ahead(_lead(axis)))
+    model = inverse_model(plant, reference.ahead(lead_of(axis)))
     error = trace.reference - trace.measured
     return next_feedforward(trace.time, error, trace.input, model, before, plant, how)
 
@@ -314,85 +242,3 @@ def _carried(
 
 def _angle(x: Reference, y: Reference) -> NDArray[np.float64]:
     return np.asarray(np.unwrap(np.arctan2(y.position, x.position)))
-
-
-@dataclass(frozen=True)
-class Table:
-    """The feedforward of the next round of a measured circle.
-
-    Parameters
-    ----------
-    test
-        The circle that it is for.
-    how
-        How it was learned.
-    time, reference, voltage
-        By axis: instants [s], reference [m] and voltage against friction [V], each of shape (n,).
-    warnings
-        What the user should know.
-    """
-
-    test: MeasuredCircle
-    how: Learning
-    time: Mapping[str, NDArray[np.float64]]
-    reference: Mapping[str, NDArray[np.float64]]
-    voltage: Mapping[str, NDArray[np.float64]]
-    warnings: tuple[Notice, ...]
-
-
-def learn_from(
-    test: MeasuredCircle,
-    machine: Machine,
-    how: Learning | None = None,
-    before: Mapping[str, NDArray[np.float64]] | None = None,
-) -> Table:
-    """Return the feedforward of the next round from a measured circle.
-
-    Parameters
-    ----------
-    test
-        The circle test, with reference, position and voltage.
-    machine
-        The machine, whose plants as believed are taken.
-    how
-        How; by the feed where not given.
-    before
-        By axis, what this round fed forward against friction [V], shape (n,); nothing where not given.
-
-    Raises
-    ------
-    FricError
-        When a channel is missing, or what was fed forward before is of another length.
-    """
-    how = how or Learning.at(test.feed)
-    time, wanted, voltage = {}, {}, {}
-    for name in test.names:
-        trace, axis = test.axis(name), machine.axis(name)
-        if trace.reference is None or trace.input is None:
-            raise FricError(
-                f"axis {name} lacks reference or voltage", where=test.where, hint="Record both beside the position."
-            )
-        plant = axis.nominal or axis.plant
-        t, r = trace.time, trace.reference
-        last = np.zeros(len(t)) if before is None else before.get(name, np.zeros(0))
-        if len(last) != len(t):
-            raise FricError(
-                f"what axis {name} fed forward has {len(last)} samples, and the circle {len(t)}", where=test.where,
-                hint="Give the file that this very circle was run with.",
-            )  # fmt: skip
-        ahead = np.interp(t + _lead(axis), t, r)
-        model = (np.gradient(np.gradient(ahead, t), t) + plant.A * np.gradient(ahead, t)) / plant.B
-        time[name], wanted[name] = t, r
-        voltage[name] = next_feedforward(t, r - trace.position, trace.input, model, last, plant, how)
-    words = (
-        "what is learned from a circle is for its radius, feed and direction alone: on another it leaves more than a "
-        "model that was tuned. `fric learn MACHINE.yaml --rounds N` shows by how much"
-    )
-    warnings = [Notice(words, "learned-for-one-circle", "note")]
-    if how.share < 1 and before is None:
-        text = (
-            f"a share of {how.share:g} is learned, and nothing is taken for what this round fed forward against "
-            "friction: give the file that it was run with (--before), from the second round on"
-        )
-        warnings.append(Notice(text, "nothing-fed-before", "note"))
-    return Table(test, how, time, wanted, voltage, tuple(warnings))

@@ -73,7 +73,7 @@ class TunedAxis:
 def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None) -> TunedAxis:
     """Refit what the controller of an axis believes to recorded circles.
 
-    Per axis ``W[u(t - T_d)] = m·W[z̈] + a·W[ż] + o + W[F(z)]/K_f`` with W a low-pass of 100 Hz, zero phase; m, a and
+    Per axis ``W[u(t - T_d)] = m·W[z̈] + a·W[ż] + o + W[F(z)]/K_f`` with W a low-pass of 70 Hz, zero phase; m, a and
     an offset of each circle are linear. First the level of friction, its stiffness, C and T_d are searched; then, where
     that leaves more than the log's own noise, F_s/F_c, v_s, delta, each alpha and each k, and a level for each
     direction, each kept where it explains more.

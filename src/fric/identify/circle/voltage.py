@@ -8,12 +8,12 @@ from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.fft import next_fast_len
 from scipy.interpolate import CubicSpline
-from scipy.signal import butter, decimate, sosfiltfilt
+from scipy.signal import decimate, sosfiltfilt
 from scipy.sparse import csr_array
 
 from fric.errors import FricError
+from fric.identify.circle.motion import even, low_pass, smoothed
 from fric.identify.circle.revolutions import fit_circle, steady
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from fric.friction import FrictionModel
     from fric.identify.circle.measured import MeasuredCircle
 
-SMOOTHED, COMPARED = 200.0, 70.0
-"""Corners of the filters [Hz]: over the tracking error, and over all voltages that are compared. With more, the noise
+COMPARED = 70.0
+"""Corner of the filter over all voltages that are compared [Hz]. With more, the noise
 that encoder counts are in an acceleration weakens what is found of inertia, and the delay makes up for it: at 100 Hz
 B was 0.15 % high and T_d 4 to 10 % long, at 70 Hz neither was."""
 RUN_IN = 0.15
@@ -111,18 +111,18 @@ class VoltageRecord:
         reach = min(int(TAPS * rate / COMPARED), (n - 1) // 2)
         pulse = np.zeros(2 * reach + 1)
         pulse[reach] = 1.0
-        taps = sosfiltfilt(_low_pass(COMPARED, rate), pulse, padtype=None)
+        taps = sosfiltfilt(low_pass(COMPARED, rate), pulse, padtype=None)
         rows = np.flatnonzero(self.used)
         columns = np.clip(rows[:, None] + np.arange(-reach, reach + 1), 0, n - 1)
         ends = np.arange(len(rows) + 1) * len(taps)
-        low_pass = csr_array((np.tile(taps / taps.sum(), len(rows)), columns.ravel(), ends), shape=(len(rows), n))
+        smoothing = csr_array((np.tile(taps / taps.sum(), len(rows)), columns.ravel(), ends), shape=(len(rows), n))
         before = np.clip(np.searchsorted(self.nodes, np.arange(n), side="right") - 1, 0, len(self.nodes) - 2)
         share = (np.arange(n) - self.nodes[before]) / (self.nodes[before + 1] - self.nodes[before])
         between = csr_array(
             (np.stack([1 - share, share], 1).ravel(), np.stack([before, before + 1], 1).ravel(), 2 * np.arange(n + 1)),
             shape=(n, len(self.nodes)),
         )
-        return low_pass @ between
+        return smoothing @ between
 
     @cached_property
     def _motion(self) -> tuple[NDArray[np.float64], ...]:
@@ -173,7 +173,7 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
         raise FricError(
             f"no {missing} was recorded, which tuning needs", where=where, hint="Record it beside the position."
         )
-    t, (r, z_m, u) = _even(trace.time, trace.reference, trace.position, trace.input)
+    t, (r, z_m, u) = even(trace.time, trace.reference, trace.position, trace.input)
     sampling = 1.0 / float(t[1] - t[0])
     if sampling < SLOWEST:
         raise FricError(
@@ -187,12 +187,12 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
     along = (2 * BREAK_AWAY * test.radius) ** 0.5 / test.feed
     every = max(1, int(min(sampling / SLOWEST, sampling * along / FINE)))
     rate = sampling / every
-    low_pass = _low_pass(COMPARED, rate)
-    z, v = _smoothed(t, r, r - z_m)
+    sections = low_pass(COMPARED, rate)
+    z, v = smoothed(t, r, r - z_m)
 
     def compared(values: NDArray[np.float64]) -> NDArray[np.float64]:
         thin = decimate(values, every, ftype="fir") if every > 1 else values
-        return np.asarray(sosfiltfilt(low_pass, thin))
+        return np.asarray(sosfiltfilt(sections, thin))
 
     thin = t[::every]
     inertia, damping, voltage = (compared(values)[: len(thin)] for values in (a, rate_of, u))
@@ -207,36 +207,6 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
         where, test.feed, test.radius, thin, np.ascontiguousarray(z[::every]), np.ascontiguousarray(v[::every]),
         inertia, damping, CubicSpline(thin, voltage), used, nodes, turn, angle, (t, r, z_m, u), z, test, name,
     )  # fmt: skip
-
-
-def _smoothed(
-    t: NDArray[np.float64], r: NDArray[np.float64], error: NDArray[np.float64],
-    acceleration: NDArray[np.float64] | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
-    """Return position [m] and velocity [m/s] behind encoder counts: the reference less the error, smoothed.
-
-    Parameters
-    ----------
-    t, r, error
-        Even instants [s], reference [m], and tracking error as measured [m], shape (n,).
-    acceleration
-        Acceleration of the error as the voltages tell it [m/s²]; above the filter's corner the error is taken from it.
-    """
-    n, dt = len(t), float(t[1] - t[0])
-    length = next_fast_len(2 * n, real=True)
-    f = np.fft.rfftfreq(length, dt)
-    low = 1.0 / (1.0 + (f / SMOOTHED) ** 4)
-
-    def spectrum_of(values: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Return the spectrum of a signal, mirrored at its end and at its beginning so that it has no step."""
-        return np.fft.rfft(np.concatenate([values, np.full(length - 2 * n, values[-1]), values[::-1]]))
-
-    spectrum = low * spectrum_of(error)
-    if acceleration is not None:
-        square = (2 * pi * np.maximum(f, f[1])) ** 2
-        spectrum -= (1 - low) / square * spectrum_of(acceleration)
-    z = r - np.fft.irfft(spectrum, length)[:n]
-    return np.ascontiguousarray(z), np.gradient(z, t)
 
 
 def refined(
@@ -265,26 +235,10 @@ def refined(
     late = np.interp(t - T_d, t, u)
     acceleration = (late - a * velocity - offset - model.replay(t, record.whole, velocity) / K_f) / m
     wanted = np.gradient(np.gradient(r, t), t)
-    z, v = _smoothed(t, r, r - z_m, wanted - acceleration)
+    z, v = smoothed(t, r, r - z_m, wanted - acceleration)
     return replace(
         record, position=np.ascontiguousarray(z[::every]), velocity=np.ascontiguousarray(v[::every]), whole=z
     )
-
-
-def _low_pass(corner: float, sampling: float) -> NDArray[np.float64]:
-    return np.asarray(butter(2, min(corner / (sampling / 2), 0.95), output="sos"))
-
-
-def _even(
-    time: NDArray[np.float64], *channels: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
-    """Return channels at even instants: as they are, or between their samples where these are missing or jitter."""
-    period = float(np.median(np.diff(time)))
-    t = time[0] + period * np.arange(round((time[-1] - time[0]) / period) + 1)
-    if len(t) == len(time) and np.abs(t - time).max() < 0.02 * period:
-        mean = float(time[-1] - time[0]) / (len(time) - 1)
-        return time[0] + mean * np.arange(len(time)), list(channels)
-    return t, [np.interp(t, time, channel) for channel in channels]
 
 
 def _turns(

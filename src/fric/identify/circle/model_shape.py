@@ -1,0 +1,45 @@
+"""Whether a circle that was learned shows that the friction model has the wrong shape."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from fric.notice import Notice
+
+if TYPE_CHECKING:
+    from fric.control.scheme import Scheme
+
+LEARNED = "learned"
+"""What a scheme feeds forward that feeds forward what was learned."""
+CLEARLY = 0.6
+"""Share of the glitch under the best model that learning leaves at most, where that says something of the model."""
+
+
+def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
+    """Return that learning leaves clearly less of one circle than any model with pre-sliding, where it does.
+
+    What is learned needs no model of friction. Where it leaves `CLEARLY` less than what a model leaves that was tuned
+    to circles, the machine's friction has another shape than the model can take.
+
+    Parameters
+    ----------
+    circles
+        Schemes, and the glitch that each left of the circle [m].
+    """
+    learned, modelled = [], []
+    for scheme, glitch in circles:
+        if scheme.friction == LEARNED:
+            learned.append(glitch)
+        elif scheme.friction not in {None, "static"}:
+            modelled.append(glitch)
+    if not learned or not modelled or not min(learned) < CLEARLY * min(modelled):
+        return []
+    return [
+        Notice(
+            f"learning leaves {min(learned) * 1e6:.2f} µm of the circle, and the best friction model "
+            f"{min(modelled) * 1e6:.2f}: the model is wrong. Where it was tuned (fric tune), its shape is: "
+            "fric compare shows which model tells the friction of the logs best",
+            "model-shape", "doubt",
+        )
+    ]  # fmt: skip
