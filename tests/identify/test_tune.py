@@ -204,3 +204,18 @@ def test_a_ball_bar_does_not_tune(drawn):
     bar = MeasuredCircle(0.1, 0.1, 1, angle=np.linspace(0, 13, 1000), deviation=np.zeros(1000))
     with pytest.raises(FricError, match="ball bar"):
         tune(drawn, [bar])
+
+
+def test_a_log_whose_clock_is_wrong_is_refused_and_told(drawn, circles):
+    def lossy(test):
+        kept = np.random.default_rng(2).uniform(size=len(test.axes["x"].time)) > 0.01
+        axes = {}
+        for name, trace in test.axes.items():
+            few = {key: values[kept] for key, values in trace.channels().items()}
+            axes[name] = AxisTrace(**(few | {"time": trace.time[: kept.sum()]}))  # it is counted on
+        return replace(test, axes=axes)
+
+    found = tune(drawn, [lossy(circles[0])])
+    assert {"samples-lost", "tuning-refused"} <= {warning.code for warning in found.warnings}
+    assert not found.improves
+    assert found.machine.axes["x"] is drawn.axes["x"]

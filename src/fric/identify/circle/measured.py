@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from fric.errors import FricError
+from fric.log import Log
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -145,6 +146,13 @@ class MeasuredCircle:
             **{name: np.interp(t, second.time, one) for name, one in second.channels().items() if name != "time"},
             time=t,
         )
+
+    def logs(self) -> list[Log]:
+        """Return the traces as records, for what is told of any record."""
+        return [
+            Log(trace.time, position=trace.position, name=f"{self.name}, axis {name}", kind="motion", axis=name)
+            for name, trace in self.axes.items()
+        ]
 
     def stated(self, radius: float | None, feed: float | None) -> MeasuredCircle:
         """Return the test with another nominal radius [m] and feed [m/s], where they are given."""

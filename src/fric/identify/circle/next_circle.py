@@ -167,6 +167,30 @@ def _left_over(n: int, tuned: TunedAxis) -> _LeftOver:
     return _LeftOver((np.arange(bins) + 0.5) * 2 * pi / bins, share * mean)
 
 
+def worse_ahead(tests: Sequence[MeasuredCircle], predicted: Sequence[NextCircle], *, trusted: bool) -> str:
+    """Return that the next circle may be worse than the recorded one, for messages; empty where it should not.
+
+    Parameters
+    ----------
+    tests
+        The circle tests that were tuned with.
+    predicted
+        What the next circles should show, for each the better scheme counts.
+    trusted
+        Whether the prediction itself is held against the recorded glitch, or the upper end of its interval.
+    """
+    for test in tests:
+        seen = measured_glitch(test)
+        ahead = [one for one in predicted if (one.feed, one.radius) == (test.feed, test.radius)]
+        expected = [one.glitch if trusted else one.ci95[1] for one in ahead]
+        if expected and min(expected) > seen:
+            return (
+                f"the next circle at {test.feed * 1e3:g} mm/s may have a glitch of {min(expected) * 1e6:.2f} µm, and "
+                f"the recorded one has {seen * 1e6:.2f}: what is left is not friction of this shape"
+            )
+    return ""
+
+
 def measured_quadrants(test: MeasuredCircle) -> tuple[float, float, float, float]:
     """Return the glitch of a circle that was measured at +x, +y, -x and -y [m], around its own centre."""
     first, second = test.together()

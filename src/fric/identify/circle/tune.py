@@ -13,11 +13,12 @@ from fric.errors import FricError
 from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
 from fric.identify.circle.belief import Coordinates
-from fric.identify.circle.next_circle import NextCircle, circles_ahead, measured_glitch, next_circles
+from fric.identify.circle.next_circle import NextCircle, circles_ahead, measured_glitch, next_circles, worse_ahead
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
 from fric.identify.circle.tune_identifiability import identifiability_warnings
 from fric.identify.circle.tune_intervals import TunedEstimates, tuned_estimates
 from fric.identify.circle.voltage import VoltageRecord, refined, voltage_record
+from fric.identify.records.flaws import clock_flaws
 from fric.notice import Notice
 from fric.simulate.machine import NominalFriction
 
@@ -207,7 +208,7 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
     """Refit what the controllers of a machine believe to recorded circles, axis by axis.
 
     An axis whose result leaves more of the recorded voltages than what was believed keeps its belief. So do all, where
-    the next circle should be worse than the recorded one.
+    the log's clock is wrong, or the next circle should be worse than the recorded one.
 
     Parameters
     ----------
@@ -234,28 +235,24 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
                 hint="Give controller traces of the same axes.",
             )  # fmt: skip
     axes = {name: tune_axis(machine.axis(name), tests, done) for name in names}
-    warnings = [warning for one in axes.values() for warning in one.warnings]
-    predicted = next_circles(tests, axes, done) if all(one.improves for one in axes.values()) else []
-    for test in tests:
-        seen = measured_glitch(test)
-        ahead = [one for one in predicted if (one.feed, one.radius) == (test.feed, test.radius)]
-        # where friction of this shape does not explain the circle, its prediction is trusted to its upper end alone
-        misfit = any(warning.code == "circle-misfit" for warning in warnings)
-        expected = [one.ci95[1] if misfit else one.glitch for one in ahead]
-        if expected and (least := min(expected)) > seen:
-            warnings.append(
-                Notice(
-                    f"the next circle at {test.feed * 1e3:g} mm/s may have a glitch of "
-                    f"{least * 1e6:.2f} µm, and the recorded one has {seen * 1e6:.2f}: the "
-                    "result is refused, and what was believed is kept. What is left is not friction of this shape",
-                    "tuning-refused",
-                    "wrong",
-                )
-            )
-            axes = {name: replace(one, axis=machine.axes[name], improves=False) for name, one in axes.items()}
-            break
+    clocks = clock_flaws([log for test in tests for log in test.logs()], "plant")
+    warnings = [warning for one in axes.values() for warning in one.warnings] + clocks
+    better = all(one.improves for one in axes.values())
+    predicted = next_circles(tests, axes, done) if better else []
+    # where friction of this shape does not explain the circle, its prediction is trusted to its upper end alone
+    misfit = any(warning.code == "circle-misfit" for warning in warnings)
+    if any(warning.severity == "wrong" for warning in clocks):
+        why = "the log's clock is wrong (see above)"
+    elif better and not predicted:
+        why = "with what was found no stable circle can be simulated"
+    else:
+        why = worse_ahead(tests, predicted, trusted=not misfit)
+    if why:
+        text = f"{why}: the result is refused, and what was believed is kept"
+        warnings.append(Notice(text, "tuning-refused", "wrong"))
+        axes = {name: replace(one, axis=machine.axes[name], improves=False) for name, one in axes.items()}
     for name, one in axes.items():
-        if not one.improves and not any(warning.code == "tuning-refused" for warning in warnings):
+        if not one.improves and not why:
             text = (
                 f"axis {name}: what was found leaves {one.after.rms * 1e3:.2f} mV of the recorded voltages, and what "
                 f"was believed {one.before.rms * 1e3:.2f} mV: it is refused, and what was believed is kept"
