@@ -145,8 +145,13 @@ def test_a_position_that_is_late_is_told(drawn, circles):
         }
         return replace(test, axes=axes)
 
-    found = tune_axis(drawn.axes["x"], [late(test) for test in circles])
-    assert "position-late" in {warning.code for warning in found.warnings}
+    rng, axis = np.random.default_rng(0), drawn.axes["x"]
+    for made in (lambda test: test, lambda test: poor(test, rng)):
+        found = tune_axis(axis, [made(late(test)) for test in circles])
+        assert "position-late" in {warning.code for warning in found.warnings}
+        low, high = found.estimates.plant["T_d"].ci95
+        assert low <= axis.plant.T_d + 0.5e-3 <= high
+        assert high < 1.8 * low
 
 
 def test_one_circle_says_what_it_cannot_tell(drawn, circles):

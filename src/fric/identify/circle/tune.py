@@ -19,6 +19,7 @@ from fric.identify.circle.tune_identifiability import identifiability_warnings
 from fric.identify.circle.tune_intervals import TunedEstimates, tuned_estimates
 from fric.identify.circle.voltage import VoltageRecord, refined, voltage_record
 from fric.identify.records.flaws import clock_flaws
+from fric.identify.records.timing import timing
 from fric.notice import Notice
 from fric.simulate.machine import NominalFriction
 
@@ -34,6 +35,8 @@ SHAPE = 1.1
 GAIN = 0.97
 """Share of what four parameters leave that the full shape must leave at most, to be believed."""
 
+DISPLACED = 0.5e-6
+"""By how much a clock that jitters may move the position [m]: more is more than what is to be compensated."""
 AGAIN, RESTS = 3, 0.01
 """How often the motion is refined and the fit repeated at most, and the move in the logarithm below which it rests."""
 
@@ -235,13 +238,13 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
                 hint="Give controller traces of the same axes.",
             )  # fmt: skip
     axes = {name: tune_axis(machine.axis(name), tests, done) for name in names}
-    clocks = clock_flaws([log for test in tests for log in test.logs()], "plant")
-    warnings = [warning for one in axes.values() for warning in one.warnings] + clocks
+    logs = [log for test in tests for log in test.logs()]
+    warnings = [warning for one in axes.values() for warning in one.warnings] + clock_flaws(logs, "inspect")
     better = all(one.improves for one in axes.values())
     predicted = next_circles(tests, axes, done) if better else []
     # where friction of this shape does not explain the circle, its prediction is trusted to its upper end alone
     misfit = any(warning.code == "circle-misfit" for warning in warnings)
-    if any(warning.severity == "wrong" for warning in clocks):
+    if any(clock.lost or clock.displaced > DISPLACED for clock in map(timing, logs)):
         why = "the log's clock is wrong (see above)"
     elif better and not predicted:
         why = "with what was found no stable circle can be simulated"
