@@ -7,7 +7,9 @@ they are and with friction and plant drawn. Glitches in µm: median / 95th perce
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import replace
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.identify.circle.belief import parameters
 from fric.identify.circle.measured import AxisTrace, MeasuredCircle
 from fric.identify.circle.tune import Tuned, TunedAxis, tune, with_belief
@@ -93,20 +96,33 @@ def recorded(machine: Machine, run: CircleRun, seed: int | None) -> MeasuredCirc
 
 
 def _errors(machine: Machine, found: Tuned) -> dict[str, float]:
-    """Return by axis and parameter how far it is from the truth, in half-widths of its interval on that side."""
+    """Return by axis and parameter how far it is from the truth, in half-widths of its interval on that side.
+
+    Blocks go by no number: those that slip at about one displacement may be found in another order.
+    """
     errors = {}
     for name, one in found.axes.items():
         if one.estimates is None:
             continue
         true = truth(machine.axes[name], one)
-        for key, estimate in {**one.estimates.static, **one.estimates.gms, **one.estimates.plant}.items():
-            if estimate.ci95 is None or key not in true:
-                continue
-            values = zip(np.ravel(true[key]), np.ravel(estimate.value), np.reshape(estimate.ci95, (-1, 2)), strict=True)
-            for n, (right, value, (low, high)) in enumerate(values, start=1):
-                label = f"{key}_{n}" if isinstance(estimate.value, tuple) else key
-                wide = value - low if value > right else high - value
-                errors[f"{name} {label}"] = float((value - right) / wide)
+        blocks = []
+        for order in permutations(range(len(true["alpha"]))):
+            own = true | {key: np.asarray(true[key])[list(order)] for key in ("alpha", "k")}
+            blocks.append(_of_estimates({**one.estimates.static, **one.estimates.gms, **one.estimates.plant}, own))
+        best = min(blocks, key=lambda errors: sum(min(error**2, 9.0) for error in errors.values()))
+        errors |= {f"{name} {key}": error for key, error in best.items()}
+    return errors
+
+
+def _of_estimates(estimates: Mapping[str, Estimate], true: Mapping[str, Any]) -> dict[str, float]:
+    errors = {}
+    for key, estimate in estimates.items():
+        if estimate.ci95 is None or key not in true:
+            continue
+        values = zip(np.ravel(true[key]), np.ravel(estimate.value), np.reshape(estimate.ci95, (-1, 2)), strict=True)
+        for n, (right, value, (low, high)) in enumerate(values, start=1):
+            label = f"{key}_{n}" if isinstance(estimate.value, tuple) else key
+            errors[label] = float((value - right) / (value - low if value > right else high - value))
     return errors
 
 

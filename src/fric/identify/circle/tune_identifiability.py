@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,8 @@ APART = 3.0
 """Ratio of the feeds of two circles from which they tell different things."""
 LATE = 0.25
 """Relative distance of the delay found from that believed, from which it is told."""
+ALIKE = 0.3
+"""Distance of two blocks' slip displacements, in the logarithm, below which they are not told apart."""
 MISFIT = 3.0
 """Times the noise that a result may leave."""
 
@@ -72,6 +75,19 @@ def identifiability_warnings(
             f"axis {axis.name}: friction is {abs(side):.1%} higher in the {'positive' if side > 0 else 'negative'} "
             "direction of motion: each has its own map",
             "direction", "note",
+        )  # fmt: skip
+    model = found.balance.coordinates.friction(found.x)
+    slips = [alpha / k for alpha, k in zip(model.alpha, model.k, strict=True)]
+    alike = [
+        f"{i} and {j}"
+        for i, j in combinations(range(1, len(slips) + 1), 2)
+        if abs(np.log(slips[i - 1] / slips[j - 1])) < ALIKE
+    ]
+    if alike and any(name.startswith("alpha") for name in found.balance.coordinates.names):
+        yield Notice(
+            f"axis {axis.name}: blocks {', '.join(alike)} slip at about one displacement, and circles do not tell what "
+            "each of them has: alpha and k of both together hold, their own values and intervals do not",
+            "blocks-alike", "note",
         )  # fmt: skip
     bounds = np.minimum(6.0 * found.balance.coordinates.priors, 3.5)
     at_end = [

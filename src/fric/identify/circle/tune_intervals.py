@@ -69,6 +69,8 @@ def tuned_estimates(found: Fitted, plant: Plant, moved: NDArray[np.float64]) -> 
     names = found.balance.coordinates.names
     p = len(names)
     covariance[:p, :p] += np.outer(moved, moved) / 4.0 + np.diag(_of_the_encoder(found))
+    weakened = _of_the_counts(found)
+    covariance += np.outer(weakened, weakened)
     freedom = max(len(found.residual) * 2 * COMPARED * _period(found) - len(found.x) - 2, 4.0)
     reach = float(stdtrit(freedom, 0.975))
     slope, labels = _logarithms(found)
@@ -143,6 +145,31 @@ def _of_the_encoder(found: Fitted) -> NDArray[np.float64]:
         elif name.startswith("k_"):
             variances[n] = shares[int(name[2:]) - 1] ** 2
     return variances
+
+
+def _of_the_counts(found: Fitted) -> NDArray[np.float64]:
+    """Return by how much encoder counts, noise in z̈, weaken m and move all else, shape (p + 2 + circles,).
+
+    Least squares with a noise of variance σ² in the regressor of m is off by ``-(JᵀJ)⁻¹·n·σ²·m``. White counts of a
+    step q at a rate f_s give behind the filter of corner f_c ``σ² = q²/12·(2/f_s)·(2π)⁴·f_c⁵·∫x⁴/(1 + x⁴)²dx``, and the
+    integral is 0.2777.
+    """
+    J, p = found.gradient, len(found.x)
+    noise, start = 0.0, 0
+    rows = np.empty(len(J))
+    for record, part, weight in zip(found.balance.records, found.parts(), found.balance.weights, strict=True):
+        step = lattice_step(record.raw[2]) or 0.0
+        variance = step**2 / 12 * 2 * record.sampled * (2 * np.pi) ** 4 * COMPARED**5 * 0.2777
+        noise += weight**2 * len(part) * variance
+        rows[start : start + len(part)] = weight
+        start += len(part)
+    own = rows[:, None] * J
+    information = own.T @ own
+    information[:p, :p] += found.rms**2 * np.diag(1.0 / found.balance.coordinates.priors**2)
+    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    pull = np.zeros(len(information))
+    pull[p] = -noise * found.plant[0]
+    return np.asarray(np.linalg.pinv(information / np.outer(size, size)) @ (pull / size) / size)
 
 
 def _period(found: Fitted) -> float:
