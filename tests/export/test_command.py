@@ -56,7 +56,7 @@ def test_every_target_writes_its_files_and_a_manifest_that_holds_their_digests(t
 def test_a_friction_that_makes_the_circle_worse_is_not_exported_unless_forced(tmp_path: Path) -> None:
     (tmp_path / "f.yaml").write_text(SPOILING)
     found = fric.export_axis("c", MACHINE, axis="x", scheme="b", nominal_files=[f"x={tmp_path / 'f.yaml'}"])
-    with pytest.raises(FricError, match=r"not to be trusted: at 100 mm/s scheme b leaves"):
+    with pytest.raises(FricError, match=r"not to be trusted: axis x at 100 mm/s: scheme b leaves"):
         found.save(tmp_path / "out")
     assert not (tmp_path / "out").exists()
     found.save(tmp_path / "out", force=True)

@@ -11,8 +11,8 @@ import fric
 from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
 from fric.notice import Notice
-from fric.results.verdict import candidates_of
 from fric.simulate.circle import Circle, run_circle
+from fric.verdict.candidates import candidates_of
 from fric.verdict.decide import decide, difference, forbidden
 from fric.verdict.evidence import Candidate, Evidence
 

@@ -11,6 +11,9 @@ from fric.errors import FricError
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.contour_run import pair
+from fric.verdict.candidates import candidates_of
+from fric.verdict.decide import reasons_against as verdict_against
+from fric.verdict.evidence import Evidence
 
 if TYPE_CHECKING:
     from fric.control.scheme import Scheme
@@ -21,8 +24,8 @@ def reasons_against(machine: Machine, name: str, scheme: Scheme, notices: Iterab
     """Return why a scheme should not be put on an axis; empty where nothing speaks against it.
 
     Each warning of severity ``wrong`` in what the machine is made of is a reason. Where the axis is one of a circle's,
-    the circle is simulated at 100 and at 10 mm/s: a scheme that leaves more than the controller alone at one of them,
-    or saturates, is one too.
+    the circle is simulated at 100 and at 10 mm/s: what the verdict has against the scheme at one of them, or a drive
+    that saturates, is one too.
 
     Raises
     ------
@@ -38,14 +41,12 @@ def reasons_against(machine: Machine, name: str, scheme: Scheme, notices: Iterab
         return against
     bare = replace(NONE, gain=None)
     for feed in (0.1, 0.01):
-        alone, with_it = (run_circle(machine, one, Circle(feed=feed), only=name) for one in (bare, scheme))
-        before, after = alone.circularity.glitch, with_it.circularity.glitch
-        if after > before + 2 * machine.axis(name).encoder.resolution:
-            text = (
-                f"at {1e3 * feed:g} mm/s scheme {scheme.name} leaves {1e6 * after:.1f} µm on axis {name}, and the "
-                f"controller alone {1e6 * before:.1f} µm"
-            )
-            against.append(Notice(text, "scheme-spoils", "wrong"))
+        runs = [run_circle(machine, one, Circle(feed=feed), only=name) for one in (bare, scheme)]
+        alone, with_it = candidates_of(runs)
+        given = Evidence(candidates=(alone, with_it), resolution=machine.axis(name).encoder.resolution)
+        where = f"axis {name} at {1e3 * feed:g} mm/s"
+        found = verdict_against(with_it, given)
+        against += [Notice(f"{where}: {text}", text.code, text.severity) for text in found]
         if with_it.warnings and not alone.warnings:
-            against.append(Notice(f"at {1e3 * feed:g} mm/s {with_it.warnings[0]}", "scheme-saturates", "wrong"))
+            against.append(Notice(f"{where}: {with_it.warnings[0]}", "scheme-saturates", "wrong"))
     return against

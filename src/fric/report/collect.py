@@ -23,9 +23,9 @@ from fric.io.run import Drawn, read_drawn, read_run_provenance, read_runs
 from fric.notice import Notice
 from fric.report.report_input import KINDS, Contour, ContourTest, Item, Measured, ReportInput
 from fric.results.diagnose import diagnose
-from fric.results.verdict import candidates_of
 from fric.simulate.circle import CircleRun
 from fric.simulate.path import PathRun
+from fric.verdict.candidates import candidates_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

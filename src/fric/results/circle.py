@@ -17,7 +17,7 @@ from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
-from fric.results.verdict import candidates_of, evidence_of, facts
+from fric.results.verdict import evidence_of, facts
 from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.cluster import cluster_outcomes
 from fric.simulate.contour_run import reduction
@@ -25,6 +25,7 @@ from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo, Study
 from fric.simulate.processes import outcomes
 from fric.units import readable
+from fric.verdict.candidates import candidates_of
 from fric.verdict.decide import decide
 
 if TYPE_CHECKING:

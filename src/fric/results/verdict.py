@@ -6,13 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fric.contour import Circularity
 from fric.documents.bundled import bundled
 from fric.documents.provenance import provenance
 from fric.notice import Notice
 from fric.simulate.contour_run import ContourRun
 from fric.simulate.machine import Machine
-from fric.simulate.monte_carlo import MonteCarlo
 from fric.verdict.evidence import Candidate, Evidence
 
 Runs = Sequence[ContourRun[Any, Any]]
@@ -63,21 +61,3 @@ def machine_name(file: str) -> str:
     """Return what to type for a machine's file: the name of a bundled one, else its path."""
     names = {str(path): name for name, path in bundled("machine").items()}
     return names.get(str(Path(file)), file)
-
-
-def candidates_of(runs: Runs, many: MonteCarlo | None = None) -> list[Candidate]:
-    """Return what schemes left of one machine, and on the machines that were drawn."""
-    found = []
-    for n, run in enumerate(runs):
-        contour = run.contour
-        on_circle = isinstance(contour, Circularity)
-        glitches = contour.quadrants if on_circle else tuple(turn.glitch for turn in contour.reversals)
-        found.append(
-            Candidate(
-                scheme=run.scheme, glitches=glitches, glitch=contour.glitch, warnings=run.warnings,
-                oscillation=contour.oscillation if on_circle else 0.0,
-                drawn=tuple(map(float, many.glitches[:, n])) if many else (),
-                swings=tuple(map(float, many.swings[:, n])) if many else (),
-            )
-        )  # fmt: skip
-    return found

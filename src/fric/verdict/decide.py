@@ -85,6 +85,21 @@ def forbidden(one: Candidate, evidence: Evidence) -> list[Notice]:
     return found
 
 
+def reasons_against(one: Candidate, evidence: Evidence) -> list[Notice]:
+    """Return why a scheme should not be switched on: what forbids it, and where it leaves more than none at all does.
+
+    By more than two steps of the encoder.
+    """
+    found, without = forbidden(one, evidence), bare(evidence.candidates)
+    if without is not None and one.stays_under > without.stays_under + 2 * evidence.resolution:
+        text = (
+            f"scheme {one.scheme.name} leaves {1e6 * one.stays_under:.1f} µm, and the controller alone "
+            f"{1e6 * without.stays_under:.1f} µm"
+        )
+        found.append(Notice(text, "scheme-spoils", "wrong"))
+    return found
+
+
 def doubts(evidence: Evidence) -> Iterator[Notice]:
     """Yield why a verdict from this evidence is not to be trusted yet."""
     for text in evidence.disagreements:

@@ -1,0 +1,31 @@
+"""Candidates of a verdict, from runs and from the machines that were drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from fric.contour import Circularity
+from fric.verdict.evidence import Candidate
+
+if TYPE_CHECKING:
+    from fric.simulate.contour_run import ContourRun
+    from fric.simulate.monte_carlo import MonteCarlo
+
+
+def candidates_of(runs: Sequence[ContourRun[Any, Any]], many: MonteCarlo | None = None) -> list[Candidate]:
+    """Return what schemes left of one machine, and on the machines that were drawn."""
+    found = []
+    for n, run in enumerate(runs):
+        contour = run.contour
+        on_circle = isinstance(contour, Circularity)
+        glitches = contour.quadrants if on_circle else tuple(turn.glitch for turn in contour.reversals)
+        found.append(
+            Candidate(
+                scheme=run.scheme, glitches=glitches, glitch=contour.glitch, warnings=run.warnings,
+                oscillation=contour.oscillation if on_circle else 0.0,
+                drawn=tuple(map(float, many.glitches[:, n])) if many else (),
+                swings=tuple(map(float, many.swings[:, n])) if many else (),
+            )
+        )  # fmt: skip
+    return found
