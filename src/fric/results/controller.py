@@ -15,6 +15,7 @@ from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.results.design import Design
 from fric.results.given import document_of, gain_of, in_si, quantity
+from fric.results.names import plain_names
 from fric.results.text import Piece
 from fric.units import Motion, readable
 
@@ -57,7 +58,11 @@ class ControllerResult(Design):
     def report(self) -> list[Piece]:
         """Return gains and margins."""
         tree = self.document
-        gains = (f"{name}  {readable(tree[name]['value'], tree[name]['unit'], 4)}" for name in ("K_p", "K_i", "K_v"))
+        names = ("K_p", "K_i", "K_v")
+        gains = (
+            f"{name}  {readable(tree[name]['value'], tree[name]['unit'], 4)}  {plain}"
+            for name, plain in zip(names, plain_names(names), strict=True)
+        )
         return [*gains, self.margins()]
 
     def figure(self) -> Figure:

@@ -85,6 +85,8 @@ def _clock(found: Inspection) -> str:
 
 
 def _speeds(found: Inspection, unit: str) -> str:
+    if len(found.speeds) == 2 and _value(-found.speeds[0], unit) == _value(found.speeds[1], unit):
+        return f"±{_value(found.speeds[1], unit)}"
     if len(found.speeds) <= 12:
         return ", ".join(_value(speed, unit) for speed in found.speeds)
     return f"{len(found.speeds)} from {_value(found.speeds[0], unit)} to {_value(found.speeds[-1], unit)}"
@@ -125,7 +127,12 @@ def _briefly(found: Sequence[Inspected]) -> list[Piece]:
         what = _speeds(one, speed) or (f"{len(one.reversals)} reversals" if one.reversals else "")
         kind = one.kind if one.stated else f"{one.kind}?"
         rows.append((one.name, kind, f"{one.duration:.4g} s", rate, what, ", ".join(flaws), good))
-    pieces: list[Piece] = [Table(("record", "kind", "duration", "sampling", "what", "flaws", "good for"), rows)]
+    columns: tuple[str, ...] = ("record", "kind", "duration", "sampling", "what", "flaws", "good for")
+    alike, title = {row[1] for row in rows}, ""
+    if len(alike) == 1:  # said once, for room
+        title = f"all of the kind {next(iter(alike))}"
+        columns, rows = columns[:1] + columns[2:], [row[:1] + row[2:] for row in rows]
+    pieces: list[Piece] = [Table(columns, rows, title)]
     if any(not one.stated for one in found):
         pieces.append("? the kind is recognised; the record does not say it")
     uses = {use.purpose: 0 for one in found for use in one.uses}

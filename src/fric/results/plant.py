@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.plant import Plant
+from fric.estimate import estimate_rows
 from fric.identify.plant.choose import plant_records
 from fric.identify.plant.identify import PlantFit
 from fric.identify.plant.identify import identify_plant as fit_plant
@@ -18,7 +19,7 @@ from fric.notice import Notice
 from fric.plausibility import Finding, of_logs, settled
 from fric.results.base import Identified
 from fric.results.given import quantity, records_of
-from fric.results.text import Piece, Table, parameters
+from fric.results.text import Piece, Table, named, parameters
 from fric.units import readable
 
 if TYPE_CHECKING:
@@ -70,10 +71,9 @@ class PlantResult(Identified):
         if "second_mass" in found:
             warnings.append(parameters(found["second_mass"], "second mass"))
         if "parameters" in fit:
-            rows = parameters(fit["parameters"])
-            deviations = [f"{fit['parameters'][row[0]]['deviation']:.4g}" for row in rows.rows]
+            rows = [(*row, f"{fit['parameters'][row[0]]['deviation']:.4g}") for row in estimate_rows(fit["parameters"])]
             warnings += [
-                Table((*rows.columns, "deviation"), [(*row, d) for row, d in zip(rows.rows, deviations, strict=True)]),
+                named(("", "value", "95 % interval", "unit", "deviation"), rows),
                 f"{fit['points']} points, relative error {100 * fit['relative_error']['value']:.4f} %, "
                 f"condition number {fit['condition_number']:.4f}",
             ]

@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 from fric.errors import printable
 from fric.estimate import estimate_rows
+from fric.results.names import plain_names
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import rich.table
+
+NAMES = "  what it is"
+"""Heading of the column of plain names, which reads from the left."""
 
 WIDTH = 1000
 """Columns of text that is no terminal's: a line is as long as it is."""
@@ -40,6 +44,7 @@ class Table:
 
     def __rich__(self) -> rich.table.Table:
         """Return the table as Rich prints it."""
+        from rich.cells import cell_len
         from rich.table import Table as RichTable
         from rich.text import Text
 
@@ -48,8 +53,11 @@ class Table:
 
         title = shown(self.title) if self.title else None
         made = RichTable(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+        least = [max((cell_len(printable(row[0])) for row in self.rows), default=0), *(None for _ in self.columns)]
         for n, column in enumerate(self.columns):
-            made.add_column(shown(column), justify="left" if n == 0 else "right")
+            words = n == 0 or column == NAMES
+            # what rows are called is never cut: other columns give way, and wrap
+            made.add_column(shown(column), justify="left" if words else "right", no_wrap=n == 0, min_width=least[n])
         for row in self.rows:
             made.add_row(*map(shown, row))
         return made
@@ -66,8 +74,16 @@ Piece = Table | str
 
 
 def parameters(section: Mapping[str, Mapping[str, Any]], title: str = "") -> Table:
-    """Return the table of a document's section: name, value, 95 % interval, unit."""
-    return Table(("", "value", "95 % interval", "unit"), estimate_rows(section), title)
+    """Return the table of a document's section: symbol, value, 95 % interval, unit, plain name."""
+    return named(("", "value", "95 % interval", "unit"), estimate_rows(section), title)
+
+
+def named(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "") -> Table:
+    """Return a table whose first column holds symbols, with their plain names in a last one."""
+    names = plain_names(row[0] for row in rows)
+    if not any(names):
+        return Table(columns, rows, title)
+    return Table((*columns, NAMES), [(*row, f"  {name}") for row, name in zip(rows, names, strict=True)], title)
 
 
 def plain(pieces: Iterable[Piece]) -> str:

@@ -18,7 +18,7 @@ from fric.io.circle import choose_circles
 from fric.output import refuse_existing
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, refused, silent
-from fric.results.text import Piece, Table
+from fric.results.text import Piece, Table, named
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -69,7 +69,7 @@ class TuneResult(Result):
             before, after = (f"{left[key] * 1e3:.2f} mV" for key in ("before", "after"))
             title = f"axis {name}: {before} left of the voltage, {after} when tuned"
             title += "" if axis["improves"] else "; refused"
-            pieces += [Table(["", "value", "95 %", "unit"], estimate_rows(axis["parameters"]), title), ""]
+            pieces += [named(["", "value", "95 %", "unit"], estimate_rows(axis["parameters"]), title), ""]
         rows = [
             [
                 f"{float(feed) * 1e3:g} mm/s", f"({scheme})", f"{document['measured'][feed] * 1e6:.2f}",
