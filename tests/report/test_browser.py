@@ -6,6 +6,7 @@ import base64
 import shutil
 from collections.abc import Iterator
 from io import BytesIO
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,10 +14,12 @@ import numpy as np
 import pytest
 from matplotlib import image
 
+import fric
 from fric.io.report import write_report
 from fric.io.run import read_runs
 from fric.report.collect import collect
 from fric.report.page import render_report
+from fric.report.summary import Report
 
 from .conftest import LOGS
 
@@ -49,14 +52,32 @@ def page(files: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory) -> It
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
     try:
         driver.set_script_timeout(20)
-        driver.get((folder / "report.html").as_uri())
-        driver.execute_async_script(
-            "const done = arguments[0]; const wait = () => document.documentElement.dataset.ready ? done() : "
-            "setTimeout(wait, 50); wait();"
-        )
-        yield driver
+        yield opened(driver, folder / "report.html")
     finally:
         driver.quit()
+
+
+def opened(driver: Any, path: Path) -> Any:
+    """Open a page, and wait until it has drawn."""
+    driver.get(path.as_uri())
+    driver.execute_async_script(
+        "const done = arguments[0]; const wait = () => document.documentElement.dataset.ready ? done() : "
+        "setTimeout(wait, 50); wait();"
+    )
+    return driver
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory: pytest.TempPathFactory) -> tuple[Report, Path]:
+    """A report of a run, of a measured circle that is not as predicted, and of one that is, with a tolerance."""
+    folder = tmp_path_factory.mktemp("judged")
+    fric.circle("xy-table", "a,c,f").save(folder / "run.h5")
+    fric.circle("xy-table", "a", revolutions=3).save(folder / "same.h5")
+    fric.circle("virtual-rig", "a", revolutions=3).save(folder / "other.h5")
+    for name in ("same", "other"):
+        made = fric.make_report(folder / "run.h5", circles=[folder / f"{name}.h5"], tolerance="8 um")
+        made.save(folder / f"{name}.html")
+    return made, folder
 
 
 def test_it_draws_everything_and_the_console_is_silent(page: Any) -> None:
@@ -166,10 +187,84 @@ def test_the_keyboard_reaches_every_control(page: Any) -> None:
     assert unnamed == 0
 
 
-def test_a_narrow_window_does_not_scroll_sideways(page: Any) -> None:
+CUT_OFF = """
+const shown = [...document.querySelectorAll("main th, main td, main p, main li, main img, main canvas")];
+const right = (one) => one.getBoundingClientRect().right;
+return [document.documentElement.scrollWidth,
+        shown.filter((one) => one.offsetParent && right(one) > innerWidth + 1).map((one) => one.textContent)];
+"""
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_nothing_is_cut_off_at_the_right(page: Any, width: int) -> None:
     page.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride", {"width": 400, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+        "Emulation.setDeviceMetricsOverride", {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
     )
-    wide = page.execute_script("return document.documentElement.scrollWidth")
+    wide, beyond = page.execute_script(CUT_OFF)
     page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-    assert wide <= 400
+    assert wide <= width
+    assert beyond == []
+
+
+def test_a_switch_reaches_the_curves_over_time_too(page: Any) -> None:
+    visible = (
+        "const at = Bokeh.documents.map((d) => d.roots()[0]).filter((one) => one.renderers?.some((r) => "
+        "r.name === 'now:a') && !one.renderers.some((r) => r.data_source?.name === 'grid'));"
+        "return at.map((one) => one.renderers.find((r) => r.name === 'now:a').visible)"
+    )
+    assert page.execute_script(visible) == [True, True]
+    page.find_element("css selector", ".scheme[value=a]").click()
+    assert page.execute_script(visible) == [False, False]
+    page.find_element("css selector", ".scheme[value=a]").click()
+
+
+def test_symbols_have_their_plain_names_beside_them(page: Any) -> None:
+    rows = page.execute_script(
+        "return [...document.querySelectorAll('.numbers th .named')].map((one) => one.innerText)"
+    )
+    told = {row.split()[0]: " ".join(row.split()[1:]) for row in rows}
+    assert told["F_s"] == "static friction"
+    assert told["T_d"] == "delay of the drive"
+    assert (told["k_1"], told["k_2"]) == ("stiffness of the block", "")
+
+
+def test_the_decision_is_first_and_prints_on_one_sheet(page: Any, judged: tuple[Report, Path]) -> None:
+    """What is read first is what --json says; its section fits an A4 sheet and ends it."""
+    _, folder = judged
+    opened(page, folder / "same.html")
+    first = page.find_element("css selector", "main section")
+    told = fric.make_report(folder / "run.h5", circles=[folder / "same.h5"], tolerance="8 um").document["advice"][0]
+    assert told["passes"] is True
+    assert told["trusted"] is True
+    assert told["headline"] in first.text
+    assert "PASS" in first.text
+    assert "glitch within 8 µm" in first.text
+    assert "run.h5, same.h5" in first.text
+    assert f"--scheme {told['scheme']}" in first.text
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    page.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride", {"width": 688, "height": 1000, "deviceScaleFactor": 1, "mobile": False}
+    )
+    end = page.execute_script("return document.getElementById('advice').getBoundingClientRect().bottom + scrollY")
+    breaks = page.execute_script("return getComputedStyle(document.getElementById('advice')).breakAfter")
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    assert end < 297 / 25.4 * 96 - 2 * 16 / 25.4 * 96
+    assert breaks == "page"
+
+
+def test_against_a_measured_circle_nothing_is_recommended(page: Any, judged: tuple[Report, Path]) -> None:
+    made, folder = judged
+    opened(page, folder / "other.html")
+    first = page.find_element("css selector", "main section").text
+    assert "No scheme is recommended" in first
+    assert "NOT DECIDED" in first
+    assert "fric tune xy-table other.h5" in first
+    assert made.document["advice"][0]["scheme"] is None
+    assert page.find_elements("css selector", "tr.best") == []
+    table = page.find_element("css selector", "#measured table").text
+    shown = made.inputs.circles[0].result.found.glitches["+x"]
+    assert f"{shown.value * 1e6:.1f}" in table
+    assert "no: level" in table
+    picture = page.find_element("css selector", "#measured img")
+    assert page.execute_script("return arguments[0].naturalWidth", picture) > 300

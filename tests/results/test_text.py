@@ -1,0 +1,33 @@
+"""Tables for people: what rows are called is never cut, and symbols have their plain names beside them."""
+
+from __future__ import annotations
+
+from io import StringIO
+
+from rich.console import Console
+
+from fric.results.names import plain_names
+from fric.results.text import Table, parameters
+
+
+def printed(table: Table, width: int) -> list[str]:
+    out = StringIO()
+    Console(file=out, width=width, color_system=None).print(table)
+    return out.getvalue().splitlines()
+
+
+def test_record_names_are_whole_in_a_narrow_terminal():
+    names = [f"constant-velocity-at-a-long-name-{n:02}" for n in range(3)]
+    rows = [[name, "constant-velocity", "100.6 s", "5.952 Hz", "-80.01 µm/s, 80 µm/s", "", "static"] for name in names]
+    lines = printed(Table(["record", "kind", "duration", "sampling", "what", "flaws", "good for"], rows), 80)
+    assert max(map(len, lines)) <= 80
+    assert [line.split()[0] for line in lines if line.startswith("constant-velocity-at")] == names
+
+
+def test_a_symbol_is_named_once():
+    assert plain_names(["F_c", "alpha_1", "alpha_2", "k_1", "sigma_0", "sigma_1", "unheard"]) == [
+        "Coulomb friction", "share of the Stribeck level", "", "stiffness of the block", "stiffness at rest",
+        "damping of the bristles", "",
+    ]  # fmt: skip
+    table = parameters({"F_c": {"value": 60.0, "unit": "N", "ci95": [59.0, 61.0]}})
+    assert table.rows == [("F_c", "60.0", "59.0 … 61.0", "N", "  Coulomb friction")]

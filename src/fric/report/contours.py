@@ -9,7 +9,7 @@ import numpy as np
 from bokeh.models import ColumnDataSource, Label, Range1d
 
 from fric.figures.style import CYCLE, GREY
-from fric.report.canvas import INK, Drawn, canvas, hover
+from fric.report.canvas import INK, Drawn, canvas, curve, hover
 from fric.report.canvas import legend as place_legend
 from fric.units import readable
 
@@ -47,7 +47,7 @@ def _polar(n: int, test: ContourTest, earlier: ContourTest | None) -> Drawn:
     R = test.radius * 1e3
     plot = canvas(
         "x, its error magnified [mm]", "y, its error magnified [mm]", x_range=Range1d(-1.6 * R, 1.6 * R),
-        y_range=Range1d(-1.6 * R, 1.6 * R), aspect_ratio=1.0, height=560, max_width=680,
+        y_range=Range1d(-1.6 * R, 1.6 * R), aspect_ratio=1.25, min_height=300,
     )  # fmt: skip
     grid = ColumnDataSource({"xs": [], "ys": [], "label": [], "lx": [], "ly": []}, name="grid")
     plot.multi_line("xs", "ys", source=grid, color=GREY, line_width=0.6, line_dash="dotted")
@@ -87,6 +87,48 @@ def _polar(n: int, test: ContourTest, earlier: ContourTest | None) -> Drawn:
         plot,
         {"kind": "circle", "radius": R, "magnification": magnification(test)},
     )
+
+
+BEFORE, AFTER = 5.0, 25.0
+"""What is drawn before and after a reversal [degrees]."""
+
+
+def reversal_figures(n: int, test: ContourTest) -> list[Drawn]:
+    """Return the radial error of every scheme over the time after a reversal, one figure for each axis that was run.
+
+    The time is the angle from the reversal times R/F; the error less its median around it, so that spikes compare.
+    """
+    if test.radius is None:
+        return []
+    drawn = []
+    for k, axis in enumerate(test.axes[:2]):
+        quarter = 90.0 * k if len(test.axes) > 1 or axis != "y" else 90.0
+        plot = canvas("time after the reversal [ms]", "radial error [µm]")
+        lines = []
+        for m, contour in enumerate(test.contours):
+            off = test.direction * (np.degrees(contour.place) - quarter)
+            off = (off + 180) % 360 - 180
+            near = (off >= -BEFORE) & (off <= AFTER)
+            order = np.argsort(off[near])
+            time = np.radians(off[near][order]) * test.radius / test.feed * 1e3
+            error = (contour.error[near][order] - np.median(contour.error)) * 1e6
+            lines.append(
+                curve(
+                    plot, time.astype(np.float32), error.astype(np.float32), colour(m), line_dash=dash(contour),
+                    line_width=1.8, name=f"now:{contour.scheme.name}",
+                )
+            )  # fmt: skip
+        hover(plot, lines, [("scheme", "$name"), ("time", "@x{0.0} ms"), ("error", "@y{+0.00} µm")])
+        label = test.labels[int(quarter // 90)]
+        told = ", ".join(f"({one.scheme.name}) {readable(abs(one.glitches[int(quarter // 90)]), 'm')}"
+                         for one in test.contours)  # fmt: skip
+        drawn.append(
+            Drawn(
+                f"reversal-{n}-{axis}", f"At the reversal of axis {axis}, {label}", "",
+                f"Radial error over time around the reversal at {label}; peaks: {told}.", plot, {"kind": "reversal"},
+            )
+        )  # fmt: skip
+    return drawn
 
 
 def _along(n: int, test: ContourTest) -> Drawn:

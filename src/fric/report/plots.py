@@ -9,11 +9,13 @@ import numpy as np
 
 from fric.control.q_filter import QFilter
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
+from fric.identify.records.prepared import prepared
 from fric.report.canvas import Drawn, band, canvas, curve, hover, legend, measured, scale
 from fric.units import readable, si_unit
 
 if TYPE_CHECKING:
     from fric.design.perturbation import Perturbation
+    from fric.log import Log
     from fric.report.curves import Band, FrictionCurves
     from fric.report.drift import Change
     from fric.report.report_input import Item
@@ -148,6 +150,38 @@ def hysteresis(item: Item, curves: FrictionCurves) -> list[Drawn]:
         text = f"amplitude {readable(amplitude, si_unit('position', item.motion))}; measured less replayed {rms} rms"
         alt = f"Loop {cycle.name} of axis {item.axis}, {text}."
         drawn.append(Drawn(f"loop-{item.axis}-{n}", f"Loop {cycle.name}", f"A{text[1:]}.", alt, plot))
+    return drawn
+
+
+MOTION_POINTS = 1500
+"""Points of a motion that are drawn."""
+
+
+def motions(item: Item, logs: Sequence[Log]) -> list[Drawn]:
+    """Return the force along each ordinary motion of an axis: logged, and of the rigid axis that the plant file tells.
+
+    ``M·a + F_v·v + F_c·sgn v + offset``, along the motion without the encoder's steps.
+    """
+    known = {name: float(one["value"]) for name, one in (item.tree.get("fit") or {}).get("parameters", {}).items()}
+    drawn: list[Drawn] = []
+    for log in logs:
+        if log.force is None or not {"M", "F_v", "F_c", "offset"} <= known.keys():
+            continue
+        motion = prepared([log])[0].motion
+        v = motion.velocity
+        rigid = known["M"] * motion.acceleration + known["F_v"] * v + known["F_c"] * np.sign(v) + known["offset"]
+        part = slice(None, None, max(1, len(log) // MOTION_POINTS))
+        force = scale(float(np.abs(log.force).max()), "force", item.motion)
+        plot = canvas("time [s]", f"force [{force[1]}]")
+        time = log.time[part] - log.time[0]
+        curve(plot, time, log.force[part] * force[0], GREY, "logged", line_width=3, line_alpha=0.5)
+        curve(plot, time, rigid[part] * force[0], BLUE, "rigid axis", line_width=1.2)
+        legend(plot, "top_right")
+        rms = readable(float(np.sqrt(np.mean((log.force - rigid) ** 2))), si_unit("force", item.motion))
+        caption = f"Inertia, viscous and Coulomb friction of the plant file along the motion miss it by {rms} rms."
+        drawn.append(
+            Drawn(f"motion-{item.axis}-{len(drawn)}", f"Motion {log.name}", caption, f"{log.name}: {caption}", plot)
+        )
     return drawn
 
 

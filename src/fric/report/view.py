@@ -4,49 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from fric.control import block_type
 from fric.design.perturbation import Perturbation, measured_perturbation, model_perturbation
-from fric.documents.base import Quantity
-from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
-from fric.estimate import estimate_rows
 from fric.identify.plant.frequency_response import measure_response
 from fric.log import FrequencyResponse, Log
+from fric.notice import Notice
 from fric.report.advice import observations
 from fric.report.canvas import Drawn
-from fric.report.contours import colour, contour_figure, dash
+from fric.report.contours import colour, contour_figure, dash, reversal_figures
 from fric.report.curves import friction_curves, presliding
 from fric.report.drift import Change, block_counts, description, document_changes, glitch_changes
-from fric.report.plots import drift_figure, friction_map, hysteresis, q_filter, virgin_curves
-from fric.units import readable, significant
+from fric.report.groups import Group, groups_of
+from fric.report.measured import MeasuredView, gravest_first, measured_view
+from fric.report.onepage import Summary, summary_of
+from fric.report.plots import drift_figure, friction_map, hysteresis, motions, q_filter, virgin_curves
+from fric.units import readable
 from fric.verdict.evidence import Verdict
 
 if TYPE_CHECKING:
     from fric.report.report_input import ContourTest, Item, ReportInput
-
-TITLES = {
-    "static": "static map, eq. (2)",
-    "static_negative": "static map of the negative direction",
-    "at_speed": "friction at one speed",
-    "gms": "GMS model, eqs. (3) to (5)",
-    "plant": "plant, eq. (1)",
-    "controller": "controller",
-    "observer": "disturbance observer",
-}
-FIT = (("rmse", "rms of the residual"), ("r2", "R²"), ("points", "points"), ("method", "method"))
-
-
-@dataclass(frozen=True)
-class Group:
-    """Numbers of one section of a document, as rows: name, value, interval or what else is known, unit."""
-
-    title: str
-    source: str
-    rows: Sequence[tuple[str, str, str, str]]
-    fit: Sequence[tuple[str, str]]
 
 
 @dataclass(frozen=True)
@@ -83,6 +63,7 @@ class TestView:
 
     test: ContourTest
     figure: Drawn
+    reversals: Sequence[Drawn]
     lines: Sequence[Line]
     verdict: Verdict
     observations: Sequence[str]
@@ -108,9 +89,12 @@ class DriftView:
 class View:
     """All that the page tells."""
 
-    warnings: Sequence[tuple[str, Sequence[str]]]
+    summary: Summary
+    warnings: Sequence[tuple[str, Sequence[Notice]]]
     axes: Sequence[AxisView]
     tests: Sequence[TestView]
+    measured: Sequence[MeasuredView]
+    logs: Sequence[tuple[str, str]]
     drifts: Sequence[DriftView]
     sources: Sequence[tuple[str, str, Any]]
     next_step: str
@@ -121,7 +105,8 @@ class View:
             yield from axis.figures
             if axis.observer is not None:
                 yield axis.observer
-        yield from (test.figure for test in self.tests)
+        for test in self.tests:
+            yield from (test.figure, *test.reversals)
         yield from (drift.figure for drift in self.drifts if drift.figure is not None)
 
 
@@ -134,27 +119,38 @@ def view(inputs: ReportInput) -> View:
     sources += [(before.source, f"{before.kind}, earlier", before.provenance) for before, _ in inputs.pairs]
     sources += [(test.source, "run", test.provenance) for test in inputs.tests]
     sources += [(before.source, "run, earlier", before.provenance) for before, _ in inputs.test_pairs]
+    sources += [(one.source, "measured circle", {}) for one in inputs.circles]
+    measured = [measured_view(one) for one in inputs.circles]
+    warnings = _warnings(inputs)
+    next_step = _next_step(inputs)
     return View(
-        _warnings(inputs), [_axis(inputs, axis) for axis in inputs.axes()], tests, list(_drifts(inputs)),
-        sources, _next_step(inputs),
+        summary_of(inputs, [(test.figure.title, test.verdict) for test in tests], measured, warnings, next_step),
+        warnings, [_axis(inputs, axis) for axis in inputs.axes()], tests, measured, inputs.logs,
+        list(_drifts(inputs)), sources, next_step,
     )  # fmt: skip
 
 
-def _warnings(inputs: ReportInput) -> list[tuple[str, list[str]]]:
-    """Return the warnings by where they are from, each once."""
-    found: list[tuple[str, Sequence[str]]] = [
+def _warnings(inputs: ReportInput) -> list[tuple[str, list[Notice]]]:
+    """Return the warnings by where they are from, each once, the gravest first."""
+    found: list[tuple[str, Sequence[Notice]]] = [
         (f"{item.kind} of axis {item.axis}", item.warnings) for item in inputs.items
     ]
+    told = [text for _, texts in found for text in texts]
     for test in inputs.tests:
-        texts = [str(one["text"]) for one in test.provenance.get("warnings_coded", ())]
-        texts += [f"scheme ({one.scheme.name}): {text}" for one in test.contours for text in one.warnings]
+        coded = test.provenance.get("warnings_coded", ())
+        again = [Notice(str(one["text"]), str(one["code"]), one["severity"]) for one in coded]
+        texts = [one for one in again if not any(one.endswith(text) for text in told)]  # a run tells its files' again
+        for one in test.contours:
+            for text in map(Notice.of, one.warnings):
+                texts.append(Notice(f"scheme ({one.scheme.name}): {text}", text.code, text.severity))
         found.append((f"run {test.source}", texts))
-    return [(source, list(dict.fromkeys(texts))) for source, texts in found if texts]
+    found += [(f"circle {one.source}", list(map(Notice.of, one.result.warnings))) for one in inputs.circles]
+    return [(source, gravest_first(list(dict.fromkeys(texts)))) for source, texts in found if texts]
 
 
 def _axis(inputs: ReportInput, axis: str) -> AxisView:
     items = [item for item in inputs.items if item.axis == axis]
-    groups = [group for item in items for group in _groups(item)]
+    groups = [group for item in items for group in groups_of(item)]
     figures: list[Drawn] = []
     notes: list[str] = []
     observer = None
@@ -164,23 +160,15 @@ def _axis(inputs: ReportInput, axis: str) -> AxisView:
             figures += friction_map(item, curves) if curves.maps else []
             figures += virgin_curves(item, curves) + hysteresis(item, curves)
             notes += curves.notes
+        elif item.kind == "plant":
+            figures += motions(item, [log for log in inputs.records if _is_motion(log, axis)])
         elif item.kind == "observer":
             observer = q_filter(item, perturbation(inputs, item))
     return AxisView(axis, groups, figures, observer, notes)
 
 
-def _groups(item: Item) -> Iterator[Group]:
-    for section, estimates in item.sections().items():
-        rows = estimate_rows({name: one.as_dict() for name, one in estimates.items()})
-        fit = item.document.fit_of(section) if isinstance(item.document, FrictionDocument) else None
-        shown = [(title, _fit_value(value)) for key, title in FIT if (value := getattr(fit, key, None)) is not None]
-        yield Group(TITLES.get(section, section), item.source, rows, shown)
-
-
-def _fit_value(value: Any) -> str:
-    if isinstance(value, Quantity):
-        return readable(float(value.value), value.unit)  # type: ignore[arg-type]
-    return significant(value, 4) if isinstance(value, float) else str(value)
+def _is_motion(log: Log | FrequencyResponse, axis: str) -> TypeGuard[Log]:
+    return isinstance(log, Log) and log.axis == axis and log.kind == "motion"
 
 
 def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
@@ -224,7 +212,16 @@ def _test(
         if kind.name != "cascade"
     }
     figure = contour_figure(n, test, earlier)
-    return TestView(test, figure, lines, verdict, observations(test, longest), earlier, tuple(asked.values()))
+    return TestView(
+        test,
+        figure,
+        reversal_figures(n, test),
+        lines,
+        verdict,
+        observations(test, longest),
+        earlier,
+        tuple(asked.values()),
+    )
 
 
 def _drifts(inputs: ReportInput) -> Iterator[DriftView]:
@@ -256,6 +253,11 @@ def _next_step(inputs: ReportInput) -> str:
         return ""
     has_gms = any("gms" in item.sections() for item in inputs.items if item.kind == "friction")
     frictions = [item for item in inputs.items if item.kind == "friction"]
+    if not frictions and any((item.tree.get("fit") or {}).get("parameters") for item in inputs.items):
+        return (
+            "The motion gave mass, viscous and Coulomb friction. What happens at a reversal takes strokes at constant "
+            "velocity (`fric identify static`) and slow sines (`fric identify gms`)."
+        )
     if not frictions:
         return "No friction and no run was given. Begin with `fric identify static` on strokes at constant velocity."
     step = "" if has_gms else "The friction has no pre-sliding part yet; `fric identify gms` finds it from slow sines. "

@@ -10,7 +10,7 @@ OTHERS = {
     "B": "acceleration per volt",
     "T_d": "delay of the drive",
     "K_f": "force constant",
-    "force_lag": "force is logged so much later",
+    "force_lag": "lag of the logged force",
     "force_filter": "low-pass of the logged force",
     "offset": "constant force",
     "M": "moving mass",
@@ -50,7 +50,8 @@ def plain_names(symbols: Iterable[str]) -> list[str]:
     names = []
     for symbol in symbols:
         base, _, number = symbol.rpartition("_")
-        key = base if base and number.isdigit() and symbol not in _of_models() else symbol
+        whole = not number.isdigit() or symbol in OTHERS or symbol in _of_models()
+        key = symbol if whole else base
         name = OTHERS.get(key) or _of_models().get(key, "")
         names.append("" if key in told else name)
         told.add(key)

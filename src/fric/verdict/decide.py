@@ -58,12 +58,10 @@ def decide(evidence: Evidence) -> Verdict:
     chosen = _choose(usable, evidence)
     if evidence.tolerance is not None:
         passes = chosen.stays_under <= evidence.tolerance
-        if not passes:
-            text = f"no scheme surely stays within {readable(evidence.tolerance, 'm')}"
-            why = (Notice(text, "tolerance-missed", "doubt"), *why)
     return Verdict(
-        choice=chosen, headline=headline(chosen, bare(usable), evidence), why=why,
-        effort=(*_effort(chosen, usable, evidence), *said), next=tuple(steps(evidence, chosen)), passes=passes,
+        choice=chosen, headline=headline(chosen, bare(usable), evidence, passes=passes), why=why,
+        effort=(*_effort(chosen, usable, evidence), *said), passes=passes,
+        next=tuple(steps(evidence, chosen, passes=passes)),
     )  # fmt: skip
 
 

@@ -11,12 +11,21 @@ MACHINES = 100
 """Machines that are asked for where none, or too few, were drawn."""
 
 
-def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence) -> str:
+def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence, *, passes: bool | None) -> str:
     """Return the verdict in a sentence: what to switch on, what 95 % stay under, and what it was before."""
+    text = _recommended(chosen, without, evidence)
+    if passes is False and evidence.tolerance is not None:
+        return f"No scheme that was run surely stays within {readable(evidence.tolerance, 'm')}. {text}"
+    return text
+
+
+def _recommended(chosen: Candidate, without: Candidate | None, evidence: Evidence) -> str:
     of = f" of axis {evidence.axes[0]}" if len(evidence.axes) == 1 else ""
     left = f"{'stays under' if chosen.drawn else 'is'} {readable(chosen.stays_under, 'm', 2)}"
     if chosen.drawn:
         left += f" on 95 % of the {len(chosen.drawn)} machines drawn around this one"
+    if len(evidence.candidates) == 1:
+        return f"Only {chosen.named} was run, so nothing is compared: the glitch{of} {left}."
     if chosen is without:
         more = "no scheme that was run is better by what its effort is worth"
         return f"Leave it as it is: the glitch{of} {left}, and {more}."
@@ -42,7 +51,7 @@ def nothing(evidence: Evidence) -> str:
     return "No scheme is recommended: something forbids each that was run."
 
 
-def steps(evidence: Evidence, chosen: Candidate | None) -> Iterator[str]:
+def steps(evidence: Evidence, chosen: Candidate | None, *, passes: bool | None = None) -> Iterator[str]:
     """Yield what to type next, the most urgent first."""
     machine, circle = evidence.machine, evidence.circle
     if evidence.disagreements:
@@ -59,6 +68,8 @@ def steps(evidence: Evidence, chosen: Candidate | None) -> Iterator[str]:
     if not evidence.compared:
         yield "fric ingest --kind circle LOG.csv -o circle.h5   # of the machine itself, without compensation"
         yield f"fric diagnose circle.h5 --machine {machine}"
+    elif passes is False:
+        yield f"fric tune {machine} {circle} -o tuned"
     elif chosen is not None and not chosen.scheme.bare:
         axis = evidence.axes[0] if evidence.axes else "x"
         yield f"fric export linuxcnc {machine} --axis {axis} --scheme {chosen.scheme.name} -o controller"

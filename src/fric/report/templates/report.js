@@ -2,7 +2,7 @@
 // Draws the figures, and lets the controls beside a contour switch its schemes, magnify its error and zoom.
 const read = (id) => JSON.parse(document.getElementById(id).textContent);
 const settings = read("settings");
-const WHOLE = 1.6; // half of what is seen of a circle, in radii
+const WHOLE = 1.55; // half of what is seen of a circle, in radii
 
 async function draw() {
   const drawn = {};
@@ -10,12 +10,13 @@ async function draw() {
     const views = await Bokeh.embed.embed_item(item, id);
     drawn[id] = views.roots[0].model;
   }
-  for (const panel of document.querySelectorAll(".contour")) control(panel, drawn[panel.dataset.figure]);
+  for (const panel of document.querySelectorAll(".contour")) control(panel, drawn[panel.dataset.figure], drawn);
   document.documentElement.dataset.ready = "yes";
 }
 
-function control(panel, plot) {
+function control(panel, plot, figures) {
   const all = (selector) => [...panel.querySelectorAll(selector)];
+  const beside = [...panel.querySelectorAll("div.drawn")].map((one) => figures[one.id]).filter(Boolean);
   const line = (name) => plot.renderers.find((one) => one.name === name);
   const lines = plot.renderers.filter((one) => /^(now|earlier):/.test(one.name ?? ""));
   const boxes = all(".scheme");
@@ -23,7 +24,9 @@ function control(panel, plot) {
 
   const show = () => {
     for (const box of boxes) {
-      line("now:" + box.value).visible = box.checked;
+      for (const one of beside) {
+        for (const shown of one.renderers) if (shown.name === "now:" + box.value) shown.visible = box.checked;
+      }
       const before = line("earlier:" + box.value);
       if (before) before.visible = box.checked && Boolean(earlier?.checked);
     }
@@ -56,7 +59,7 @@ function control(panel, plot) {
     const errors = [-3, -2, -1, 1, 2].map((n) => n * step).filter((e) => radius + factor * e / 1000 > 0.3 * radius);
     const turn = Array.from({ length: 181 }, (_, i) => i * Math.PI / 90);
     const circles = errors.map((error) => turn.map((angle) => place(angle, error)));
-    const marks = errors.map((error) => place(Math.PI / 8, error));
+    const marks = errors.map((error) => place(Math.PI / 4, error)); // where no axis reverses
     const label = errors.map((e) => (e > 0 ? "+" : "−") + Number(Math.abs(e).toPrecision(2)) + " µm");
     grid.data = {
       xs: circles.map((points) => points.map((p) => p[0])),

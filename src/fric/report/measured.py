@@ -1,0 +1,68 @@
+"""What a page tells of measured circles: the diagnosis with predicted beside measured, and its picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+
+from fric.figures.style import STYLE
+from fric.results.text import Table
+from fric.units import readable
+
+if TYPE_CHECKING:
+    from fric.notice import Notice
+    from fric.report.report_input import Measured
+
+
+@dataclass(frozen=True)
+class MeasuredView:
+    """What is told of one measured circle.
+
+    Parameters
+    ----------
+    title, source, scheme
+        What was measured, its file, and the scheme that is predicted; empty without a prediction.
+    agrees
+        Whether all quadrants are as predicted; None without a prediction.
+    glitch
+        The largest glitch that was measured [m].
+    tables
+        Glitches, and geometry.
+    warnings
+        What the circle cannot tell, and what does not agree.
+    picture
+        The figure of `fric diagnose`, SVG.
+    """
+
+    title: str
+    source: str
+    scheme: str
+    agrees: bool | None
+    glitch: float
+    tables: Sequence[Table]
+    warnings: Sequence[str]
+    picture: bytes
+
+
+def measured_view(measured: Measured) -> MeasuredView:
+    """Return what is told of a measured circle."""
+    result = measured.result
+    test, held = result.found.test, result.held
+    out = BytesIO()
+    with mpl.rc_context(STYLE):
+        result.figure().savefig(out, format="svg", metadata={"Date": None})
+    return MeasuredView(
+        f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}", measured.source,
+        held.scheme if held else "", held.all_agree if held else None,
+        max(abs(one.value) for one in result.found.glitches.values()),
+        [piece for piece in result.report() if isinstance(piece, Table)], result.warnings, out.getvalue(),
+    )  # fmt: skip
+
+
+def gravest_first(warnings: Sequence[Notice]) -> list[Notice]:
+    """Return warnings, the gravest first."""
+    return sorted(warnings, key=lambda one: ("wrong", "doubt", "note").index(one.severity))
