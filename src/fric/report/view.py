@@ -11,7 +11,7 @@ from fric.design.perturbation import Perturbation, measured_perturbation, model_
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.identify.plant.frequency_response import measure_response
-from fric.log import FrequencyResponse, Log
+from fric.log import FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.report.advice import observations
 from fric.report.canvas import Drawn
@@ -167,7 +167,7 @@ def _axis(inputs: ReportInput, axis: str) -> AxisView:
     return AxisView(axis, groups, figures, observer, notes)
 
 
-def _is_motion(log: Log | FrequencyResponse, axis: str) -> TypeGuard[Log]:
+def _is_motion(log: Record, axis: str) -> TypeGuard[Log]:
     return isinstance(log, Log) and log.axis == axis and log.kind == "motion"
 
 

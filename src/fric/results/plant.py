@@ -19,7 +19,7 @@ from fric.notice import Notice
 from fric.plausibility import Finding, of_logs, settled
 from fric.results.base import Identified
 from fric.results.given import quantity, records_of
-from fric.results.text import Piece, Table, named, parameters
+from fric.results.text import Piece, named, parameters
 from fric.units import readable
 
 if TYPE_CHECKING:
