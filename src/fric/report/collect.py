@@ -19,12 +19,13 @@ from fric.errors import FricError
 from fric.io.hdf5 import read_records
 from fric.io.recognise import recognise
 from fric.io.report import FORMAT, read_report
-from fric.io.run import Drawn, read_drawn, read_run_provenance, read_runs
+from fric.io.run import Drawn, read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice
 from fric.report.report_input import KINDS, Contour, ContourTest, Item, Measured, ReportInput
 from fric.results.diagnose import diagnose
 from fric.simulate.circle import CircleRun
 from fric.simulate.path import PathRun
+from fric.simulate.prediction import Prediction, prediction_of
 from fric.verdict.candidates import candidates_of
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
             items.append(_item(path.name, plain(read_tree(path))))
         elif kind == "run":
             test = _test(path.name, read_run_provenance(path), read_runs(path, traces=False))
-            tests.append(_with_drawn(test, read_drawn(path)))
+            tests.append(_with_drawn(test, read_drawn(path), read_prediction(path)))
         elif kind == "log":
             own = read_records(path)
             records += own
@@ -156,14 +157,15 @@ def _test(source: str, provenance: Mapping[str, Any], runs: Sequence[CircleRun |
     return ContourTest(source, provenance, first.path.feed, None, 1, labels, contours)
 
 
-def _with_drawn(test: ContourTest, drawn: Mapping[str, Drawn]) -> ContourTest:
+def _with_drawn(test: ContourTest, drawn: Mapping[str, Drawn], prediction: Prediction | None) -> ContourTest:
+    schemes = prediction.schemes if prediction else {}
     contours = (
-        replace(one, drawn=drawn[one.scheme.name].glitches, swings=drawn[one.scheme.name].swings)
-        if one.scheme.name in drawn
+        replace(one, drawn=drawn[name].glitches, swings=drawn[name].swings, predicted=schemes.get(name))
+        if (name := one.scheme.name) in drawn
         else one
         for one in test.contours
     )
-    return replace(test, contours=tuple(contours))
+    return replace(test, contours=tuple(contours), prediction=prediction)
 
 
 def _contours(runs: Sequence[CircleRun | PathRun]) -> tuple[Contour, ...]:
@@ -213,11 +215,13 @@ def _test_data(test: ContourTest) -> dict[str, Any]:
                 "swings": [float(f"{value:.3g}") if isfinite(value) else None for value in one.swings],
             }
         )  # fmt: skip
+    head |= {"prediction": test.prediction.as_dict() if test.prediction else None}
     return head | {"provenance": dict(test.provenance), "labels": list(test.labels), "contours": contours}
 
 
 def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
     """Return a test from the data of an earlier report."""
+    prediction = prediction_of(data["prediction"]) if data.get("prediction") else None
 
     def machines(given: Sequence[float | None]) -> tuple[float, ...]:
         return tuple(nan if value is None else float(value) for value in given)
@@ -232,10 +236,11 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
             ),
             drawn=machines(one.get("drawn", ())), oscillation=one.get("oscillation", 0.0),
             swings=machines(one.get("swings", ())),
+            predicted=prediction.schemes.get(one["scheme"]["name"]) if prediction else None,
         )
         for one in data["contours"]
     )  # fmt: skip
     return ContourTest(
         before + data["source"], data["provenance"], data["feed"], data["radius"], data["direction"],
-        tuple(data["labels"]), contours,
+        tuple(data["labels"]), contours, prediction,
     )  # fmt: skip

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from fric.estimate import Estimate
     from fric.log import Record
     from fric.results.diagnose import DiagnosisResult
+    from fric.simulate.prediction import Prediction
     from fric.units import Motion
 
 KINDS = ("friction", "plant", "controller", "observer")
@@ -151,6 +152,8 @@ class ContourTest:
         What each glitch stands at: the quadrants of a circle, the reversals of a path.
     contours
         One per scheme.
+    prediction
+        What the machines drawn from what was identified say; None where none were.
     """
 
     source: str
@@ -160,6 +163,7 @@ class ContourTest:
     direction: int
     labels: tuple[str, ...]
     contours: tuple[Contour, ...]
+    prediction: Prediction | None = None
 
     @property
     def created(self) -> str:
@@ -232,7 +236,7 @@ class ReportInput:
         held = [one for one in self.circles if one.result.held is not None]
         more = {"machine": machine_name(self.machine)} if self.machine else {}
         given = evidence_of(
-            test.provenance, test.contours, compared=bool(held), tolerance=self.tolerance,
+            test.provenance, test.contours, test.prediction, compared=bool(held), tolerance=self.tolerance,
             disagreements=[text for one in held for text in one.disagreements()],
             circle=held[0].source if held else "CIRCLE.h5", notices=self._notices(test), **more,
         )  # fmt: skip

@@ -84,8 +84,9 @@ class CircleResult(Result):
 
     @cached_property
     def verdict(self) -> Verdict:
-        """What to switch on, by what was run; no measured circle is known here."""
-        return decide(evidence_of(facts(self.machine, self.runs), candidates_of(self.runs, self.many)))
+        """What to switch on, by what was run and drawn."""
+        candidates = candidates_of(self.runs, self.many, self.prediction)
+        return decide(evidence_of(facts(self.machine, self.runs), candidates, self.prediction))
 
     @cached_property
     def published(self) -> Mapping[str, float]:
@@ -100,7 +101,8 @@ class CircleResult(Result):
         where += ", clockwise" if test.direction < 0 else ""
         where += f", {self.only} alone; glitches in µm" if self.only else "; glitches in µm"
         if self.many is not None:
-            return [self._distributions(self.many, f"{self.machine.name}: {len(self.many)} machines, {where}")]
+            table = self._distributions(self.many, f"{self.machine.name}: {len(self.many)} machines, {where}")
+            return [table, *self.verdict.lines()]
         columns = ["scheme", *QUADRANTS, "glitch", "rms", "range", "reduction", *(["paper"] if self.published else [])]
         return [Table(columns, [self._row(run) for run in self.runs], f"{self.machine.name}: {where}")]
 

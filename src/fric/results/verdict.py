@@ -11,6 +11,7 @@ from fric.documents.provenance import provenance
 from fric.notice import Notice
 from fric.simulate.contour_run import ContourRun
 from fric.simulate.machine import Machine
+from fric.simulate.prediction import Prediction
 from fric.verdict.evidence import Candidate, Evidence
 
 Runs = Sequence[ContourRun[Any, Any]]
@@ -29,7 +30,15 @@ def facts(machine: Machine, runs: Runs) -> dict[str, Any]:
     }
 
 
-def evidence_of(made: Mapping[str, Any], candidates: Sequence[Candidate], **more: Any) -> Evidence:
+def evidence_of(
+    made: Mapping[str, Any],
+    candidates: Sequence[Candidate],
+    prediction: Prediction | None = None,
+    *,
+    compared: bool = False,
+    disagreements: Sequence[str] = (),
+    **more: Any,
+) -> Evidence:
     """Return the evidence of candidates whose run file keeps `facts`; of an older file what it has of them.
 
     Parameters
@@ -38,9 +47,19 @@ def evidence_of(made: Mapping[str, Any], candidates: Sequence[Candidate], **more
         The facts.
     candidates
         What was run.
+    prediction
+        What the machines drawn from what was identified say. Where they were made to agree with measured circles, what
+        a circle shows beside the machine file is explained by that, and what even they do not show stands against it.
+    compared, disagreements
+        As in `Evidence`.
     more
         Further fields of `Evidence`.
     """
+    distrust = prediction.distrust if prediction else ()
+    if prediction and prediction.measured:
+        compared, disagreements = True, [str(one) for one in distrust if one.code == "model-disagrees"]
+    if compared:
+        distrust = tuple(one for one in distrust if one.code != "no-measured-circle")
     coded = made.get("warnings_coded", ())
     file = str(made.get("origin", {}).get("path", ""))
     return Evidence(
@@ -49,6 +68,9 @@ def evidence_of(made: Mapping[str, Any], candidates: Sequence[Candidate], **more
         resolution=float(made.get("resolution", 0.0)),
         exact=bool(made.get("exact", False)),
         command=str(made.get("command", "")),
+        compared=compared,
+        disagreements=disagreements,
+        distrust=distrust,
         **{
             "machine": machine_name(file) if file else "MACHINE.yaml",
             "notices": [Notice(one["text"], one["code"], one["severity"]) for one in coded],

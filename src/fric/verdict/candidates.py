@@ -11,9 +11,12 @@ from fric.verdict.evidence import Candidate
 if TYPE_CHECKING:
     from fric.simulate.contour_run import ContourRun
     from fric.simulate.monte_carlo import MonteCarlo
+    from fric.simulate.prediction import Prediction
 
 
-def candidates_of(runs: Sequence[ContourRun[Any, Any]], many: MonteCarlo | None = None) -> list[Candidate]:
+def candidates_of(
+    runs: Sequence[ContourRun[Any, Any]], many: MonteCarlo | None = None, prediction: Prediction | None = None
+) -> list[Candidate]:
     """Return what schemes left of one machine, and on the machines that were drawn."""
     found = []
     for n, run in enumerate(runs):
@@ -26,6 +29,7 @@ def candidates_of(runs: Sequence[ContourRun[Any, Any]], many: MonteCarlo | None 
                 oscillation=contour.oscillation if on_circle else 0.0,
                 drawn=tuple(map(float, many.glitches[:, n])) if many else (),
                 swings=tuple(map(float, many.swings[:, n])) if many else (),
+                predicted=prediction.schemes.get(run.scheme.name) if prediction else None,
             )
         )  # fmt: skip
     return found

@@ -45,7 +45,7 @@ def decide(evidence: Evidence) -> Verdict:
     evidence
         What was run, drawn and measured.
     """
-    why = tuple(doubts(evidence))
+    why = tuple({one.code or str(one): one for one in doubts(evidence)}.values())
     refused = [(one, text) for one in evidence.candidates for text in forbidden(one, evidence)]
     usable = [one for one in evidence.candidates if all(one is not other for other, _ in refused)]
     passes = None if evidence.tolerance is None else False
@@ -58,6 +58,7 @@ def decide(evidence: Evidence) -> Verdict:
     chosen = _choose(usable, evidence)
     if evidence.tolerance is not None:
         passes = chosen.stays_under <= evidence.tolerance
+    why += tuple(chosen.predicted.distrust) if chosen.predicted else ()
     return Verdict(
         choice=chosen, headline=headline(chosen, bare(usable), evidence, passes=passes), why=why,
         effort=(*_effort(chosen, usable, evidence), *said), passes=passes,
@@ -118,6 +119,7 @@ def doubts(evidence: Evidence) -> Iterator[Notice]:
     if not evidence.compared:
         yield Notice("there is no measured circle to hold the simulation against", "no-measured-circle", "doubt")
     yield from dict.fromkeys(one for one in evidence.notices if one.severity == "wrong")
+    yield from evidence.distrust
 
 
 def _choose(usable: Sequence[Candidate], evidence: Evidence) -> Candidate:

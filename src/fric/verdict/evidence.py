@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from fric.control.scheme import Scheme
     from fric.notice import Notice
+    from fric.simulate.prediction import Predicted
 
 SHARE = 0.95
 """Share of the machines that were drawn which stay under what is told."""
@@ -39,6 +40,9 @@ class Candidate:
         What swings where no axis reverses [m] (`fric.contour.Circularity.oscillation`); 0 where it is not known.
     swings
         The same on each of the machines that were drawn [m]; empty where it is not known.
+    predicted
+        What the machines drawn from what was identified say of it, with the encoder's step taken in, and why that must
+        not be trusted; None where they were drawn otherwise, or none was.
     """
 
     scheme: Scheme
@@ -48,6 +52,7 @@ class Candidate:
     drawn: tuple[float, ...] = ()
     oscillation: float = 0.0
     swings: tuple[float, ...] = ()
+    predicted: Predicted | None = None
 
     @property
     def named(self) -> str:
@@ -60,7 +65,8 @@ class Candidate:
 
         The glitch of the one machine where none was drawn.
         """
-        return float(upper(np.array([self.drawn]))[0]) if self.drawn else self.glitch
+        own = float(upper(np.array([self.drawn]))[0]) if self.drawn else self.glitch
+        return own if self.predicted is None else max(own, self.predicted.under)
 
     @property
     def middle(self) -> float:
@@ -70,6 +76,8 @@ class Candidate:
     @property
     def interval(self) -> tuple[float, float] | None:
         """Between what the glitch lies on 95 % of the machines that were drawn [m]; None where it ran on none."""
+        if self.predicted is not None and np.isfinite(self.predicted.ci95).all():
+            return self.predicted.ci95
         if not np.isfinite(self._ran).any():
             return None
         low, high = np.quantile(self._ran, [0.025, 0.975])
@@ -117,6 +125,8 @@ class Evidence:
         Where a measured circle is not as predicted, with the likely cause.
     notices
         What the files that the machine is made of, and the runs, warn of.
+    distrust
+        Why no interval of a prediction must be trusted.
     tolerance
         Glitch that is allowed [m]; None where nothing was asked.
     machine, circle
@@ -132,6 +142,7 @@ class Evidence:
     compared: bool = False
     disagreements: Sequence[str] = ()
     notices: Sequence[Notice] = ()
+    distrust: Sequence[Notice] = ()
     tolerance: float | None = None
     machine: str = "MACHINE.yaml"
     circle: str = "CIRCLE.h5"
