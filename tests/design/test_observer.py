@@ -154,6 +154,35 @@ def test_what_a_response_cannot_tell_is_said() -> None:
         measured_perturbation(response(np.array([0.0, 1.0]), np.ones(2, complex)), X)
 
 
+def noisy(at: float, coherence: float) -> FrequencyResponse:
+    """Return the response of X with one line that puts the loop near -1, and as well known as it says."""
+    f = np.arange(1.0, 1900.0, 1.0)
+    G, known = X.response(f), np.full(f.size, 0.9999)
+    G[f == at] *= -0.8 / SampledLoop(X, CASCADE_X).input(f[f == at])
+    known[f == at] = coherence
+    return response(f, G, known)
+
+
+def test_the_controller_is_blamed_only_where_the_response_is_good() -> None:
+    """The loop is at 4 dB without an observer; one line is not, and there the loop is not to be blamed."""
+    with pytest.raises(FricError, match=r"response does not tell.* at 70 Hz"):
+        design_observer(X, CASCADE_X, perturbation=measured_perturbation(noisy(70.0, 0.05), X))
+    with pytest.raises(FricError, match="without any observer"):
+        design_observer(X, CASCADE_X, perturbation=measured_perturbation(noisy(70.0, 0.9999), X))
+
+
+def test_no_loop_is_recommended_that_misses_the_peak_on_the_measured_response() -> None:
+    """M_s is taken of the open loop with the measured response itself, line by line, apart from the design."""
+    f = np.geomspace(1.0, 1900.0, 800)
+    mode = Resonance(140.0, 0.08, 0.15)
+    G = X.response(f) * (1.0 + mode.response(f))
+    design = design_observer(X, CASCADE_X, perturbation=measured_perturbation(response(f, G, np.full(800, 0.999)), X))
+    loop = SampledLoop(X, CASCADE_X, (design.observer,))
+    L = loop.input(f) * G / X.response(f)
+    assert decibel(float((1 / np.abs(1 + L)).max())) <= 6.0 + 1e-3
+    assert design.observer.q.cutoff < design_observer(X, CASCADE_X).observer.q.cutoff
+
+
 def test_no_resonance_is_refused() -> None:
     for wrong in ((0.0, 0.1, 1.0), (10.0, 0.0, 1.0), (10.0, 1.5, 1.0), (10.0, 0.1, 0.0)):
         with pytest.raises(FricError):

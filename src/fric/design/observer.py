@@ -12,7 +12,7 @@ from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
 from fric.design.loop import SampledLoop
 from fric.design.margins import Loop, Margins, decibel, grid, margins, rounded_down
-from fric.design.perturbation import Perturbation, RobustLimit, model_perturbation, robust_limit
+from fric.design.perturbation import SURE, Perturbation, RobustLimit, model_perturbation, robust_limit
 from fric.errors import FricError
 
 if TYPE_CHECKING:
@@ -53,6 +53,8 @@ class ObserverDesign:
         Why Q is as it is.
     warnings
         What the response cannot tell.
+    assumed
+        True where Q stands on a mode that nobody measured.
     """
 
     plant: LinearPlant
@@ -66,6 +68,7 @@ class ObserverDesign:
     without: Margins
     reason: str
     warnings: tuple[str, ...] = ()
+    assumed: bool = False
 
     def loops(self) -> dict[str, Loop]:
         """Return the whole loop with its margins, with and without the observer, by name."""
@@ -178,11 +181,7 @@ def design_observer(
     whole = WholeLoop(plant, cascade, Delta)
     without = whole.peak()
     if without > peak_sensitivity:
-        text = "is unstable" if without == inf else f"has a peak sensitivity of {decibel(without):.1f} dB"
-        raise FricError(
-            f"the loop {text} without any observer, where {decibel(peak_sensitivity):.3g} dB is asked",
-            hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
-        )
+        raise _too_sensitive(whole, without, peak_sensitivity)
     robust = robust_limit(Delta, filter)
     sensitive = _sensitive_limit(whole, filter, peak_sensitivity)
     limits = {
@@ -210,6 +209,28 @@ def design_observer(
         plant, cascade, observer, Delta, robust, sensitive, peak_sensitivity,
         whole.margins((observer,)), whole.margins(), reason, _warnings(Delta, q),
     )  # fmt: skip
+
+
+def _too_sensitive(whole: WholeLoop, without: float, asked: float) -> FricError:
+    """Return the error of a loop that is too sensitive without an observer: of its controller, or of the response.
+
+    The controller is blamed where the response is known well; where it is not, nothing is known of the loop.
+    """
+    Delta = whole.perturbation
+    if Delta.measured and WholeLoop(whole.plant, whole.cascade, Delta.sure()).peak() <= asked:
+        f, radius = Delta.frequency, Delta.radius
+        loop = np.abs(1.0 / (1.0 + whole.response()(f)))
+        at = int(np.argmax(np.where(radius < SURE, 0.0, loop)))
+        return FricError(
+            f"the response does not tell whether the loop keeps {decibel(asked):.3g} dB: at {f[at]:.4g} Hz it is known "
+            f"to {radius[at]:.0%} of G_n alone, and the loop is within that where it is known better",
+            hint="Measure it again with more amplitude or more periods there, or leave these lines out.",
+        )
+    text = "is unstable" if without == inf else f"has a peak sensitivity of {decibel(without):.1f} dB"
+    return FricError(
+        f"the loop {text} without any observer, where {decibel(asked):.3g} dB is asked",
+        hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
+    )
 
 
 def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> QFilter | None:

@@ -93,8 +93,16 @@ class Perturbation:
         """|Delta| with its confidence taken in, shape (n,)."""
         return np.abs(self.Delta) + self.radius
 
+    def sure(self) -> Perturbation:
+        """Return it by the lines alone that are known well, to `SURE` of G_n."""
+        kept = self.radius < SURE
+        parts = (self.frequency[kept], self.Delta[kept], self.radius[kept], self.ratio[kept])
+        return Perturbation(*parts, measured=self.measured)
+
     def correction(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Return ``ratio`` between its frequencies, linearly; 1 beyond them. Shape (n,)."""
+        if not self.frequency.size:
+            return np.ones(np.shape(frequency), complex)
         real = np.interp(frequency, self.frequency, self.ratio.real, left=1.0, right=1.0)
         return real + 1j * np.interp(frequency, self.frequency, self.ratio.imag, left=0.0, right=0.0)
 

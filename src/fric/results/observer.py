@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,12 +12,19 @@ from fric.control.q_filter import QFilter
 from fric.design.cascade import design_cascade
 from fric.design.observer import ObserverDesign
 from fric.design.observer import design_observer as find_observer
-from fric.design.perturbation import Resonance, measured_perturbation, model_perturbation
+from fric.design.perturbation import (
+    Perturbation,
+    Resonance,
+    measured_perturbation,
+    model_perturbation,
+    robust_limit,
+)
 from fric.documents.observer import observer_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.identify.plant.frequency_response import measure_response
 from fric.log import ForceVelocity, FrequencyResponse, Log
+from fric.notice import Notice
 from fric.results.design import Design
 from fric.results.given import cascade_of, document_of, gain_of, in_si, quantity, records_of
 from fric.results.text import Piece, Table
@@ -26,6 +33,10 @@ from fric.units import Motion
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+FIRST_MODE = 50.0
+"""Where the lowest structural mode of an axis is assumed [Hz] whose response was not measured: a slow machine's."""
+MODE_DAMPING = 0.01
+"""And its damping."""
 Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
 
 
@@ -106,6 +117,7 @@ def design_observer(
     bandwidth: float | str | None = None,
     peak_sensitivity: float | str = "6 dB",
     resonances: Iterable[str | Resonance] = (),
+    first_mode: float | str | None = None,
     record: str | None = None,
     averages: int = 1,
     view: Literal["q", "bode", "nyquist", "nichols"] = "q",
@@ -120,7 +132,8 @@ def design_observer(
     plant
         The plant of eq. (1): its file or its result.
     log
-        A measured response, or a record to take it from; without it the plant's delay is all.
+        A measured response, or a record to take it from. Without it no bandwidth is recommended: Q is held below a
+        first mode that is stated, or else assumed, and marked so.
     filter
         The shape of Q.
     controller
@@ -131,6 +144,8 @@ def design_observer(
         Ms that the whole loop may have at most [1], also as "6 dB".
     resonances
         Modes that the plant does not have, as in "280 Hz, 0.02, 0.1": frequency, damping, share.
+    first_mode
+        Frequency of the lowest structural mode [Hz], where no response was measured; `FIRST_MODE` is assumed else.
     record
         Name of the record of the log, where it has several.
     averages
@@ -153,9 +168,13 @@ def design_observer(
     modes = [_resonance(one) if isinstance(one, str) else one for one in resonances]
     if log is None:
         logs, Delta = [], model_perturbation(linear, cascade.sampling / 2, modes)
+        if not modes:
+            warnings.append(_unseen(first_mode, cutoff or bandwidth))
     else:
-        if modes:
-            raise FricError("a measured response has its resonances", hint="Leave LOG.h5 or --resonance out.")
+        if modes or first_mode:
+            raise FricError(
+                "a measured response has its resonances", hint="Leave LOG.h5, or --resonance and --first-mode, out."
+            )
         logs = [measured_record("design_observer", log, record, (axis, motion))]
         if isinstance(logs[0], FrequencyResponse):
             Delta = measured_perturbation(logs[0], linear, averages=averages)
@@ -170,7 +189,40 @@ def design_observer(
         wanted = QFilter.of_bandwidth(filter, in_si(bandwidth, "frequency")).cutoff
     allowed = gain_of(peak_sensitivity)
     design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
+    if log is None and not modes and wanted is None:
+        design = _below_a_mode(design, quantity(first_mode, "frequency") or FIRST_MODE, Delta)
     return ObserverResult(design, axis, motion, cascade.sampling / 2, logs, warnings, peak_sensitivity, view)
+
+
+def _unseen(first_mode: float | str | None, given: float | str | None) -> Notice:
+    """Return what is to be known of an observer that no measured response stands behind."""
+    if first_mode:
+        taken = f"Q is held below a first mode at {first_mode}, as stated, with a damping that is assumed"
+    elif given:
+        taken = "Q is as it was given, and what the axis has beyond its delay is not known"
+    else:
+        taken = f"Q is held below a first mode that is assumed at {FIRST_MODE:g} Hz: a guess, and no recommendation"
+    return Notice(
+        f"no response was measured, or none given: {taken}. Give the log of one (LOG.h5), or --first-mode '80 Hz'",
+        "observer-assumed", "doubt",
+    )  # fmt: skip
+
+
+def _below_a_mode(design: ObserverDesign, frequency: float, Delta: Perturbation) -> ObserverDesign:
+    """Return the design with Q below a structural mode that is known by its frequency alone: eq. (8) with it."""
+    nyquist, filter = design.cascade.sampling / 2, design.observer.q.name
+    mode = model_perturbation(design.plant, nyquist, [Resonance(frequency, MODE_DAMPING)])
+    limit = robust_limit(mode, filter)
+    if limit.q is None or limit.q.cutoff >= design.observer.q.cutoff:
+        return replace(design, assumed=True)
+    held = find_observer(
+        design.plant, design.cascade, filter, cutoff=limit.q.cutoff, peak_sensitivity=design.peak_sensitivity,
+        perturbation=Delta,
+    )  # fmt: skip
+    reason = (
+        f"held below a mode at {frequency:.4g} Hz with a damping of {MODE_DAMPING:g}, by eq. (8): none was measured"
+    )
+    return replace(held, robust=limit, reason=reason, assumed=True)
 
 
 def measured_record(verb: str, given: Any, name: str | None, of: tuple[str, Motion]) -> Log | FrequencyResponse:

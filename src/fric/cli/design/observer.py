@@ -20,7 +20,7 @@ def observer(
         Path | None,
         typer.Argument(
             metavar="[LOG.h5]",
-            help="A frequency response, or a record to take it from; without it the plant's delay is all.",
+            help="A frequency response, or a record to take it from; without it Q is held below --first-mode.",
         ),
     ] = None,
     output: Annotated[
@@ -49,6 +49,12 @@ def observer(
             help="A mode that the plant does not have, as in '280 Hz, 0.02, 0.1'; can be given more than once.",
         ),
     ] = None,
+    first_mode: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FREQUENCY", help="The lowest structural mode, as '80 Hz', where no response was measured."
+        ),
+    ] = None,
     record: Annotated[str | None, typer.Option(metavar="NAME", help="The record of LOG.h5 that holds it.")] = None,
     averages: Annotated[
         int, typer.Option(min=1, help="Records that a table's coherence was averaged over, for its confidence.")
@@ -64,10 +70,12 @@ def observer(
     """Design the disturbance observer of an axis: how far its filter Q may reach.
 
     Two limits are told: |T·Delta| ≤ 1 at every frequency (eq. (8)), with the confidence of the response, and the
-    peak sensitivity of the whole loop. The smaller is taken.
+    peak sensitivity of the whole loop. The smaller is taken. Without a measured response no bandwidth is recommended: Q
+    is held below the first mode, as --first-mode says or as it is assumed.
     """
     given: dict[str, Any] = {"filter": filter_name, "controller": controller, "cutoff": cutoff, "bandwidth": bandwidth}
     given |= {"peak_sensitivity": peak_sensitivity, "record": record, "averages": averages, "view": view}
+    given["first_mode"] = first_mode
     finish(
         lambda _: fric.design_observer(plant, log, resonances=resonances or (), **given),
         output, plot, json=as_json, force=force,

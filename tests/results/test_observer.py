@@ -1,0 +1,43 @@
+"""An observer without a measured response: no bandwidth is recommended, what is assumed is marked."""
+
+import numpy as np
+import pytest
+
+import fric
+from fric.documents.plant import PlantDocument
+
+
+def plant(**more):
+    told = {"A": "28.57 1/s", "B": "4.526 m/(s^2*V)", "T_d": "0.65 ms", "K_f": "548 N/V"}
+    return PlantDocument.model_validate({"fric": "plant/1", "axis": "x", **told, **more})
+
+
+def cascade():
+    return fric.read_machine("xy-table").axis("x").cascade
+
+
+def codes(result):
+    return {one["code"] for one in result.document["warnings_coded"]}
+
+
+def test_without_a_response_q_is_held_below_an_assumed_mode_and_says_so():
+    """Without delay, binomial2 below a mode f with damping ζ has f/√(1/(2ζ) - 1), by hand: 7.1 Hz of 50 Hz."""
+    guessed = fric.design_observer(plant(), controller=cascade())
+    tree = guessed.document
+    assert tree["cutoff"]["assumed"] is True
+    assert "observer-assumed" in codes(guessed)
+    assert tree["cutoff"]["value"] == pytest.approx(50 / np.sqrt(1 / 0.02 - 1), rel=0.06)
+    stated = fric.design_observer(plant(), controller=cascade(), first_mode="80 Hz")
+    assert stated.document["cutoff"]["value"] == pytest.approx(1.6 * tree["cutoff"]["value"], rel=0.03)
+    assert "80 Hz" in str(stated.document["warnings"])
+
+
+def test_a_stiff_machine_is_limited_by_its_loop_as_before():
+    stiff = fric.design_observer(plant(), controller=cascade(), first_mode=5000.0)
+    assert stiff.document["cutoff"]["value"] == pytest.approx(63, abs=4)
+    assert stiff.document["cutoff"]["assumed"] is True
+
+
+def test_a_response_and_a_stated_mode_do_not_go_together():
+    with pytest.raises(fric.FricError, match="has its resonances"):
+        fric.design_observer(plant(), "data/frequency-response.h5", controller=cascade(), first_mode="80 Hz")
