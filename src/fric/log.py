@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 Kind = Literal["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response", "motion", "force-velocity"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
-CHANNELS = ("time", "position", "velocity", "force", "input", "reference")
-"""What a record in time can hold; each is also a dimension of `fric.units`, but for reference, a position."""
+CHANNELS = ("time", "position", "velocity", "force", "input", "reference", "added")
+"""What a record in time can hold; each is a dimension of `fric.units`, or has that of another channel."""
 
 
 RESPONSE_DIMENSIONS = {
@@ -59,7 +59,8 @@ def channel_dimension(channel: str) -> str:
     if channel.startswith(f"{FORCE_VELOCITY}."):
         return FORCE_VELOCITY_DIMENSIONS[channel.rpartition(".")[2]]
     channel = channel.rpartition(".")[2]
-    return "position" if channel == "reference" else RESPONSE_DIMENSIONS.get(channel, channel)
+    alike = {"reference": "position", "added": "input"}
+    return alike.get(channel) or RESPONSE_DIMENSIONS.get(channel, channel)
 
 
 def is_circle_channel(channel: str) -> bool:
@@ -92,6 +93,8 @@ class Log:
         Control voltage [V], shape (n,).
     reference
         Reference position [m or rad], shape (n,).
+    added
+        Voltage that was added to the controller's output, and is in the input [V], shape (n,).
     name
         Name of the record in its file.
     kind
@@ -115,6 +118,7 @@ class Log:
     force: NDArray[np.float64] | None = None
     input: NDArray[np.float64] | None = None
     reference: NDArray[np.float64] | None = None
+    added: NDArray[np.float64] | None = None
     name: str = "record"
     kind: Kind | None = None
     axis: str = "x"

@@ -57,3 +57,21 @@ def test_other_friction_is_no_worse_and_blocks_lower_the_force_error(files, tmp_
     # a map found by replay is that of Coulomb and viscous friction here, which the plant's own fit has too
     most = 1.002 if model == "static" else 1.0
     assert closed_loop(log, plant, "--friction", friction)["force"] < most * closed_loop(log, plant)["force"]
+
+
+def test_the_force_of_emps_by_its_own_parameters_is_that_of_its_identification(files):
+    log, plant = files
+    found = json.loads(fric("validate", log, "--plant", plant, "--json").stdout)
+    inverse = next(one for one in found["validations"] if one["loop"] == "inverse")
+    assert 100 * inverse["signals"]["force"]["relative"] == pytest.approx(4.0834, abs=5e-4)
+
+
+def test_half_of_the_gain_of_emps_is_told(files, tmp_path):
+    log, plant = files
+    half = tmp_path / "half.yaml"
+    text = (ROOT / "configs/controllers/emps.yaml").read_text(encoding="utf-8")
+    half.write_text(text.replace("value: 243.45", "value: 121.725"), encoding="utf-8")
+    for controller, told in ((ROOT / "configs/controllers/emps.yaml", False), (half, True)):
+        words = ("validate", log, "--plant", plant, "--controller", controller, "--json")
+        coded = json.loads(fric(*words).stdout)["warnings_coded"]
+        assert ("controller-differs" in {one["code"] for one in coded}) is told

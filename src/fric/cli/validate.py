@@ -34,7 +34,7 @@ def validate(
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """Replay a recorded motion in closed loop and in open loop, and score it against the record."""
+    """Replay a recorded motion in closed loop, in open loop and inversely, and score it against the record."""
     finish(
         lambda _: fric.validate(
             *logs, plant=plant, controller=controller, friction=friction, model=model, load=load

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
@@ -42,7 +42,9 @@ class ValidationDocument(Document):
     validations: list[ValidatedRecord]
 
 
-def validation_tree(validations: Sequence[Validation], logs: Sequence[Log]) -> dict[str, Any]:
+def validation_tree(
+    validations: Sequence[Validation], logs: Sequence[Log], notices: Iterable[str] = ()
+) -> dict[str, Any]:
     """Return the scores of validations, ready to be printed."""
     records = []
     for validation in validations:
@@ -66,4 +68,4 @@ def validation_tree(validations: Sequence[Validation], logs: Sequence[Log]) -> d
                 "worst_second": [float(log.time[first]), float(log.time[stop - 1])],
             }
         )
-    return ValidationDocument.made({"validations": records}, logs=logs).tree()
+    return ValidationDocument.made({"validations": records}, notices=notices, logs=logs).tree()

@@ -11,11 +11,14 @@ from fric.documents.friction import friction_and_load
 from fric.documents.plant import PlantDocument
 from fric.documents.validation import validation_tree
 from fric.errors import FricError
+from fric.identify.records.sampling import even_sampling as sampling_of
 from fric.log import Log
+from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import cascade_of, document_of, friction_of, in_si, logs_of
+from fric.results.machine import unique
 from fric.results.text import Piece, Table
-from fric.simulate.validation import Validation, validate_closed_loop, validate_open_loop
+from fric.simulate.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
 from fric.units import readable
 
 if TYPE_CHECKING:
@@ -33,15 +36,23 @@ class ValidationResult(Result):
         One for each record and loop.
     logs
         The records.
+    told
+        What the files warn of.
     """
 
     validations: Sequence[Validation]
     logs: Sequence[Log]
+    told: Sequence[Notice] = ()
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What the files warn of, and what the records show of controller and voltage."""
+        return unique([*self.told, *(text for one in self.validations for text in one.warnings)])
 
     @cached_property
     def document(self) -> dict[str, Any]:
         """The scores."""
-        return validation_tree(self.validations, self.logs)
+        return validation_tree(self.validations, self.logs, self.warnings)
 
     def report(self) -> list[Piece]:
         """Return relative and rms error of each signal."""
@@ -79,7 +90,7 @@ def validate(
     *logs: Any, plant: Any, controller: Any = None, friction: Any = None, model: str | None = None,
     load: float | str | None = None,
 ) -> ValidationResult:  # fmt: skip
-    """Replay a recorded motion in closed loop and in open loop, and score it against the record.
+    """Replay a recorded motion in closed loop, in open loop and inversely, and score it against the record.
 
     Parameters
     ----------
@@ -109,11 +120,22 @@ def validate(
     identified = document.plant(motion)
     cascade = cascade_of("validate", controller, axis, motion)
     text = friction_of("validate", friction, axis, motion)
-    done = []
+    done, short = list[Validation](), list[Notice]()
+    delay = 0.0 if document.T_d.assumed else identified.T_d
     for log in records:
         law, offset = friction_and_load(text, model, log.name) if text else document.coulomb()
         weight = offset if load is None else in_si(load, "force", motion)
         if cascade:
             done.append(validate_closed_loop(log, identified, cascade, law, weight))
         done.append(validate_open_loop(log, identified, law, weight))
-    return ValidationResult(done, records)
+        try:
+            done.append(validate_inverse(log, identified, law, weight, delay=delay))
+        except FricError as error:
+            short.append(Notice(f"no force along the motion of {log.name}: {error.what}", "inverse-left-out", "note"))
+        if identified.T_d < 0.5 / sampling_of(log):
+            less = (
+                f"{log.where}: T_d is {identified.T_d * 1e3:.3g} ms, less than half a sample of this record, the hold "
+                "alone: half a sample is taken"
+            )
+            short.append(Notice(less, "T_d-below-hold", "doubt"))
+    return ValidationResult(done, records, (*document.retold(), *short))

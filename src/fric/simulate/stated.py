@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Real = NDArray[np.float64]
 
-ALIKE = 0.03
+ALIKE = 0.06
 """Share of the fed back voltage by which a stated controller may miss it."""
 QUIET = 0.25
 """Share of what a controller misses in all, up to which its median is: the rest comes in pulses, and is added."""
@@ -42,6 +42,8 @@ class StatedController:
         Gains that the recorded voltage shows, over the stated ones [1]; None for a gain that is stated as 0.
     explained
         What even these leave, over the same [1].
+    missed
+        What is left between both in the median [V], whatever was added.
     """
 
     recorded: Real
@@ -51,6 +53,7 @@ class StatedController:
     K_p: float
     K_i: float | None
     explained: float
+    missed: float
 
     @property
     def as_stated(self) -> bool:
@@ -142,5 +145,5 @@ def against_stated(
     left = rest - np.column_stack(parts) @ found
     return StatedController(
         voltage, given + constant, added, float(np.std(difference)) / size, float(found[0]),
-        float(found[1]) if cascade.K_i > 0 else None, float(np.std(left)) / size,
+        float(found[1]) if cascade.K_i > 0 else None, float(np.std(left)) / size, spread,
     )  # fmt: skip

@@ -1,9 +1,10 @@
-"""A recorded motion replayed by the identified axis: in closed loop, and in open loop from the measured input.
+"""A recorded motion replayed by the identified axis: in closed loop, in open loop from the input, and inversely.
 
 ::
 
-    closed   recorded reference ──> the drive's own controller ──> plant and friction ──> motion, force
-    open     recorded input ───────────────────────────────────> plant and friction ──> motion
+    closed    recorded reference ──> the drive's own controller ──(+ added)──> plant and friction ──> motion, force
+    open      recorded input ────────────────────────────────────────────────> plant and friction ──> motion
+    inverse   recorded motion ──> M·z̈ + M·A·ż + friction + load ──> force
 """
 
 from __future__ import annotations
@@ -16,11 +17,14 @@ from scipy import signal
 
 from fric.control.base import Setting
 from fric.errors import FricError
-from fric.identify.records.conditioning import Conditioning, zero_phase
+from fric.identify.plant.rigid_body import motion_columns
+from fric.identify.records.conditioning import Conditioning, thinned, zero_phase
 from fric.identify.records.sampling import even_sampling
 from fric.kernels.block import Commands
 from fric.kernels.loop import Board, closed_loop
 from fric.kernels.plant import PlantConstants
+from fric.notice import Notice
+from fric.simulate.stated import against_stated
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,6 +34,12 @@ if TYPE_CHECKING:
     from fric.friction import FrictionModel
     from fric.log import Log
 
+    Real = NDArray[np.float64]
+
+Loop = Literal["closed", "open", "inverse"]
+
+FED = 0.7
+"""How much less a controller that feeds forward must miss the recorded voltage, to be taken for one."""
 LEAD = 0.05
 """Time from which the velocity is taken that the record begins with [s]."""
 
@@ -61,7 +71,7 @@ class Validation:
     Parameters
     ----------
     loop
-        ``closed`` or ``open``.
+        ``closed``, ``open`` or ``inverse``.
     log
         The record.
     friction
@@ -74,14 +84,17 @@ class Validation:
         Its corner [Hz].
     worst
         First and last sample of the second with the largest force error (in open loop, velocity error).
+    warnings
+        What the record shows of controller and voltage.
     """
 
-    loop: Literal["closed", "open"]
+    loop: Loop
     log: Log
     friction: FrictionModel
     signals: dict[str, Compared]
     cutoff: float
     worst: tuple[int, int]
+    warnings: tuple[Notice, ...] = ()
 
 
 def validate_closed_loop(
@@ -89,8 +102,10 @@ def validate_closed_loop(
 ) -> Validation:
     """Return what the identified axis makes of a recorded reference, with the drive's own controller.
 
-    Neither velocity nor inverse model is fed forward. The axis begins where the record does, at its velocity; the
-    controller's integral and the friction begin at rest.
+    Velocity and inverse model are fed forward only where the recorded voltage shows that they were. A voltage that was
+    added to the controller's output (channel ``added``, or what the record holds beyond that output, here and there) is
+    added again. Where the stated controller does not give the recorded voltage that is told: friction is not to blame.
+    The axis begins where the record does, at its velocity; the controller's integral and the friction begin at rest.
 
     Parameters
     ----------
@@ -117,8 +132,86 @@ def validate_closed_loop(
             hint="Give the rate of the record as the controller's sampling.",
         )
     force = log.force if log.force is not None else plant.K_f * log.require("input", "a closed-loop replay")
-    position, voltage = _run(log, rate, plant, cascade, friction, load, reference, np.zeros(len(log)))
-    return _compared("closed", log, friction, rate, cutoff, position, (force, plant.K_f * voltage))
+    recorded = log.input if log.input is not None else force / plant.K_f
+    ahead, added, warnings = _controller(log, plant, cascade, reference, recorded, rate)
+    position, voltage = _run(log, rate, plant, cascade, friction, load, reference, added, ahead=ahead)
+    found = _compared("closed", log, friction, rate, cutoff, position, (force, plant.K_f * voltage))
+    return replace(found, warnings=warnings)
+
+
+def _controller(
+    log: Log, plant: Plant, cascade: Cascade, reference: Real, voltage: Real, rate: float
+) -> tuple[bool, Real, tuple[Notice, ...]]:
+    """Return whether a controller feeds forward, what was added to its output [V], and what is told of both."""
+    measured, given = log.require("position", "a validation"), log.added
+    own = voltage - (0.0 if given is None else given)
+    plain, fed = (
+        against_stated(cascade, plant, reference, measured, own, rate, ahead=ahead) for ahead in (False, True)
+    )
+    ahead = fed.missed < FED * plain.missed
+    held, warnings = fed if ahead else plain, []
+    if ahead:
+        text = "the recorded voltage shows that velocity and inverse model are fed forward: so they are here"
+        warnings.append(Notice(f"{log.where}: {text}", "feedforward-found", "note"))
+    added = np.zeros(len(voltage)) if given is None else given
+    if held.added is not None:
+        added = added + held.added
+        share = float(np.mean(held.added != 0.0))
+        text = (
+            f"{log.where}: the recorded voltage is that of the controller but for {share:.1%} of the samples, by "
+            f"{float(np.abs(held.added).max()):.3g} V at most: taken for a voltage that was added, and added again"
+        )
+        warnings.append(Notice(text, "added-voltage-found", "note"))
+    if not held.as_stated:
+        warnings.append(
+            Notice(f"{log.where}: {held.told()}; no error here tells of friction", "controller-differs", "wrong")
+        )
+    return ahead, added, tuple(warnings)
+
+
+def validate_inverse(
+    log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None, delay: float = 0.0
+) -> Validation:
+    """Return the force that the identified axis asks for along a recorded motion, behind the published filter.
+
+    The force cross-test of one record by another's parameters (Janot, Gautier, Brunot 2019): position filtered forwards
+    and backwards, central differences, both forces decimated alike, as `fric identify plant` does.
+
+    Parameters
+    ----------
+    log
+        A record with force, or input.
+    plant, friction, load, cutoff
+        As in `validate_closed_loop`.
+    delay
+        By how much later than it is logged a voltage acts [s]; 0 where nobody measured it.
+
+    Raises
+    ------
+    FricError
+        When a channel is missing, the sampling is uneven, or the record is too short for the filter.
+    """
+    rate = even_sampling(log)
+    settings = Conditioning.of(rate, cutoff)
+    constant = None if log.force is not None else plant.K_f
+    motion = motion_columns(log, rate, settings, constant, delay, plant.force_lag)
+    v = motion.velocity
+    if friction.initial_state().size:
+        position = log.position
+        if position is None:
+            raise FricError("friction with memory is replayed along a position", where=log.where, hint="Log it.")
+        sos = signal.butter(4, settings.cutoff, fs=rate, output="sos")
+        whole = zero_phase(sos, position, 4)
+        force = friction.replay(log.time, whole)[settings.border :]
+    else:
+        force = np.where(v == 0.0, 0.0, friction.steady_state(v))
+    asked = plant.M * motion.acceleration + plant.damping * v + force + load
+    measured, simulated = (thinned(np.asarray(one, float), settings.decimation) for one in (motion.force, asked))
+    signals = {"force": _difference(measured, simulated)}
+    first, stop = _worst_second(signals["force"], rate / settings.decimation)
+    whole_of = settings.border + settings.decimation * np.array([first, stop])
+    worst = int(whole_of[0]), min(int(whole_of[1]), len(log))
+    return Validation("inverse", log, friction, signals, settings.cutoff, worst)
 
 
 def validate_open_loop(
@@ -153,6 +246,8 @@ def _run(
     load: float,
     reference: NDArray[np.float64],
     model: NDArray[np.float64],
+    *,
+    ahead: bool = False,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return position [m] and voltage [V] of a run that begins as the record does."""
     measured = log.require("position", "a validation")
@@ -167,17 +262,23 @@ def _run(
         setting = Setting(plant, controller, position=z_0, velocity=v_0, seen=z_0 - v_0 / rate)
         blocks.append(controller.ready(setting))
     asked = np.ascontiguousarray(reference)
+    velocity = acceleration = zeros
+    delay = plant.transport_delay(rate) if plant.T_d >= 0.5 / rate else 0.0
+    if ahead:
+        velocity = np.gradient(asked, 1 / rate)
+        acceleration = np.gradient(velocity, 1 / rate)
+        model = model + (acceleration + plant.A * velocity) / plant.B
     traces, _ = closed_loop(
         type(friction).step,
         state,
         friction.packed(),
         PlantConstants(
-            plant.A, plant.B, plant.M, load, plant.transport_delay(rate), float(state.size == 0),
+            plant.A, plant.B, plant.M, load, delay, float(state.size == 0),
             float(start(origin) - reference[0]), v_0,
         ),
         Board(1 / rate, float("inf") if cascade is None else cascade.limit, 0.0),
         blocks,
-        Commands(asked, zeros, zeros, np.ascontiguousarray(model), zeros, asked, zeros),
+        Commands(asked, velocity, acceleration, np.ascontiguousarray(model), zeros, asked, velocity),
     )  # fmt: skip
     if not np.isfinite(traces.position[-1]):
         raise FricError("the simulated axis runs away", where=log.where, hint="Look at the controller's gains.")
@@ -185,7 +286,7 @@ def _run(
 
 
 def _compared(
-    loop: Literal["closed", "open"],
+    loop: Loop,
     log: Log,
     friction: FrictionModel,
     rate: float,

@@ -77,7 +77,9 @@ class MotionFit:
     warnings: tuple[str, ...] = ()
 
 
-class _Columns(NamedTuple):
+class MotionColumns(NamedTuple):
+    """A motion behind the filter of the published fit, its border left out, and the force along it."""
+
     acceleration: NDArray[np.float64]
     velocity: NDArray[np.float64]
     force: NDArray[np.float64]
@@ -130,7 +132,7 @@ def identify_motion(
     settings = [Conditioning.of(rate, cutoff, decimation, border) for rate in rates]
     scale = slope_of_force(logs, force_constant, motion)
     raw = [
-        _columns(log, rate, s, force_constant, delay or 0.0, scale.shift)
+        motion_columns(log, rate, s, force_constant, delay or 0.0, scale.shift)
         for log, rate, s in zip(logs, rates, settings, strict=True)
     ]
     names = ("M", "F_v", "F_c", "offset") if direction == "both" else ("M", *_EACH)
@@ -169,9 +171,10 @@ def identify_motion(
 _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 
 
-def _columns(
+def motion_columns(
     log: Log, sampling: float, settings: Conditioning, force_constant: float | None, delay: float, lag: float
-) -> _Columns:
+) -> MotionColumns:
+    """Return a record's motion, filtered and differentiated, and its force, an input ``delay`` [s] later."""
     if len(log) < settings.border + 30 * settings.decimation:
         raise FricError(
             f"{len(log)} samples are too few for a border of {settings.border} and a decimation of "
@@ -190,10 +193,10 @@ def _columns(
         velocity = zero_phase(sos, log.require("velocity", "the mass"), 4)
     acceleration = np.gradient(velocity, 1 / sampling)
     keep = slice(settings.border, None)
-    return _Columns(acceleration[keep], velocity[keep], force[keep], log.time[keep])
+    return MotionColumns(acceleration[keep], velocity[keep], force[keep], log.time[keep])
 
 
-def _observations(columns: _Columns, settings: Conditioning, direction: str) -> NDArray[np.float64]:
+def _observations(columns: MotionColumns, settings: Conditioning, direction: str) -> NDArray[np.float64]:
     v = columns.velocity
     if direction == "both":
         terms = [columns.acceleration, v, np.sign(v), np.ones_like(v)]
@@ -258,7 +261,7 @@ def _plant(
 
 
 def _warnings(
-    raw: Sequence[_Columns], estimates: dict[str, Estimate], lag: float, plain: NDArray[np.float64],
+    raw: Sequence[MotionColumns], estimates: dict[str, Estimate], lag: float, plain: NDArray[np.float64],
     honest: NDArray[np.float64], K_f: Estimate | None, delay: float | None,
 ) -> list[str]:  # fmt: skip
     warnings: list[str] = []
