@@ -38,6 +38,8 @@ from .results.block import BlockResult as BlockResult
 from .results.block import design_block as design_block
 from .results.circle import CircleResult as CircleResult
 from .results.circle import circle as circle
+from .results.circle_map import CircleMapResult as CircleMapResult
+from .results.circle_map import circle_map as circle_map
 from .results.compare import ComparisonResult as ComparisonResult
 from .results.compare import compare as compare
 from .results.controller import ControllerResult as ControllerResult

@@ -1,0 +1,56 @@
+"""`fric simulate map`: the glitch of each scheme over feed and radius."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import fric
+from fric.cli.console import finish, interruption
+from fric.cli.options import (
+    Force,
+    Gain,
+    Json,
+    Lead,
+    MachineFile,
+    NominalFiles,
+    Plot,
+    SchemeNames,
+    SchemesFile,
+    lead_given,
+)
+from fric.cli.simulate import monte_carlo as many
+
+
+def circle_map(
+    machine: MachineFile,
+    feeds: Annotated[str, typer.Option("--feeds", help="A range, or feeds with commas.")] = "5 … 200 mm/s",
+    radii: Annotated[str, typer.Option("--radii", help="A range, or radii with commas.")] = "5 … 100 mm",
+    scheme: SchemeNames = "a,b,c,f",
+    points: Annotated[int, typer.Option("--points", min=2, help="Values that a range stands for.")] = 6,
+    friction: NominalFiles = None,
+    gain: Gain = None,
+    lead: Lead = None,
+    schemes: SchemesFile = None,
+    accuracy: many.Accuracy = "0.005 um",
+    workers: many.Workers = None,
+    scheduler: many.Scheduler = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="MAP.yaml", help="Keep the map in this file.")
+    ] = None,
+    plot: Plot = None,
+    force: Force = False,
+    json: Json = False,
+) -> None:
+    """Run circles of many feeds and radii: where GMS beats the static map, by how much, where the observer spoils."""
+    with interruption() as interrupted:
+        finish(
+            lambda advance: fric.circle_map(
+                fric.read_machine(machine, nominal_files=friction or (), gain=gain, lead=lead_given(lead)),
+                scheme, feeds=feeds, radii=radii, points=points, known=schemes, accuracy=accuracy, workers=workers,
+                scheduler=scheduler, advance=advance, interrupted=interrupted,
+            ),
+            output, plot, json=json, force=force, doing="circles",
+        )  # fmt: skip

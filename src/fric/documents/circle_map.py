@@ -1,0 +1,71 @@
+"""The glitch of each scheme over feed and radius: ``fric: circle-map/1``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from fric.documents.base import Document, Part
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.simulate.over_circles import CircleMap
+
+Rows = list[list[float | None]]
+
+
+class MappedScheme(Part):
+    """What one scheme leaves of every circle."""
+
+    title: str
+    glitch: Rows = Field(description="a row a radius, a column a feed [m]; null where it could not run")
+    failures: list[str] = Field(default_factory=list, description="why it could not")
+
+
+class MapDifference(Part):
+    """By how much one scheme leaves less than another."""
+
+    scheme: str
+    against: str
+    less: Rows = Field(description="a row a radius, a column a feed [m]; negative where it leaves more")
+
+
+class CircleMapDocument(Document):
+    """What schemes leave of circles of many feeds and radii."""
+
+    type: ClassVar[str] = "circle-map"
+
+    machine: str
+    feeds: list[float] = Field(description="[m/s]")
+    radii: list[float] = Field(description="[m]")
+    schemes: dict[str, MappedScheme]
+    differences: dict[str, MapDifference] = Field(
+        default_factory=dict, description="what blocks gain on a static map, and an observer on a feedforward"
+    )
+
+
+def circle_map_tree(found: CircleMap, notices: Iterable[str]) -> dict[str, Any]:
+    """Return what schemes leave of all circles, ready to be written or printed."""
+    grid = found.grid
+    schemes = {
+        scheme.name: {
+            "title": scheme.title,
+            "glitch": _rows(found.glitches[n]),
+            "failures": list(dict.fromkeys(why for one in found.cells if (why := one.failures.get(scheme.name)))),
+        }
+        for n, scheme in enumerate(grid.schemes)
+    }
+    differences = {
+        name: {"scheme": one.name, "against": other.name, "less": _rows(found.less(one, other))}
+        for name, (one, other) in found.pairs().items()
+    }
+    content = {"machine": grid.machine.name, "feeds": list(grid.feeds), "radii": list(grid.radii), "schemes": schemes}
+    return CircleMapDocument.made(content | {"differences": differences}, notices=notices).tree()
+
+
+def _rows(values: NDArray[np.float64]) -> Rows:
+    return [[float(one) if np.isfinite(one) else None for one in row] for row in values]

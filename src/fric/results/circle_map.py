@@ -1,0 +1,186 @@
+"""The glitch of each scheme over feed and radius."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.documents.circle_map import circle_map_tree
+from fric.errors import FricError
+from fric.results.base import Result
+from fric.results.given import Advance, in_si, silent
+from fric.results.machine import machine_of, schemes_of, unique
+from fric.results.text import Piece, Table
+from fric.simulate.cluster import cluster_outcomes
+from fric.simulate.contour_run import pair
+from fric.simulate.over_circles import CircleMap, Grid
+from fric.simulate.processes import outcomes
+from fric.units import readable
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+POINTS = 6
+"""Feeds, and radii, that a range stands for."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CircleMapResult(Result):
+    """What schemes leave of circles of many feeds and radii.
+
+    Parameters
+    ----------
+    found
+        What was found.
+    """
+
+    found: CircleMap
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What the machine's files warn of, and where schemes could not run."""
+        told = []
+        for scheme in self.found.grid.schemes:
+            failed = [cell for cell in self.found.cells if scheme.name in cell.failures]
+            if failed:
+                why = failed[0].failures[scheme.name]
+                of = f"{len(failed)} of {len(self.found.cells)} circles"
+                told.append(f"scheme {scheme.name} could not run on {of}: {why}")
+        return unique([*self.found.grid.machine.warnings, *told])
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """Glitch by scheme, radius and feed [m], and what differs between schemes."""
+        return circle_map_tree(self.found, self.warnings)
+
+    def report(self) -> list[Piece]:
+        """Return the glitch by circle and scheme, and where blocks gain and an observer spoils."""
+        grid = self.found.grid
+        columns = ["radius", "feed", *(f"({one.name}) {one.title}" for one in grid.schemes)]
+        rows = [
+            [readable(cell.circle.radius, "m"), readable(cell.circle.feed, "m/s"),
+             *("–" if np.isnan(one) else f"{one * 1e6:.2f}" for one in cell.glitches)]
+            for cell in self.found.cells
+        ]  # fmt: skip
+        table = Table(columns, rows, f"{grid.machine.name}: glitch in µm")
+        return [table, *(self._difference(name, *both) for name, both in self.found.pairs().items())]
+
+    def _difference(self, name: str, one: Any, other: Any) -> str:
+        less = self.found.less(one, other)
+        ran = np.isfinite(less)
+        if not ran.any():
+            return f"{name}: no circle ran with both"
+        radii, feeds = self.found.grid.radii, self.found.grid.feeds
+
+        def at(place: Any) -> str:
+            row, column = np.unravel_index(int(place), less.shape)
+            by = readable(abs(float(less[row, column])), "m")
+            return f"{by} at {readable(radii[row], 'm')} and {readable(feeds[column], 'm/s')}"
+
+        better, worse = less > 0, less < 0
+        told = f"{name}: less on {np.count_nonzero(better)} of {np.count_nonzero(ran)} circles"
+        told += f", at most by {at(np.nanargmax(less))}" if better.any() else ""
+        told += f"; more on {np.count_nonzero(worse)}, at most by {at(np.nanargmin(less))}" if worse.any() else ""
+        return told
+
+    def figure(self) -> Figure:
+        """Return the glitch of each scheme by feed and radius."""
+        from fric.figures.circle_map import draw_circle_map
+
+        return draw_circle_map(self.found)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the glitch [m] by radius and feed, a column a scheme."""
+        import pandas as pd
+
+        names = [one.name for one in self.found.grid.schemes]
+        index = pd.MultiIndex.from_tuples(
+            [(cell.circle.radius, cell.circle.feed) for cell in self.found.cells], names=["radius", "feed"]
+        )
+        return pd.DataFrame([cell.glitches for cell in self.found.cells], index=index, columns=names)
+
+
+def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, ...]:
+    """Return quantities given as numbers in SI, as a list such as "5, 10, 50 mm/s", or as a range "5 … 200 mm/s".
+
+    A range stands for so many values, each as much larger than the one before. The last unit holds for all without one.
+
+    Raises
+    ------
+    FricError
+        When a value is no quantity of this dimension, or not positive.
+    """
+    if not isinstance(given, str):
+        found = tuple(float(one) for one in (given if isinstance(given, list | tuple) else [given]))
+    else:
+        text = given.replace("...", "…")
+        ends = text.split("…")
+        parts = [part.strip() for part in (ends if len(ends) == 2 else text.split(","))]
+        unit = parts[-1].lstrip("0123456789.eE+- ")
+        read = [in_si(part if part.lstrip("0123456789.eE+- ") else f"{part} {unit}", dimension) for part in parts]
+        found = tuple(read)
+        if len(ends) == 2 and min(read) > 0:
+            found = tuple(float(one) for one in np.geomspace(*read, points))
+    if not found or min(found) <= 0:
+        raise FricError(f"'{given}' is no range of positive values", hint="Write '5 … 200 mm/s', or '5, 10, 50 mm/s'.")
+    return found
+
+
+def circle_map(
+    machine: Any,
+    schemes: Any = "a,b,c,f",
+    *,
+    feeds: Any = "5 … 200 mm/s",
+    radii: Any = "5 … 100 mm",
+    points: int = POINTS,
+    known: Any = None,
+    accuracy: float | str = 5e-9,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    advance: Advance = silent,
+    interrupted: Callable[[], bool] = lambda: False,
+) -> CircleMapResult:
+    """Run circles of many feeds and radii under compensation schemes: where blocks gain, and where an observer spoils.
+
+    Parameters
+    ----------
+    machine
+        The machine, its file, or the name of a bundled one.
+    schemes, known
+        As in `circle`.
+    feeds, radii
+        Feeds [m/s] and radii [m]: numbers, a list such as "5, 10, 50 mm/s", or a range such as "5 … 200 mm/s".
+    points
+        Values that a range stands for.
+    accuracy
+        By how much the integration may move a glitch [m].
+    workers, scheduler
+        Processes at a time; address of a Dask cluster that runs the circles.
+    advance, interrupted
+        Is told of each circle; asked after each whether to stop.
+
+    Raises
+    ------
+    FricError
+        When the machine has no two axes for a circle, or it was interrupted.
+    """
+    subject = machine_of("circle_map", machine)
+    pair(subject)
+    chosen = tuple(schemes_of("circle_map", schemes, known))
+    over = values_of(feeds, "velocity", points), values_of(radii, "position", points)
+    grid = Grid(subject, chosen, *over, in_si(accuracy, "position"))
+    advance(0, total=len(grid))
+    opened = cluster_outcomes(grid, len(grid), scheduler) if scheduler else outcomes(grid, len(grid), workers=workers)
+    cells = []
+    with opened as made:
+        for cell in made:
+            cells.append(cell)
+            advance()
+            if interrupted():
+                raise FricError("interrupted before all circles were run", hint="Nothing was written.")
+    return CircleMapResult(CircleMap(grid, cells))

@@ -1,0 +1,122 @@
+"""The glitch of each scheme over feed and radius: one machine on a grid of circles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.simulate.circle import Circle, run_circle
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fric.control.scheme import Scheme
+    from fric.simulate.machine import Machine
+
+
+@dataclass(frozen=True)
+class Grid:
+    """What is run on each of many circles; a circle by its number, radius by radius.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    schemes
+        The compensation schemes.
+    feeds, radii
+        Feeds [m/s] and radii [m] of the circles, every one with every other.
+    accuracy
+        By how much the integration may move a glitch [m].
+
+    Raises
+    ------
+    FricError
+        When there is no feed or no radius.
+    """
+
+    machine: Machine
+    schemes: tuple[Scheme, ...]
+    feeds: tuple[float, ...]
+    radii: tuple[float, ...]
+    accuracy: float
+
+    def __post_init__(self) -> None:
+        if not (self.feeds and self.radii):
+            raise FricError("there is no circle to run", hint="Give feeds and radii, as '5 … 200 mm/s'.")
+
+    def __len__(self) -> int:
+        return len(self.feeds) * len(self.radii)
+
+    def circle(self, index: int) -> Circle:
+        """Return a circle by its number."""
+        row, column = divmod(index, len(self.feeds))
+        return Circle(self.radii[row], self.feeds[column], revolutions=1)
+
+    def __call__(self, index: int) -> Cell:
+        """Run all schemes on one circle; one that cannot run leaves no glitch, and says why."""
+        circle, glitches, why = self.circle(index), np.full(len(self.schemes), np.nan), {}
+        for n, scheme in enumerate(self.schemes):
+            try:
+                glitches[n] = run_circle(self.machine, scheme, circle, accuracy=self.accuracy).circularity.glitch
+            except FricError as error:
+                why[scheme.name] = error.what
+        return Cell(circle, glitches, why)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What schemes leave of one circle: glitch by scheme [m], nan with the reason where one could not run."""
+
+    circle: Circle
+    glitches: NDArray[np.float64]
+    failures: dict[str, str]
+
+
+@dataclass(frozen=True)
+class CircleMap:
+    """What schemes leave of all circles.
+
+    Parameters
+    ----------
+    grid
+        What was run.
+    cells
+        One a circle, in their order.
+    """
+
+    grid: Grid
+    cells: Sequence[Cell]
+
+    @property
+    def glitches(self) -> NDArray[np.float64]:
+        """Glitch by scheme, radius and feed [m], shape (schemes, radii, feeds); nan where a scheme could not run."""
+        shape = (len(self.grid.radii), len(self.grid.feeds), len(self.grid.schemes))
+        return np.moveaxis(np.array([cell.glitches for cell in self.cells]).reshape(shape), 2, 0)
+
+    def of(self, scheme: str) -> NDArray[np.float64] | None:
+        """Return the glitch of a scheme by radius and feed [m]; None where it was not run."""
+        names = [one.name for one in self.grid.schemes]
+        return self.glitches[names.index(scheme)] if scheme in names else None
+
+    def pairs(self) -> dict[str, tuple[Scheme, Scheme]]:
+        """Return which schemes tell what blocks gain on a static map, and what an observer does to a feedforward."""
+        found = {}
+        for one in self.grid.schemes:
+            for other in self.grid.schemes:
+                alike = one.controller == other.controller
+                if alike and one.blocks == other.blocks and (one.friction, other.friction) == ("gms", "static"):
+                    found[f"gms over static ({one.name} against {other.name})"] = (one, other)
+                if alike and one.friction == other.friction and one.observer and not other.blocks:
+                    found[f"observer ({one.name} against {other.name})"] = (one, other)
+        return found
+
+    def less(self, one: Scheme, other: Scheme) -> NDArray[np.float64]:
+        """Return by how much a scheme leaves less than another, by radius and feed [m]; negative where it spoils."""
+        names = [scheme.name for scheme in self.grid.schemes]
+        both = self.glitches
+        return np.asarray(both[names.index(other.name)] - both[names.index(one.name)])
