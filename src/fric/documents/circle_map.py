@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from fric.documents.base import Document, Part
+from fric.units import readable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,6 +47,25 @@ class CircleMapDocument(Document):
     differences: dict[str, MapDifference] = Field(
         default_factory=dict, description="what blocks gain on a static map, and an observer on a feedforward"
     )
+
+    def told(self) -> list[str]:
+        """Return where and by how much each pair of schemes differs, a sentence a pair."""
+        return [self._told(name, np.array(one.less, float)) for name, one in self.differences.items()]
+
+    def _told(self, name: str, less: NDArray[np.float64]) -> str:
+        ran = np.isfinite(less)
+        if not ran.any():
+            return f"{name}: no circle ran with both"
+
+        def at(place: np.intp) -> str:
+            row, column = np.unravel_index(int(place), less.shape)
+            by = readable(abs(float(less[row, column])), "m")
+            return f"{by} at {readable(self.radii[row], 'm')} and {readable(self.feeds[column], 'm/s')}"
+
+        better, worse = less > 0, less < 0
+        told = f"{name}: less on {np.count_nonzero(better)} of {np.count_nonzero(ran)} circles"
+        told += f", at most by {at(np.nanargmax(less))}" if better.any() else ""
+        return told + (f"; more on {np.count_nonzero(worse)}, by {at(np.nanargmin(less))}" if worse.any() else "")
 
 
 def circle_map_tree(found: CircleMap, notices: Iterable[str]) -> dict[str, Any]:

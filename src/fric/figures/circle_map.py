@@ -60,6 +60,9 @@ def draw_circle_map(found: CircleMap) -> Figure:
         if drawn is not None:
             bar = figure.colorbar(drawn, ax=list(panels), shrink=0.9)
             bar.set_label("glitch [µm]")
+            bar.ax.yaxis.set_major_formatter("{x:g}")
+            bar.ax.yaxis.set_minor_formatter("{x:g}")
+            bar.ax.tick_params(which="both", labelsize=7)
         framed = "; framed: the observer leaves more" if any(np.any(one) for one in spoiled.values()) else ""
         figure.suptitle(f"{grid.machine.name}{framed}", fontsize=9, color=GREY)
     return figure

@@ -14,6 +14,7 @@ import numpy as np
 from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
 from fric.documents import document_types
+from fric.documents.circle_map import CircleMapDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
 from fric.io.hdf5 import read_records
@@ -65,6 +66,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     records: list[Record] = []
     logs: list[tuple[str, str]] = []
     measured = list(circles)
+    maps: list[tuple[str, CircleMapDocument]] = []
     machine = ""
     for path in map(Path, paths):
         found = recognise(path)
@@ -85,6 +87,8 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
             measured.append(path)
         elif kind == "machine":
             machine = str(path)
+        elif kind == CircleMapDocument.type:
+            maps.append((path.name, read_document(path, CircleMapDocument)))
         elif found == FORMAT:
             earlier = read_report(path)
             items += [_item(f"{path.name}: {entry['source']}", entry["tree"]) for entry in earlier["documents"]]
@@ -93,10 +97,10 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
             raise FricError(
                 f"holds {found}, which a report has no place for",
                 where=str(path),
-                hint="Give runs, circle tests, logs, earlier reports, a machine file, and documents of friction, "
+                hint="Give runs, circle tests, maps, logs, earlier reports, a machine file, and documents of friction, "
                 "plant, controller and observer.",
             )
-    if not items and not tests and not measured:
+    if not (items or tests or measured or maps):
         raise FricError(
             "there is nothing to report but logs, or a machine",
             hint="Give a friction file of `fric identify`, a run file of `fric simulate circle`, or a circle test too.",
@@ -104,7 +108,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     machine = machine or next((str(test.machine) for test in tests if test.machine), "")
     held = tuple(Measured(path.name, diagnose(path, machine=machine or None)) for path in measured)
     inputs = _sorted(items, tests, records)
-    return replace(inputs, logs=tuple(logs), circles=held, machine=machine, tolerance=tolerance)
+    return replace(inputs, logs=tuple(logs), circles=held, machine=machine, tolerance=tolerance, maps=tuple(maps))
 
 
 def _item(source: str, tree: Mapping[str, Any]) -> Item:

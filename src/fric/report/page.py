@@ -90,6 +90,7 @@ def render_report(inputs: ReportInput, title: str = "") -> str:
         .get_template("report.html.j2")
         .render(
             view=seen,
+            maps=inputs.maps,
             title=title or _title(inputs),
             bokeh=Markup("\n".join(library().js_raw)),
             figures=figures,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fric.documents import Document
 from fric.documents.base import AxisDocument
 from fric.documents.bundled import bundled
+from fric.documents.circle_map import CircleMapDocument
 from fric.documents.friction import FrictionDocument
 from fric.identify.circle.agreement import CAUSES
 from fric.notice import Notice
@@ -214,6 +215,8 @@ class ReportInput:
         The machine file that was given, or that the runs were made with; empty where there is none.
     tolerance
         Glitch that is allowed [m]; None where nothing was asked.
+    maps
+        Names of the maps over feed and radius, and what they hold.
     """
 
     items: tuple[Item, ...] = ()
@@ -226,6 +229,7 @@ class ReportInput:
     circles: tuple[Measured, ...] = ()
     machine: str = ""
     tolerance: float | None = None
+    maps: tuple[tuple[str, CircleMapDocument], ...] = ()
 
     def of(self, kind: str, axis: str) -> Item | None:
         """Return the document of a kind for an axis, or None."""

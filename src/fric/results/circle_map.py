@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fric.documents.circle_map import circle_map_tree
+from fric.documents.circle_map import CircleMapDocument, circle_map_tree
 from fric.errors import FricError
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
@@ -68,25 +68,7 @@ class CircleMapResult(Result):
             for cell in self.found.cells
         ]  # fmt: skip
         table = Table(columns, rows, f"{grid.machine.name}: glitch in µm")
-        return [table, *(self._difference(name, *both) for name, both in self.found.pairs().items())]
-
-    def _difference(self, name: str, one: Any, other: Any) -> str:
-        less = self.found.less(one, other)
-        ran = np.isfinite(less)
-        if not ran.any():
-            return f"{name}: no circle ran with both"
-        radii, feeds = self.found.grid.radii, self.found.grid.feeds
-
-        def at(place: Any) -> str:
-            row, column = np.unravel_index(int(place), less.shape)
-            by = readable(abs(float(less[row, column])), "m")
-            return f"{by} at {readable(radii[row], 'm')} and {readable(feeds[column], 'm/s')}"
-
-        better, worse = less > 0, less < 0
-        told = f"{name}: less on {np.count_nonzero(better)} of {np.count_nonzero(ran)} circles"
-        told += f", at most by {at(np.nanargmax(less))}" if better.any() else ""
-        told += f"; more on {np.count_nonzero(worse)}, at most by {at(np.nanargmin(less))}" if worse.any() else ""
-        return told
+        return [table, *CircleMapDocument.model_validate(self.document).told()]
 
     def figure(self) -> Figure:
         """Return the glitch of each scheme by feed and radius."""
