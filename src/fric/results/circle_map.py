@@ -107,7 +107,7 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
         read = [in_si(part if part.lstrip("0123456789.eE+- ") else f"{part} {unit}", dimension) for part in parts]
         found = tuple(read)
         if len(ends) == 2 and min(read) > 0:
-            found = tuple(float(one) for one in np.geomspace(*read, points))
+            found = tuple(float(one) for one in np.geomspace(read[0], read[1], points))
     if not found or min(found) <= 0:
         raise FricError(f"'{given}' is no range of positive values", hint="Write '5 … 200 mm/s', or '5, 10, 50 mm/s'.")
     return found
