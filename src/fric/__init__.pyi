@@ -46,6 +46,8 @@ from .results.controller import ControllerResult as ControllerResult
 from .results.controller import design_controller as design_controller
 from .results.diagnose import DiagnosisResult as DiagnosisResult
 from .results.diagnose import diagnose as diagnose
+from .results.example import ExampleResult as ExampleResult
+from .results.example import example as example
 from .results.export import ExportResult as ExportResult
 from .results.export import export_axis as export_axis
 from .results.formats import FormatsResult as FormatsResult

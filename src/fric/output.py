@@ -17,6 +17,28 @@ WAIT = 30.0
 """How long a file that another process adds to is waited for [s]."""
 
 
+FORMATS = {
+    "YAML": (".yaml", ".yml"),
+    "HDF5": (".h5", ".hdf5"),
+    "HTML": (".html", ".htm"),
+    "JSON": (".json",),
+    "a figure": (".png", ".svg", ".pdf"),
+    "text": (".csv", ".tsv", ".txt", ".gz", ".dat", ".log"),
+    "another program's log": (".mat", ".parquet", ".mf4", ".tdms", ".mcap", ".db3", ".bag", ".xlsx", ".xlsm", ".xml"),
+}
+"""What the ending of a name says of a file."""
+
+
+def refuse_ending(path: Path | None, written: str) -> None:
+    """Raise when the name of an output says that it is of another of the `FORMATS` than what is written."""
+    said = next((name for name, endings in FORMATS.items() if path and path.suffix.lower() in endings), written)
+    if path is not None and said != written:
+        raise FricError(
+            f"what is written is {written}, and the name ends in {path.suffix}", where=str(path),
+            hint=f"Call it {path.with_suffix(FORMATS[written][0]).name}.",
+        )  # fmt: skip
+
+
 def refuse_existing(*paths: Path | None, force: bool = False) -> None:
     """Raise when one of the outputs exists and may not be replaced, or has no folder to go to, before any work.
 
@@ -175,7 +197,7 @@ def alone(path: Path) -> Iterator[None]:
 
 
 def write_folder(folder: Path, files: Mapping[str, str | bytes], *, force: bool = False) -> None:
-    """Write files into a folder, which is made where it is not there; all of them, or an error before the first.
+    """Write files into a folder, made where it is not there, as those in it; all, or an error before the first.
 
     Raises
     ------
@@ -185,6 +207,8 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes], *, force: bool 
     folder = Path(folder)
     try:
         folder.mkdir(exist_ok=True)
+        for name in files:
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise _refused(folder, error) from None
     refuse_existing(*(folder / name for name in files), force=force)

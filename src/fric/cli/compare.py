@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import fric
+from fric.cli.completion import records
 from fric.cli.console import finish
 from fric.cli.identify.by_replay import MODELS
 from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot
@@ -20,7 +21,12 @@ def compare(
     ] = "all",
     fit_on: Annotated[
         list[str] | None,
-        typer.Option("--fit-on", metavar="RECORD", help="Fit on this record, score on those not named; repeatable."),
+        typer.Option(
+            "--fit-on",
+            metavar="RECORD",
+            help="Fit on this record, score on those not named; repeatable.",
+            autocompletion=records,
+        ),
     ] = None,
     cycles: Annotated[
         int | None,

@@ -17,7 +17,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from fric.errors import printable
-from fric.output import refuse_existing
+from fric.output import refuse_ending, refuse_existing
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -89,6 +89,7 @@ def finish(
     doing: str = "",
     also: Mapping[Path | None, Callable[[Any], Any]] | None = None,
     into: Path | None = None,
+    writes: str = "YAML",
 ) -> Any:
     """End a command: make its result, write, plot, and print report or JSON, and the warnings; return the result.
 
@@ -108,10 +109,15 @@ def finish(
         Further figures, by the file that each goes to.
     into
         A folder that the result is saved into, in place of a file; the result looks after what is there.
+    writes
+        Format of ``output``, as `fric.output.FORMATS` calls it.
     """
     figures = {path: draw for path, draw in (also or {}).items() if path is not None}
     view, plot = named(plot)
     written = [path for path in (output, plot, *figures) if path is not None]
+    refuse_ending(output, writes)
+    for figure in (plot, *figures):
+        refuse_ending(figure, "a figure")
     refuse_existing(*written, force=force)
     with progress(doing) as advance:
         result = make(advance)
@@ -175,24 +181,44 @@ def progress(description: str, total: int | None = None) -> Iterator[Any]:
         yield advance
 
 
+class Interruption:
+    """Whether Ctrl-C was pressed, or a polite kill came."""
+
+    def __init__(self) -> None:
+        self._caught: list[int] = []
+
+    def __call__(self) -> bool:
+        """Say whether it did."""
+        return bool(self._caught)
+
+    @property
+    def status(self) -> int:
+        """128 and the number of the signal, as a shell gives it."""
+        return 128 + self._caught[0]
+
+    def catch(self, number: int, frame: FrameType | None) -> None:
+        """Take a signal."""
+        self._caught.append(number)
+
+
 @contextmanager
-def interruption() -> Iterator[Callable[[], bool]]:
+def interruption() -> Iterator[Interruption]:
     """Let the first Ctrl-C, or polite kill, be asked for instead of raised; the second one is raised as ever.
 
     An exception out of nowhere would leave locks held that other threads wait for.
     """
-    caught: list[int] = []
+    interrupted = Interruption()
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 
     def catch(number: int, frame: FrameType | None) -> None:
-        caught.append(number)
+        interrupted.catch(number, frame)
         for own, handler in before.items():
             signal.signal(own, handler)
 
     for number in before:
         signal.signal(number, catch)
     try:
-        yield lambda: bool(caught)
+        yield interrupted
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import fric
+from fric.cli.completion import axes
 from fric.cli.console import finish
 from fric.cli.options import Gain, Implausible, Json, Lead, MachineFile, NominalFiles, SchemesFile, lead_given
 
@@ -17,7 +18,7 @@ def export(
         str, typer.Argument(metavar="TARGET", help="c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.")
     ],
     machine: MachineFile,
-    axis: Annotated[str, typer.Option("--axis", help="The axis.")],
+    axis: Annotated[str, typer.Option("--axis", help="The axis.", autocompletion=axes)],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the files.")],
     scheme: Annotated[str, typer.Option("--scheme", help="The scheme: friction feedforward, and blocks.")] = "f",
     part: Annotated[

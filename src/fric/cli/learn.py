@@ -57,4 +57,4 @@ def learn(
             clockwise=clockwise, share=share, bandwidth=bandwidth, observer=observer, advance=advance,
         )  # fmt: skip
 
-    finish(run, output, plot, json=json, force=force, doing="circles")
+    finish(run, output, plot, json=json, force=force, doing="circles", writes="HDF5")

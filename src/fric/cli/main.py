@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import signal
 import sys
 from types import FrameType
@@ -14,11 +16,13 @@ from fric.cli import (
     compare,
     design,
     diagnose,
+    example,
     export,
     identify,
     ingest,
     inspect,
     learn,
+    manual,
     plan,
     report,
     reproduce,
@@ -64,6 +68,8 @@ app.command()(learn.learn)
 app.command()(validate.validate)
 app.add_typer(simulate.app)
 app.command()(export.export)
+app.command()(example.example)
+app.command("help")(manual.manual)
 
 
 @app.callback()
@@ -87,16 +93,30 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
     try:
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()
     except FricError as error:
         _tell(str(error), 1)
+    except OSError as error:
+        if error.filename is not None or error.errno not in _FULL:
+            raise
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - nothing is flushed there at the end
+        _tell(f"standard output cannot be written: {error.strerror}", 1)
     except _InterruptedError as interrupted:
         _tell("interrupted\nOutputs that were not finished are not there.", 128 + int(interrupted.args[0]))
 
 
+_FULL = (errno.ENOSPC, errno.EPIPE, errno.EIO, errno.EDQUOT)
+
+
 def _tell(error: str, status: int) -> None:
-    ERR.print("[bold red]error:[/]", end=" ")
-    ERR.print(error, markup=False)
+    try:
+        ERR.print("[bold red]error:[/]", end=" ")
+        ERR.print(error, markup=False)
+    except OSError:  # standard error is full, too: the status is left
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     sys.exit(status)
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from fric.cli import completion
 from fric.units import parse
 
 LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG.h5…", help="Log files of one axis.")]
@@ -26,7 +27,9 @@ PlantFile = Annotated[
 ]
 PlantArgument = Annotated[Path, typer.Argument(metavar="PLANT.yaml", help="The plant, eq. (1): A, B, T_d.")]
 MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE.yaml", help="The machine, as in configs/.")]
-SchemeNames = Annotated[str, typer.Option("--scheme", help="A scheme's name, several as a,d,f, or all.")]
+SchemeNames = Annotated[
+    str, typer.Option("--scheme", help="A scheme's name, several as a,d,f, or all.", autocompletion=completion.schemes)
+]
 SchemesFile = Annotated[
     Path | None, typer.Option("--schemes", metavar="SCHEMES.yaml", help="Schemes of your own; else the paper's.")
 ]

@@ -45,5 +45,5 @@ def report(
     given: dict[str, Any] = {"circles": circle or (), "title": title, "tolerance": tolerance}
     finish(
         lambda advance: fric.make_report(*files, **given, advance=advance),
-        output, json=json, force=force, doing="machines",
+        output, json=json, force=force, doing="machines", writes="HTML",
     )  # fmt: skip

@@ -7,11 +7,14 @@ from typing import Annotated
 import typer
 
 import fric
+from fric.cli.completion import types
 from fric.cli.console import print_json
 
 
 def schema(
-    type_name: Annotated[str, typer.Argument(metavar="TYPE", help="friction, mapping, plant, machine, …")],
+    type_name: Annotated[
+        str, typer.Argument(metavar="TYPE", help="friction, mapping, plant, machine, …", autocompletion=types)
+    ],
 ) -> None:
     """Print the JSON Schema of a document type."""
     print_json(fric.document_schema(type_name))

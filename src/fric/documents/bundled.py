@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 
 import fric
+from fric.errors import FricError, near
 from fric.input import missing
+
+RIG = "rig"
+"""The example of the README: logs of the virtual rig, and the rig itself."""
 
 
 def folder(name: str) -> Path:
-    """Return a folder of what comes with fric, ``configs`` or ``data``."""
+    """Return a folder of what comes with fric: ``configs``, ``data`` or ``docs``."""
     package = Path(fric.__file__).parent
     return next((place / name for place in (package, package.parents[1]) if (place / name).is_dir()), package / name)
 
@@ -36,3 +41,62 @@ def located(path: Path, kind: str) -> Path:
     if str(path) in known:
         return known[str(path)]
     raise missing(path, tuple(known))
+
+
+KINDS = ("machine", "mapping", "schemes", "spread", "controller")
+"""Types of documents that are examples by their names."""
+
+
+def examples() -> dict[str, str]:
+    """Return the names that `example` takes, each with the type of its document; `RIG` is of logs and a machine."""
+    return {RIG: "logs"} | {name: kind for kind in KINDS for name in bundled(kind)}
+
+
+def example(name: str) -> dict[str, bytes]:
+    """Return the files of an example by their paths: a bundled document, and what it names; of `RIG` logs as well.
+
+    Raises
+    ------
+    FricError
+        When there is no such example, with a name that is near.
+    """
+    if name not in examples():
+        hint = f"{near(name, examples())}There are {', '.join(examples())}."
+        raise FricError(f"there is no example '{name}'", hint=hint)
+    files: dict[str, bytes] = {}
+    if name == RIG:
+        logs = (path for path in sorted(folder("data").rglob("*")) if path.suffix in {".h5", ".csv"})
+        files = {f"data/{path.relative_to(folder('data')).as_posix()}": path.read_bytes() for path in logs}
+        name = "virtual-rig"
+    pending = [bundled(examples()[name])[name]]
+    while pending:
+        path = pending.pop()
+        files[f"configs/{path.relative_to(folder('configs')).as_posix()}"] = path.read_bytes()
+        named = (path.parent / word for word in re.findall(r"[\w./-]+\.yaml\b", path.read_text("utf-8")))
+        for other in named:
+            if other.is_file() and other not in pending and f"configs/{_within(other)}" not in files:
+                pending.append(folder("configs") / _within(other))
+    return files
+
+
+def _within(path: Path) -> str:
+    return path.resolve().relative_to(folder("configs").resolve()).as_posix()
+
+
+def topics() -> dict[str, Path]:
+    """Return the pages of `fric help` by their names."""
+    return {path.stem: path for path in sorted(folder("docs").glob("*.md"))}
+
+
+def page(name: str) -> str:
+    """Return the text of a page.
+
+    Raises
+    ------
+    FricError
+        When there is none of that name, with one that is near.
+    """
+    known = topics()
+    if name not in known:
+        raise FricError(f"there is no page '{name}'", hint=f"{near(name, known)}There are {', '.join(known)}.")
+    return known[name].read_text("utf-8")

@@ -13,10 +13,10 @@ from fric.documents.mapping import MappingDocument
 from fric.errors import FricError
 from fric.io.hdf5 import header_of, log_writer
 from fric.io.ingest_session import EVERYTHING, BadCells, IngestedRecord, Progress, Session
-from fric.io.readers import endings, tables
+from fric.io.readers import tables
 from fric.io.readers.base import Table
 from fric.log import KINDS, Kind
-from fric.output import refuse_existing
+from fric.output import refuse_ending, refuse_existing
 from fric.units import Motion
 
 
@@ -104,7 +104,7 @@ def ingest(
     """
     sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
     output = Path(output)
-    refuse_foreign_name(output)
+    refuse_ending(output, "HDF5")
     refuse_existing(None if append else output, force=force)
     if not sources:
         raise FricError("there is no file to ingest")
@@ -165,15 +165,6 @@ def _together(refused: Sequence[FricError], files: int) -> FricError:
     lines = [f"{error.where}: {error.what}" if error.where else error.what for error in refused]
     mends = list(dict.fromkeys(error.hint for error in refused if error.hint))
     return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), hint=" ".join(mends[:2]))
-
-
-def refuse_foreign_name(output: Path) -> None:
-    """Refuse to write HDF5 to a name that ends as a foreign log does."""
-    if output.suffix.lower() in endings():
-        raise FricError(
-            f"what is written is HDF5, and the name ends in {output.suffix}", where=str(output),
-            hint=f"Call it {output.with_suffix('.h5').name}.",
-        )  # fmt: skip
 
 
 def _tables(path: Path, mapping: MappingDocument | None) -> Iterable[Table]:

@@ -20,13 +20,12 @@ from fric.io.audit import Clock
 from fric.io.circle import FORMAT, read_circles, write_circles
 from fric.io.circle_columns import circle_plan
 from fric.io.digest import digest_of
-from fric.io.ingest import refuse_foreign_name
 from fric.io.ingest_session import Progress
 from fric.io.readers import tables
 from fric.io.rows import WholeRows
 from fric.log import BALL_BAR
 from fric.notice import Notice
-from fric.output import refuse_existing
+from fric.output import refuse_ending, refuse_existing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -120,7 +119,7 @@ def ingest_circles(
     """
     stated, output = stated or StatedCircle(), Path(output)
     sources = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
-    refuse_foreign_name(output)
+    refuse_ending(output, "HDF5")
     refuse_existing(None if append else output, force=force)
     if not sources:
         raise FricError("there is no file to ingest")

@@ -264,6 +264,6 @@ def circle(
             if interrupted():
                 break
     if not done:
-        raise FricError("interrupted before a machine was done", hint="Nothing was written.")
+        raise FricError("no machine was done", hint="Nothing was written.")
     many = MonteCarlo(study, machines, tuple(done))
     return CircleResult(subject, runs, axis, many, identified, evidence.prediction(many) if evidence else None)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import fric
+from fric.cli.completion import records
 from fric.cli.console import OUT, finish
 from fric.cli.options import Force, Implausible, Json
 
@@ -32,7 +33,10 @@ def block(
     peak_sensitivity: Annotated[
         str, typer.Option(metavar="GAIN", help="Ms that the whole loop may have at most.")
     ] = "6 dB",
-    record: Annotated[str | None, typer.Option(metavar="NAME", help="The record of LOG.h5 that holds it.")] = None,
+    record: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="The record of LOG.h5 that holds it.", autocompletion=records),
+    ] = None,
     joint: Annotated[
         bool, typer.Option("--joint", help="Design the gains of the cascade together with the block.")
     ] = False,

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 import fric
+from fric.cli.completion import records
 from fric.cli.console import finish
 from fric.cli.options import Force, Implausible, Json, PlantArgument, Plot
 
@@ -55,7 +56,10 @@ def observer(
             metavar="FREQUENCY", help="The lowest structural mode, as '80 Hz', where no response was measured."
         ),
     ] = None,
-    record: Annotated[str | None, typer.Option(metavar="NAME", help="The record of LOG.h5 that holds it.")] = None,
+    record: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="The record of LOG.h5 that holds it.", autocompletion=records),
+    ] = None,
     averages: Annotated[
         int, typer.Option(min=1, help="Records that a table's coherence was averaged over, for its confidence.")
     ] = 1,

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 import typer
 
 import fric
-from fric.cli.console import ERR, finish, interruption
+from fric.cli.completion import axes
+from fric.cli.console import ERR, Interruption, finish, interruption
 from fric.cli.options import (
     Force,
     Gain,
@@ -34,7 +35,8 @@ def circle(
     revolutions: Annotated[int, typer.Option("--revolutions", help="Revolutions; the last is looked at.")] = 2,
     clockwise: Annotated[bool, typer.Option("--clockwise", help="Turn clockwise.")] = False,
     axis: Annotated[
-        str | None, typer.Option("--axis", help="Simulate one axis alone; the other follows its reference exactly.")
+        str | None,
+        typer.Option("--axis", help="Simulate one axis alone; the other follows its reference.", autocompletion=axes),
     ] = None,
     friction: NominalFiles = None,
     gain: Gain = None,
@@ -74,6 +76,8 @@ def circle(
     if friction_model and from_intervals:
         raise typer.BadParameter("--friction-model does not go with --from-intervals")
 
+    interrupted: list[Interruption] = []
+
     def run(advance: Any) -> Any:
         nominal_files: dict[str, Any] = {"nominal_files": friction or (), "gain": gain, "lead": lead_given(lead)}
         if from_intervals:
@@ -98,14 +102,21 @@ def circle(
             "workers": workers,
             "scheduler": scheduler,
         }
-        with interruption() as interrupted:
-            return fric.circle(subject, scheme, interrupted=interrupted, **given)
+        with interruption() as asked:
+            interrupted.append(asked)
+            return fric.circle(subject, scheme, interrupted=asked, **given)
 
     reversal = {plot_reversal: lambda made: made.reversal_figure()}
-    made = finish(run, output, plot, json=json, force=force, doing="circles", also=reversal)
+    try:
+        made = finish(run, output, plot, json=json, force=force, doing="circles", also=reversal, writes="HDF5")
+    except fric.FricError as error:
+        if not any(asked() for asked in interrupted):
+            raise
+        ERR.print(f"interrupted: {error}", markup=False)
+        raise typer.Exit(interrupted[0].status) from None
     if made.cut_short:
         ERR.print(
             f"interrupted: {len(made.many)} of {monte_carlo} machines are done, and are kept: "
             f"what --monte-carlo {len(made.many)} gives"
         )
-        raise typer.Exit(1)
+        raise typer.Exit(interrupted[0].status)

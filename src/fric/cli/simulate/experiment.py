@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import fric
+from fric.cli.completion import axes
 from fric.cli.console import finish
 from fric.cli.options import Force, Implausible, Json, MachineFile
 
@@ -26,7 +27,7 @@ def experiment(
     plan: Annotated[
         Path | None, typer.Option("--plan", metavar="PLAN", help="The records of a plan: plan.yaml, or its folder.")
     ] = None,
-    axis: Annotated[str, typer.Option("--axis", help="The axis that is moved.")] = "x",
+    axis: Annotated[str, typer.Option("--axis", help="The axis that is moved.", autocompletion=axes)] = "x",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all that is random.")] = 0,
     samples: Annotated[
         int | None, typer.Option("--samples", min=100, help="Samples that the drive's trace holds, for each record.")
@@ -63,5 +64,5 @@ def experiment(
     given |= {"frequency": frequency, "peaks": peaks, "encoder": encoder, "noise": noise}
     finish(
         lambda advance: fric.experiment(machine, kind, axis, plan=plan, advance=advance, **given),
-        output, json=json, force=force, doing="experiments",
+        output, json=json, force=force, doing="experiments", writes="HDF5",
     )  # fmt: skip

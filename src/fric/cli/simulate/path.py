@@ -55,5 +55,5 @@ def path(
             fric.read_machine(machine, nominal_files=friction or (), gain=gain, lead=lead_given(lead)),
             points, scheme, velocity=velocity, known=schemes, advance=advance,
         ),
-        output, plot, json=json, force=force, doing="schemes",
+        output, plot, json=json, force=force, doing="schemes", writes="HDF5",
     )  # fmt: skip

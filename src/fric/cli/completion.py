@@ -1,0 +1,76 @@
+"""What the shell completes: names of schemes, axes, records, document types, examples and pages.
+
+Each is asked by the shell in a process of its own; what does not read completes to nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import typer
+
+Words = Sequence[str]
+"""The words of the line so far, without those that name commands."""
+
+
+def _completes(names: Callable[[Words], Iterable[str]]) -> Callable[[typer.Context, str], list[str]]:
+    """Return a completion by what the other words of the line give."""
+
+    def complete(ctx: typer.Context, incomplete: str) -> list[str]:
+        with suppress(Exception):
+            # of a line that ends in an option the other options are parsed, and its words are left as they are
+            words = [*ctx.args, *(("--schemes", str(own)) if (own := ctx.params.get("schemes")) else ())]
+            return [name for name in names(words) if name.startswith(incomplete)]
+        return []
+
+    return complete
+
+
+def _schemes(words: Words) -> Iterable[str]:
+    from fric.control.scheme import PAPER_SCHEMES
+    from fric.documents.schemes import read_schemes
+
+    own = words[words.index("--schemes") + 1] if "--schemes" in words else None
+    return [*(read_schemes(Path(own)) if own else PAPER_SCHEMES), "all"]
+
+
+def _axes(words: Words) -> Iterable[str]:
+    import fric
+
+    for word in words:
+        with suppress(fric.FricError):
+            return fric.read_machine(Path(word)).axes
+    return []
+
+
+def _records(words: Words) -> Iterable[str]:
+    import h5py
+
+    for word in words:
+        if word.endswith(".h5"):
+            with h5py.File(word) as file:
+                yield from file["records"]
+
+
+def _types(words: Words) -> Iterable[str]:
+    from fric.documents import document_types
+
+    return document_types()
+
+
+def _examples(words: Words) -> Iterable[str]:
+    from fric.documents import bundled
+
+    return bundled.examples()
+
+
+def _topics(words: Words) -> Iterable[str]:
+    from fric.documents import bundled
+
+    return bundled.topics()
+
+
+schemes, axes, records = _completes(_schemes), _completes(_axes), _completes(_records)
+types, examples, topics = _completes(_types), _completes(_examples), _completes(_topics)

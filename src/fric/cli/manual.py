@@ -1,0 +1,31 @@
+"""`fric help`: the pages of the documentation, in the terminal."""
+
+from __future__ import annotations
+
+import sys
+from pydoc import pager
+from typing import Annotated
+
+import typer
+
+from fric.cli.completion import topics
+
+
+def manual(
+    topic: Annotated[
+        str | None, typer.Argument(metavar="TOPIC", help="A page; the list of them, else.", autocompletion=topics)
+    ] = None,
+) -> None:
+    """Show a page of the documentation: formats, models, schemes, limits, …; `fric COMMAND -h` tells of a command."""
+    from fric.documents import bundled
+
+    if topic is None:
+        for name, path in bundled.topics().items():
+            with path.open(encoding="utf-8") as file:
+                title = file.readline().removeprefix("# ")
+            typer.echo(f"{name:14}{title}", nl=False)
+        return
+    if sys.stdout.isatty():
+        pager(bundled.page(topic))
+    else:
+        typer.echo(bundled.page(topic), nl=False)

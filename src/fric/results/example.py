@@ -1,0 +1,74 @@
+"""What comes with fric, copied to where it can be tried and edited."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from fric.documents.bundled import RIG
+from fric.documents.bundled import example as files_of
+from fric.io.propose import proposal
+from fric.output import write_folder
+from fric.results.base import Result
+from fric.results.text import Piece
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ExampleResult(Result):
+    """An example that was copied.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    folder
+        Where it is.
+    files
+        Its files, from there.
+    """
+
+    name: str
+    folder: Path
+    files: tuple[str, ...]
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """Name, folder and files."""
+        return {"name": self.name, "folder": str(self.folder), "files": list(self.files)}
+
+    def report(self) -> list[Piece]:
+        """Return the files, and what may be done with them."""
+        shown = [name for name in self.files if "/strokes/" not in name]
+        strokes = len(self.files) - len(shown)
+        told: list[Piece] = [*shown, *([f"data/strokes: {strokes} files"] if strokes else [])]
+        if self.name == RIG:
+            told.append(f"try: cd {self.folder} && fric auto data -o found --machine configs/virtual-rig.yaml")
+        return told
+
+
+def example(name: str = RIG, *, output: Path | str, force: bool = False) -> ExampleResult:
+    """Copy an example into a folder: logs, a mapping and a machine of the virtual rig, or a bundled document.
+
+    Parameters
+    ----------
+    name
+        ``rig``, or the name of a bundled machine, mapping, schemes or spread file, such as ``xy-table``.
+    output
+        The folder, which is made where it is not there.
+    force
+        Replace files that exist.
+
+    Raises
+    ------
+    FricError
+        When there is no such example, or the folder does not take it.
+    """
+    files: dict[str, str | bytes] = {**files_of(name)}
+    write_folder(Path(output), files, force=force)
+    if name == RIG:  # a mapping of these logs, as `fric ingest --propose` makes it: they need none, others will
+        made = proposal([Path(output) / one for one in files if "/strokes/" in one])
+        write_folder(Path(output), {"mapping.yaml": made}, force=force)
+        files["mapping.yaml"] = made
+    return ExampleResult(name, Path(output), tuple(files))

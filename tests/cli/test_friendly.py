@@ -1,0 +1,142 @@
+"""What a user meets beside the numbers: completion, examples, pages, full disks, Ctrl-C, endings of names."""
+
+import os
+import signal
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import fric
+from fric.cli.main import app
+from fric.documents import bundled
+from fric.documents.yaml import read_document
+from fric.errors import FricError
+
+ROOT = Path(__file__).parents[2]
+FRIC = "import sys; sys.argv[0] = 'fric'; from fric.cli.main import main; main()"
+RUN = CliRunner()
+
+
+def run(*words, **given):
+    return subprocess.run([sys.executable, "-c", FRIC, *words], text=True, stderr=subprocess.PIPE, check=False, **given)
+
+
+def completed(*words):
+    environment = os.environ | {
+        "_FRIC_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(["fric", *words]), "COMP_CWORD": str(len(words)),
+    }  # fmt: skip
+    return run(stdout=subprocess.PIPE, env=environment, cwd=ROOT).stdout.split()
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        (["simulate", "circle", "xy-table", "--scheme", ""], ["a", "b", "c", "d", "e", "f", "all"]),
+        (["simulate", "circle", "xy-table", "--schemes", "configs/literature.yaml", "--scheme", "rep"], ["repetitive"]),
+        (["simulate", "experiment", "xy-table", "--axis", ""], ["x", "y"]),
+        (["schema", "fri"], ["friction"]),
+        (["compare", "data/presliding-sine.h5", "--fit-on", "p"], ["presliding-sine-01", "presliding-sine-02"]),
+        (["help", "f"], ["formats"]),
+        (["example", "xy"], ["xy-table"]),
+        (["simulate", "experiment", "no-such-machine", "--axis", ""], []),
+    ],
+)  # fmt: skip
+def test_completion(words, found):
+    assert completed(*words) == found
+
+
+def test_the_example_goes_where_it_is_told_and_is_whole(tmp_path):
+    done = RUN.invoke(app, ["example", "-o", str(tmp_path / "try")])
+    assert done.exit_code == 0
+    assert len(list((tmp_path / "try/data/strokes").glob("*.csv"))) == 17
+    assert fric.read_machine(tmp_path / "try/configs/virtual-rig.yaml").axes.keys() == {"x", "y"}
+    strokes = min((tmp_path / "try/data/strokes").iterdir())
+    mapped = fric.ingest(strokes, output=tmp_path / "log.h5", mapping=tmp_path / "try/mapping.yaml")
+    assert mapped.done.samples > 500
+    assert isinstance(RUN.invoke(app, ["example", "-o", str(tmp_path / "try")]).exception, FricError)  # it is there
+
+
+def test_every_bundled_document_is_an_example_with_what_it_names(tmp_path):
+    for name, kind in bundled.examples().items():
+        made = fric.example(name, output=tmp_path / name)
+        if kind == "machine":
+            (path,) = (one for one in (tmp_path / name).rglob(f"{name}.yaml"))
+            assert fric.read_machine(path).axes, made
+    with pytest.raises(FricError, match="Is it xy-table"):
+        fric.example("xytable", output=tmp_path / "none")
+
+
+def test_the_wheel_takes_along_every_page_that_is_no_list_of_this_checkout():
+    included = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
+    pages = {Path(one).stem for one in included["force-include"] if one.endswith(".md")}
+    assert pages == bundled.topics().keys() - {"api", "commands", "gallery", "index"}
+    listed = RUN.invoke(app, ["help"]).output.splitlines()
+    assert [line.split()[0] for line in listed] == list(bundled.topics())
+    assert RUN.invoke(app, ["help", "limits"]).output == (ROOT / "docs/limits.md").read_text(encoding="utf-8")
+    assert "Is it limits?" in str(RUN.invoke(app, ["help", "limts"]).exception)
+
+
+@pytest.mark.parametrize("words", [["schema", "friction"], ["ingest", "--list"]])
+def test_a_full_standard_output_is_told_in_a_line(words):
+    with Path("/dev/full").open("w") as full:
+        done = run(*words, stdout=full)
+        assert done.returncode == 1
+        assert done.stderr == "error: standard output cannot be written: No space left on device\n"
+        assert (
+            subprocess.run([sys.executable, "-c", FRIC, *words], stdout=full, stderr=full, check=False).returncode == 1
+        )
+
+
+@pytest.mark.parametrize(
+    ("words", "better"),
+    [
+        (["identify", "static", "LOG", "-o", "static.h5"], "Call it static.yaml."),
+        (["identify", "static", "LOG", "-o", "static.yaml", "--plot", "a.yaml"], "Call it a.png."),
+        (["simulate", "circle", "xy-table", "-o", "run.yaml"], "Call it run.h5."),
+        (["simulate", "experiment", "xy-table", "--kind", "sliding-sine", "-o", "log.csv"], "Call it log.h5."),
+        (["ingest", "LOG", "-o", "log.yaml"], "Call it log.h5."),
+        (["report", "LOG", "-o", "page.pdf"], "Call it page.html."),
+        (["learn", "xy-table", "--rounds", "1", "-o", "run.png"], "Call it run.h5."),
+    ],
+)
+def test_an_ending_that_means_another_format_is_refused_before_any_work(tmp_path, monkeypatch, words, better):
+    monkeypatch.chdir(tmp_path)
+    error = RUN.invoke(
+        app, [str(ROOT / "data/constant-velocity.h5") if word == "LOG" else word for word in words]
+    ).exception
+    assert isinstance(error, FricError)
+    assert "and the name ends in" in error.what
+    assert error.hint == better
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("words", [
+    ["simulate", "circle", "xy-table", "--scheme", "f", "--monte-carlo", "4000", "--workers", "1"],
+    ["identify", "gms", str(ROOT / "data/presliding-sine.h5"), "--blocks", "6", "-o", "friction.yaml"],
+])  # fmt: skip
+def test_ctrl_c_ends_with_130(tmp_path, words):
+    code = FRIC.replace("main()", "print('on', flush=True); main()")
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, *words], cwd=tmp_path, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout.readline() == "on\n"
+    try:
+        process.wait(2.5)  # it is at work
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == 130, told
+    assert "interrupted" in told
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_bundled_documents_read():
+    for kind in bundled.KINDS:
+        for path in bundled.bundled(kind).values():
+            from fric.documents import document_types
+
+            assert read_document(path, document_types()[kind])
