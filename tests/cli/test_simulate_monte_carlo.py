@@ -17,7 +17,6 @@ from typer.testing import CliRunner
 
 from fric.cli import main
 from fric.cli.main import app
-from fric.errors import FricError
 from fric.io.run import read_runs
 from fric.simulate import monte_carlo, processes
 from fric.simulate.monte_carlo import Study
@@ -123,7 +122,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    assert ended.value.code == 1
+    assert ended.value.code == 130
     printed = capsys.readouterr()
     told = json.loads(printed.out)["monte_carlo"]
     assert 1 <= told["machines"] < 50
@@ -170,7 +169,7 @@ def test_processes_keep_what_is_done_and_none_is_left(tmp_path, to_all):
     else:
         running.terminate()
     printed, told = running.communicate(timeout=60)
-    assert running.returncode == 1
+    assert running.returncode == 128 + (signal.SIGINT if to_all else signal.SIGTERM)
     assert "Traceback" not in told
     machines = json.loads(printed)["monte_carlo"]["machines"]
     assert f"{machines} of 20000 machines are done" in told
@@ -186,8 +185,9 @@ def test_ctrl_c_before_a_machine_is_done_writes_nothing(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Study, "__call__", interrupting)
     monkeypatch.setattr(processes, "map", lambda study, machines: study(0), raising=False)
-    with pytest.raises(FricError, match="interrupted before a machine was done"):
+    with pytest.raises(SystemExit) as ended:
         circle("--scheme", "a", "--monte-carlo", "3", "--workers", "1", "-o", str(tmp_path / "run.h5"))
+    assert ended.value.code == 130
     assert not list(tmp_path.iterdir())
 
 

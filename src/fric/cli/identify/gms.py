@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 import fric
-from fric.cli.console import finish
+from fric.cli.console import ERR, finish
 from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot
+from fric.output import refuse_existing
 
 
 def gms(
@@ -29,6 +30,9 @@ def gms(
         str | None,
         typer.Option(metavar="FIRST:LAST", help="Cycles to fit, from 1; the later ones are held out and replayed."),
     ] = None,
+    interactive: Annotated[
+        bool, typer.Option("--interactive", help="Move the knots by hand, on a page that this computer alone sees.")
+    ] = False,
     refine: Annotated[bool, typer.Option(help="Refine alpha, k and C by replay along the measured motion.")] = True,
     plant: PlantFile = None,
     plot: Plot = None,
@@ -37,9 +41,26 @@ def gms(
     force: Force = False,
 ) -> None:
     """Identify alpha, k and C of the GMS model (eqs. 3 to 6) from pre-sliding cycles, and C from sliding."""
+    given: dict[str, Any] = {"static": static, "plant": plant, "cycles": cycles}
+    if interactive:
+        refuse_existing(output, plot, force=force)
+        chosen = by_hand(logs, {"blocks": blocks, "knots": knots, "refine": False, **given})
+        blocks, knots = "auto", chosen
     finish(
-        lambda _: fric.identify_gms(
-            *logs, static=static, plant=plant, blocks=blocks, knots=knots, cycles=cycles, refine=refine
-        ),
+        lambda _: fric.identify_gms(*logs, blocks=blocks, knots=knots, refine=refine, **given),
         output, plot, json=json, force=force, doing="virgin curve and replay",
     )  # fmt: skip
+
+
+def by_hand(logs: list[Path], given: dict[str, Any]) -> str:
+    """Serve a page to move the knots on; return them as ``--knots`` takes them, which is printed, too."""
+    from fric.report.knots import KnotPage
+
+    records = fric.read(*logs)
+    start = fric.identify_gms(records, **given)
+    page = KnotPage(start, lambda knots: fric.identify_gms(records, **given | {"blocks": "auto", "knots": list(knots)}))
+    ERR.print(f"move the knots at {page.address} ; Ctrl-C ends without writing", markup=False)
+    unit = "um" if start.fit.motion == "linear" else "urad"
+    chosen = ", ".join(f"{knot * 1e6:.6g} {unit}" for knot in page.serve())
+    ERR.print(f"the same again: --knots '{chosen}'", markup=False)
+    return chosen
