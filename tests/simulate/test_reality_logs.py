@@ -12,7 +12,8 @@ from fric.drive.sensing import Encoder, low_pass_pole
 from fric.errors import FricError
 from fric.log import Log
 from fric.simulate.experiment import constant_velocity, experiment, frequency_response, presliding_sine
-from fric.simulate.reality.flaws import Clock, ColouredNoise, ForceChannel, Interpolation, Reality
+from fric.simulate.reality.flaws import Reality
+from fric.simulate.reality.log_flaws import Clock, ColouredNoise, ForceChannel, Interpolation
 from fric.simulate.reality.trace import encoder_tells
 
 MACHINES = Path("configs/reality")

@@ -16,7 +16,8 @@ from fric.friction.stribeck import StaticMap
 from fric.kernels.replay import replay
 from fric.reference import Reference, strokes
 from fric.simulate.axis import run_axis
-from fric.simulate.reality.flaws import Cogging, Direction, Drift, Dwell, Reality, SecondMass, Wave
+from fric.simulate.reality.flaws import Reality, SecondMass
+from fric.simulate.reality.guideway_flaws import Cogging, Direction, Drift, Dwell, Wave
 from fric.simulate.reality.motion import true_axis
 from fric.simulate.trial import Trial, runs_of
 

@@ -8,20 +8,9 @@ from pydantic import Field
 
 from fric.documents.base import Physical, Quantity
 from fric.estimate import Estimate
-from fric.simulate.reality.flaws import (
-    Clock,
-    Cogging,
-    ColouredNoise,
-    Direction,
-    Drift,
-    Dwell,
-    Excitation,
-    ForceChannel,
-    Interpolation,
-    Reality,
-    SecondMass,
-    Wave,
-)
+from fric.simulate.reality.flaws import Excitation, Reality, SecondMass
+from fric.simulate.reality.guideway_flaws import Cogging, Direction, Drift, Dwell, Wave
+from fric.simulate.reality.log_flaws import Clock, ColouredNoise, ForceChannel, Interpolation
 from fric.units import Motion
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import stdtrit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -63,3 +64,51 @@ def _andrews(rho: NDArray[np.float64], n: int) -> float:
     rho = np.clip(rho, -0.97, 0.97)
     alpha = np.sum(4 * rho**2 / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(1 / (1 - rho) ** 4)
     return float(1.1447 * (alpha * n) ** (1 / 3))
+
+
+def widened(covariance: NDArray[np.float64], *others: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a covariance (p, p) with each deviation as large as in the one of others that has it largest."""
+    own = np.sqrt(np.diag(covariance))
+    widest = np.max([own, *(np.sqrt(np.diag(one)) for one in others)], axis=0)
+    widen = np.divide(widest, own, out=np.ones_like(own), where=own > 0)
+    return np.asarray(covariance * np.outer(widen, widen))
+
+
+def jackknife(
+    gradient: NDArray[np.float64], residual: NDArray[np.float64], label: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Return the squared half widths (p, p) of 95 % intervals that leaving out each group of samples gives.
+
+    Each is one Gauss–Newton step from the solution, and counts by Student's t: a percentile bootstrap of five cycles
+    covers some 80 %, not 95.
+
+    Parameters
+    ----------
+    gradient, residual
+        Derivatives (n, p) and residuals (n,).
+    label
+        The group that each sample belongs to, shape (n,).
+    """
+    normal, groups = gradient.T @ gradient, np.unique(label)
+    left_out = []
+    for group in groups:
+        J, r = gradient[label == group], residual[label == group]
+        left_out.append(np.linalg.lstsq(normal - J.T @ J, J.T @ r, rcond=1e-12)[0])
+    count, moved = len(groups), np.array(left_out)
+    moved = moved - moved.mean(axis=0)
+    t = float(stdtrit(max(count - 1, 1), 0.975))
+    return np.asarray(t**2 * (count - 1) / count * moved.T @ moved)
+
+
+def sandwich(
+    gradient: NDArray[np.float64], residual: NDArray[np.float64], label: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Return the squared half widths (p, p) of 95 % intervals where residuals of one group belong together.
+
+    The infinitesimal jackknife, or sandwich (White, Econometrica 50, 1982); see `jackknife`.
+    """
+    groups = np.unique(label)
+    scores = np.array([gradient[label == group].T @ residual[label == group] for group in groups])
+    moved = np.linalg.lstsq(gradient.T @ gradient, scores.T, rcond=1e-12)[0]
+    t = float(stdtrit(max(len(groups) - 1, 1), 0.975))
+    return np.asarray(t**2 * moved @ moved.T)

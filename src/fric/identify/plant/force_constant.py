@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 LEAST_FILTER = 0.2
 """Samples of T_f from which on it is taken for a filter."""
 
+FORM = 0.01
+"""Samples by which the lag of a filter is off where it is taken for a continuous one."""
+
 DESCRIBED = 0.1
 """Samples from which on a lag is told."""
 
@@ -121,6 +124,8 @@ def force_constant(
     half_width_lag = quantile * float(
         np.sqrt(max(np.array([0.0, 1.0, 1.0]) @ covariance @ np.array([0.0, 1.0, 1.0]), 0.0))
     )
+    if filtered:  # of a filter, continuous or of samples, and of which rate, is not told: the lag bears a little of it
+        half_width_lag = float(np.hypot(half_width_lag, FORM / sampling))
     late = Estimate(lag, si_unit("time", motion), (lag - half_width_lag, lag + half_width_lag))
     corner = None
     if filtered:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import optimize
 
 from fric.errors import FricError
-from fric.identify.plant.response_fit import COARSEST
+from fric.identify.plant.response_lines import COARSEST
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

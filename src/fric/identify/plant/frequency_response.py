@@ -9,12 +9,11 @@ import numpy as np
 from scipy import fft, signal
 
 from fric.errors import FricError
+from fric.identify.plant.driven_lines import distortion, excited
 from fric.identify.plant.spectra import (
     coherence_of,
-    distortion,
     drift,
     estimate,
-    excited,
     find_period,
     moved_at,
     neighbour_spectra,

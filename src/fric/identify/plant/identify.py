@@ -16,7 +16,8 @@ from fric.identify.plant.force_constant import against_mass, force_constant
 from fric.identify.plant.frequency_response import MeasuredResponse, measure_response
 from fric.identify.plant.mode_fit import at, solve_with_modes
 from fric.identify.plant.plant_warnings import described
-from fric.identify.plant.response_fit import Lines, Solution, select, solve
+from fric.identify.plant.response_fit import Solution, solve
+from fric.identify.plant.response_lines import Lines, select
 from fric.identify.records.flaws import clock_flaws
 from fric.identify.records.sampling import evened
 from fric.log import FrequencyResponse, Log

@@ -8,7 +8,9 @@ import numpy as np
 
 from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
-from fric.identify.plant.response_fit import UNDETERMINED, Lines, Solution, near, solve
+from fric.identify.plant.response_fit import UNDETERMINED, Solution, solve
+from fric.identify.plant.response_lines import Lines
+from fric.identify.plant.response_start import near
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -13,53 +13,27 @@ from scipy import optimize, stats
 from fric.drive.plant import LinearPlant
 from fric.drive.resonance import Encoder, Resonance
 from fric.drive.sampled import SampledPlant
-from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.identify.plant.covariance import jackknife, widened
+from fric.identify.plant.response_start import near
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.identify.plant.frequency_response import MeasuredResponse
-
-COARSEST = 0.3
-"""Relative deviation up to which the logarithm of a response is as good as unbiased."""
+    from fric.identify.plant.response_lines import Lines
 
 UNDETERMINED = 0.5
 """Share of the table in the moving mass, where it is not told."""
 
+BLOCKS, FEWEST = 10, 5
+"""Blocks of neighbouring lines that are left out in turn, and how many there are at least."""
+
+OTHER_RATIOS = (0.2, 0.8)
+"""Shares of the table that it may as well have, where it is not told."""
+
 MISFIT = 0.99
 """Quantile of chi-squared from which on the residuals are more than noise."""
-
-
-class Lines(NamedTuple):
-    """The lines of one response that a fit uses.
-
-    Parameters
-    ----------
-    frequency
-        Frequencies [Hz], shape (n,).
-    response
-        Z/U [m/V], shape (n,).
-    deviation
-        Relative standard deviation of real and imaginary part, shape (n,).
-    hold
-        Sampling rate of the hold in front of the plant [Hz]; None where the response is that of eq. (1) itself.
-    reversing
-        Equivalent gain of Coulomb friction [s/m], see `MeasuredResponse`.
-    correlation
-        Neighbouring lines that tell as much as one.
-    known
-        True where the deviation is known in full, false where only its shape is (a table).
-    """
-
-    frequency: NDArray[np.float64]
-    response: NDArray[np.complex128]
-    deviation: NDArray[np.float64]
-    hold: float | None
-    reversing: float
-    correlation: float
-    known: bool
 
 
 class Form(NamedTuple):
@@ -77,20 +51,21 @@ class Form(NamedTuple):
         A = float(x[0]) + (float(x[3]) * reversing if self.friction else 0.0)
         return LinearPlant(max(A, 0.0), float(np.exp(x[1])), max(float(x[2]), 0.0))
 
-    def resonance(self, x: NDArray[np.float64]) -> Resonance | None:
-        """Return the second mass, where there is one."""
+    def resonance(self, x: NDArray[np.float64], share: float = UNDETERMINED) -> Resonance | None:
+        """Return the second mass, where there is one, with this share of the table where it is not told."""
         if self.encoder is None:
             return None
         tail = [float(value) for value in x[3 + self.friction :]]
         return Resonance(
-            float(np.exp(tail[0])), tail[2] if len(tail) > 2 else UNDETERMINED, float(np.exp(tail[1])), self.encoder
+            float(np.exp(tail[0])), tail[2] if len(tail) > 2 else share, float(np.exp(tail[1])), self.encoder
         )
 
     def response(
-        self, x: NDArray[np.float64], frequency: NDArray[np.float64], hold: float | None, reversing: float = 0.0
-    ) -> NDArray[np.complex128]:
+        self, x: NDArray[np.float64], frequency: NDArray[np.float64], hold: float | None, reversing: float = 0.0,
+        share: float = UNDETERMINED,
+    ) -> NDArray[np.complex128]:  # fmt: skip
         """Return Z/U [m/V] of these parameters at frequencies [Hz], shape (n,)."""
-        return modelled(self.plant(x, reversing), frequency, hold, self.resonance(x))
+        return modelled(self.plant(x, reversing), frequency, hold, self.resonance(x, share))
 
 
 EQUATION_1 = Form()
@@ -176,55 +151,6 @@ def modelled(
     return SampledPlant.of(plant, hold).response(frequency, hold)
 
 
-def select(
-    measured: MeasuredResponse,
-    *,
-    hold: float | None,
-    coherence: float,
-    band: tuple[float, float] = (0.0, np.inf),
-) -> tuple[Lines, NDArray[np.bool_]]:
-    """Return the lines of a response that are sure enough, and which they are, shape (n,).
-
-    Parameters
-    ----------
-    measured
-        The response.
-    hold
-        Sampling rate of the hold [Hz], or None.
-    coherence
-        Least coherence.
-    band
-        Lowest and highest frequency [Hz].
-
-    Raises
-    ------
-    FricError
-        When fewer than four lines are left.
-    """
-    table = measured.table
-    f = table.frequency
-    deviation = np.ones_like(f) if table.deviation is None else table.deviation
-    known = measured.method != "table" or table.coherence is None
-    used = (f >= band[0]) & (f <= band[1]) & (f < (np.inf if hold is None else 0.45 * hold))
-    if table.coherence is not None:
-        used &= table.coherence >= coherence
-    if measured.method != "table":
-        used &= deviation <= COARSEST
-    if np.count_nonzero(used) < 4:
-        raise FricError(
-            f"{np.count_nonzero(used)} of {len(f)} frequencies have a coherence of {coherence:g} or more"
-            + (f" between {band[0]:g} and {band[1]:g} Hz" if band != (0.0, np.inf) else ""),
-            where=table.where,
-            hint="Excite harder or longer, or lower --coherence.",
-        )
-    floor = 1e-9  # a response without any noise weighs much, but not infinitely
-    lines = Lines(
-        f[used], measured.response[used], np.maximum(deviation[used], floor), hold, measured.reversing or 0.0,
-        measured.correlation, known and measured.method != "table",
-    )  # fmt: skip
-    return lines, used
-
-
 def solve(
     sets: Sequence[Lines],
     *,
@@ -289,11 +215,40 @@ def solve(
                 break
         chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * chi2 * correlation
+    quantile = float(stats.t.ppf(0.975, freedom))
+    covariance = widened(covariance, _left_out(found, sets) / quantile**2)
+    if form.encoder == "table":
+        for ratio in OTHER_RATIOS:
+            other = np.concatenate([_residual(form, found.x, lines, a, ratio)
+                                    for lines, a in zip(sets, added, strict=True)])  # fmt: skip
+            moved = np.linalg.lstsq(found.jac, other - found.fun, rcond=None)[0]
+            covariance = covariance + np.outer(moved, moved) / (len(OTHER_RATIOS) * quantile**2)
     return Solution(found.x, covariance, plain, max(added), freedom, form)
 
 
-def _residual(form: Form, x: NDArray[np.float64], lines: Lines, misfit: float) -> NDArray[np.float64]:
-    ratio = np.log(lines.response / form.response(x, lines.frequency, lines.hold, lines.reversing))
+def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines]) -> NDArray[np.float64]:
+    """Return the squared half widths (p, p) that leaving out blocks of neighbouring lines gives, 0 of few lines.
+
+    What a model misses, and what friction and an encoder's steps do to a response, is alike from line to line, and no
+    scatter over periods shows it.
+    """
+    label, first = [], 0
+    for lines in sets:
+        n = len(lines.frequency)
+        block = first + np.argsort(np.argsort(lines.frequency)) * BLOCKS // n
+        label += [block, block]
+        first += BLOCKS
+    smallest = min(len(lines.frequency) for lines in sets)
+    if smallest < 2 * FEWEST:
+        return np.zeros((len(found.x), len(found.x)))
+    return jackknife(found.jac, found.fun, np.concatenate(label))
+
+
+def _residual(
+    form: Form, x: NDArray[np.float64], lines: Lines, misfit: float, share: float = UNDETERMINED
+) -> NDArray[np.float64]:
+    model = form.response(x, lines.frequency, lines.hold, lines.reversing, share)
+    ratio = np.log(lines.response / model)
     weight = 1 / np.hypot(lines.deviation, misfit)
     return np.concatenate([ratio.real * weight, ratio.imag * weight])
 
@@ -308,46 +263,3 @@ def _misfit(form: Form, x: NDArray[np.float64], lines: Lines) -> float:
 
     top = float(np.sqrt(squares.sum())) + 1e-12
     return 0.0 if excess(0.0) <= 0 else float(optimize.brentq(excess, 0.0, top, xtol=1e-9 * top))
-
-
-def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[NDArray[np.float64], float]:
-    """Return A, ln B, T_d near the best, and what is left of the squares.
-
-    They are from a grid: the phase is wrapped, so that no unwrapping can go wrong.
-
-    Parameters
-    ----------
-    lines
-        The lines.
-    dampings
-        Values of A that are tried.
-    most
-        Lines that are looked at.
-
-    Raises
-    ------
-    FricError
-        When the response is that of eq. (1) with the sign turned.
-    """
-    thin = slice(None, None, -(-len(lines.frequency) // most))
-    f, response, deviation = lines.frequency[thin], lines.response[thin], lines.deviation[thin]
-    weight = 1 / np.maximum(deviation, 1e-3) ** 2
-    weight = weight / weight.sum()
-    omega = 2 * np.pi * f
-    T_d = np.arange(0, 20 / f.max(), 0.2 / f.max())
-    back = np.exp(1j * np.outer(T_d, omega))
-    best, at = np.inf, np.zeros(3)
-    for A in (0.0, *np.geomspace(0.05 * omega.min(), 2 * omega.max(), dampings)):
-        ratio = response * 1j * omega * (1j * omega + A)
-        log_B = float(weight @ np.log(np.abs(ratio)))
-        cost = weight @ (np.log(np.abs(ratio)) - log_B) ** 2 + np.angle(ratio * back) ** 2 @ weight
-        n = int(np.argmin(cost))
-        if cost[n] < best:
-            best, at = float(cost[n]), np.array([A, log_B, T_d[n]])
-    if best > 1.0:
-        turned = weight @ np.cos(np.angle(-response * 1j * omega * (1j * omega + at[0])))
-        if turned > 0.5:
-            raise FricError(
-                "the response is that of eq. (1) with the sign turned", hint="Set sign: -1 for input or position."
-            )
-    return at, best

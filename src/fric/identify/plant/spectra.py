@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy import fft, ndimage, signal, special
+from scipy import fft, signal, special
 
 from fric.errors import FricError
 
@@ -250,69 +250,3 @@ def _smoothed(variance: Real, freedom: int, reach: int = 4) -> Real:
     mean = (total[high] - total[low]) / np.maximum(count[high] - count[low], 1)
     bias = float(special.digamma(freedom / 2) - np.log(freedom / 2))
     return np.where(np.isfinite(log), np.exp(mean - bias), np.inf)
-
-
-def excited(
-    spectra: Spectra, driven: NDArray[np.bool_] | None = None, tall: float = 0.05, surely: float = 0.3
-) -> NDArray[np.bool_]:
-    """Return which lines of a periodic excitation are driven.
-
-    At a line that is not driven a closed loop shows the controller, the encoder's steps or friction's harmonics, and
-    these may repeat themselves as exactly as the excitation. A driven line is tall among its neighbours in input and
-    position together, not small against the input at any lower frequency, and above the noise. A line that is less than
-    surely tall must take power from the voltage, ``Re(u*·jωz) > 0``: friction's harmonics bring it.
-
-    Parameters
-    ----------
-    spectra
-        Spectra of whole periods.
-    driven
-        The lines that the reference drives, shape (n,), where it is known: it settles the question.
-    tall, surely
-        Share of the tallest that a driven line has at least, and from which on it is taken for one as it is.
-    """
-    U, Z = (np.abs(np.mean(x, axis=0)) for x in (spectra.input, spectra.position))
-    variance = np.var(spectra.input, axis=0, ddof=1) / len(spectra.input)
-    noise = np.sqrt(ndimage.median_filter(variance, size=21, mode="nearest"))
-    if driven is not None:
-        return driven
-    both = np.sqrt(U * Z)
-    reach = np.maximum(2, np.arange(len(U)) // 4)
-    around = np.array([both[max(0, k - r) : k + r + 1].max() for k, r in enumerate(reach)])
-    power = np.real(1j * np.mean(spectra.position, axis=0) * np.mean(spectra.input, axis=0).conj())
-    seen = (both > surely * around) | ((both > tall * around) & (power > 0))
-    return np.asarray(seen & (tall * np.maximum.accumulate(U) < U) & (5 * noise < U))
-
-
-def distortion(spectra: Spectra, driven: NDArray[np.bool_], neighbours: int = 12) -> Real:
-    """Return the relative deviation that what repeats itself without being driven brings to each driven line.
-
-    Friction's harmonics and an encoder's steps repeat themselves from period to period, and no scatter over periods
-    shows them. The lines between the driven ones do (Pintelon and Schoukens, System Identification, 2nd ed., section
-    4.3): they show the voltage ``|Z_j/G - U_j|``, with G between the driven lines; its median over the nearest lines j
-    that are not driven, over U_k, is what line k is off by.
-
-    Parameters
-    ----------
-    spectra
-        Spectra of whole periods.
-    driven
-        Which lines are driven, shape (n,).
-    neighbours
-        Lines that are looked at; with fewer than four of them there is no telling: 0.
-    """
-    U, Z = np.mean(spectra.input, axis=0), np.mean(spectra.position, axis=0)
-    at = np.flatnonzero(driven)
-    inside = np.arange(len(U)) <= (at[-1] if len(at) else -1)
-    quiet = np.flatnonzero(~driven & inside)
-    found = np.zeros(len(at))
-    if len(quiet) < 4 or np.any(U[at] == 0) or np.any(Z[at] == 0):
-        return found
-    f, log_G = np.log(spectra.frequency), np.log(Z[at] / U[at])
-    angle = np.unwrap(log_G.imag)
-    G = np.exp(np.interp(f[quiet], f[at], log_G.real) + 1j * np.interp(f[quiet], f[at], angle))
-    voltage = np.abs(Z[quiet] / G - U[quiet]) ** 2
-    for n, k in enumerate(at):
-        near = np.argsort(np.abs(f[quiet] - f[k]))[:neighbours] if len(quiet) > neighbours else slice(None)
-        found[n] = np.sqrt(np.median(voltage[near]) / np.log(2.0) / 2) / np.abs(U[k])
-    return found

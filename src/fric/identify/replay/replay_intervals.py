@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.special import chdtrc, expit, stdtrit
+from scipy.special import chdtrc, expit
 
 from fric.estimate import Covariance, Scale
 from fric.friction import Parameter
-from fric.identify.plant.covariance import hac_covariance
+from fric.identify.plant.covariance import hac_covariance, jackknife, sandwich, widened
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.replay_search import STEP
 from fric.notice import Notice
@@ -86,50 +86,7 @@ def replay_covariance(
             (sandwich, [record.phase[record.used] for record in records]),
         )
     ]
-    own = np.sqrt(np.diag(covariance))
-    widest = np.max([own, *(np.sqrt(np.diag(one)) / quantile for one in resampled)], axis=0)
-    widen = np.divide(widest, own, out=np.ones_like(own), where=own > 0)
-    return np.asarray(covariance * np.outer(widen, widen))
-
-
-def jackknife(
-    gradient: NDArray[np.float64], residual: NDArray[np.float64], label: NDArray[np.intp]
-) -> NDArray[np.float64]:
-    """Return the squared half widths (p, p) of 95 % intervals that leaving out each group of samples gives.
-
-    Each is one Gauss–Newton step from the solution, and counts by Student's t: a percentile bootstrap of five cycles
-    covers some 80 %, not 95.
-
-    Parameters
-    ----------
-    gradient, residual
-        As in `covariance_of`.
-    label
-        The group that each sample belongs to, shape (n,).
-    """
-    normal, groups = gradient.T @ gradient, np.unique(label)
-    left_out = []
-    for group in groups:
-        J, r = gradient[label == group], residual[label == group]
-        left_out.append(np.linalg.lstsq(normal - J.T @ J, J.T @ r, rcond=1e-12)[0])
-    count, moved = len(groups), np.array(left_out)
-    moved = moved - moved.mean(axis=0)
-    t = float(stdtrit(max(count - 1, 1), 0.975))
-    return np.asarray(t**2 * (count - 1) / count * moved.T @ moved)
-
-
-def sandwich(
-    gradient: NDArray[np.float64], residual: NDArray[np.float64], label: NDArray[np.intp]
-) -> NDArray[np.float64]:
-    """Return the squared half widths (p, p) of 95 % intervals where residuals of one group belong together.
-
-    The infinitesimal jackknife, or sandwich (White, Econometrica 50, 1982); see `jackknife`.
-    """
-    groups = np.unique(label)
-    scores = np.array([gradient[label == group].T @ residual[label == group] for group in groups])
-    moved = np.linalg.lstsq(gradient.T @ gradient, scores.T, rcond=1e-12)[0]
-    t = float(stdtrit(max(len(groups) - 1, 1), 0.975))
-    return np.asarray(t**2 * moved @ moved.T)
+    return widened(covariance, *(one / quantile**2 for one in resampled))
 
 
 class Slopes(NamedTuple):

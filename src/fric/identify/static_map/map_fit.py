@@ -196,7 +196,7 @@ def fit_map(
         if held_out.coulomb <= held_out.stribeck or _at_bound(fitted.problem, fitted.solution):
             fitted = fitted._replace(problem=simple, solution=solution, between=between)
     left_out = tuple(point for point, used in zip(points, fitted.kept, strict=True) if not used)
-    estimates, covariance = _estimates(fitted.problem, fitted.solution, motion)
+    estimates, covariance = _estimates(fitted.problem, fitted.solution, motion, fixed_weights=weights == "equal")
     if damping_error > 0:
         estimates = _with_damping_error(estimates, fitted.problem, fitted.solution, damping_error)
     part = [point for point, used in zip(points, fitted.kept, strict=True) if used]
@@ -205,9 +205,11 @@ def fit_map(
 
 
 def _estimates(
-    problem: StribeckProblem, solution: Solution, motion: Motion
+    problem: StribeckProblem, solution: Solution, motion: Motion, *, fixed_weights: bool
 ) -> tuple[dict[str, Estimate], NDArray[np.float64]]:
     scale = solution.cost / problem.degrees_of_freedom
+    if not fixed_weights:  # the errors of the strokes are known: chance may make a fit look better than they allow
+        scale = max(scale, 1.0)
     covariance = problem.covariance(solution) * scale
     errors = np.sqrt(np.diag(covariance))
     estimates = {}

@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 from fric.drive.sensing import low_pass_pole
 from fric.kernels.sensing import reading
 from fric.log import Kind, Log
-from fric.simulate.reality.flaws import ColouredNoise
+from fric.simulate.reality.log_flaws import ColouredNoise
 from fric.simulate.reality.motion import sensing_of
 
 if TYPE_CHECKING:
