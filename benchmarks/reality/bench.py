@@ -23,18 +23,17 @@ SCHEMES = ("a", "c")
 """The schemes whose circle is predicted: none, and the feedforward of the GMS model that was identified."""
 OVER_PLACE = {"force-over-position", "friction-over-position"}
 NAMES: dict[str, set[str]] = {
-    "backlash": {"second-mass-unseen", "lost-motion"},
+    "backlash": {"lost-motion", "A-holds-friction"},
     "cogging": OVER_PLACE,
     "direction": {"directions-differ", "offset-shared"},
     "drift": {"force-drifts", "friction-drifts"},
-    "dwell": {"level-differs", "friction-ages"},
+    "dwell": {"friction-ages"},
     "force-constant": {"force-drifts", "friction-drifts"},
     "interpolation": {"encoder-errs"},
     "jitter": {"sampling-jitters"},
-    "lost": {"sampling-uneven"},
     "lost-untold": {"samples-lost"},
-    "second-mass": {"second-mass-unseen"},
-    "second-mass-table": {"second-mass-unseen"},
+    "second-mass": {"spring-in-series", "A-holds-friction"},
+    "second-mass-table": {"A-holds-friction"},
     "sparse-lines": {"A-holds-friction"},
     "waves": OVER_PLACE,
 }
@@ -86,7 +85,7 @@ class Row:
     def holds(self, step: str, name: str) -> float:
         """Return the share in which it does, or a warning of this step or the ones before names the flaw as wrong."""
         fine = [
-            o.steps[step].numbers[name].covered or not self.naming.isdisjoint(_wrong(o, step))
+            o.steps[step].numbers[name].covered or not self.naming.isdisjoint(_wrong(o, step)) or _refused(o, step)
             for o in self.outcomes
             if name in o.steps[step].numbers
         ]
@@ -122,6 +121,11 @@ def _wrong(outcome: Outcome, step: str) -> list[str]:
     """Return what says that a step is wrong: it builds on those before it."""
     before = STEPS[: STEPS.index(step) + 1]
     return [code for name in before for code in outcome.steps[name].wrong]
+
+
+def _refused(outcome: Outcome, step: str) -> bool:
+    """Return whether this step or one that it builds on ended in an error: nothing is then given silently."""
+    return any(outcome.steps[name].failure for name in STEPS[: STEPS.index(step) + 1])
 
 
 def run(flaw: str, seeds: Iterable[int]) -> list[Outcome]:

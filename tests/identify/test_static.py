@@ -222,6 +222,23 @@ def test_a_stroke_that_stands_off_all_others_is_left_out_and_told():
         assert abs(_value(fit, name) - _value(clean, name)) < high - low
 
 
+@pytest.mark.parametrize("below", [1.0, 3.0])
+def test_slow_strokes_that_stick_between_counts_do_not_spoil_the_rest(below):
+    """An axis that hunts at its slowest speed takes less force than eq. (2) says; the other strokes are right."""
+    slow = min(abs(p.velocity) for p in identify_static(_logs()).points)
+    logs = [
+        replace(log, force=log.force - below * np.sign(np.median(log.force)))
+        if abs(np.ptp(log.position) / np.ptp(log.time)) < 1.5 * slow else log
+        for log in _logs()
+    ]  # fmt: skip
+    fit = identify_static(logs).static
+    assert {round(abs(p.velocity) / slow) for p, _ in fit.standing_off} == {1}
+    assert all(by == pytest.approx(below, rel=0.5) for _, by in fit.standing_off)
+    assert float(fit.estimates["sigma"]) == pytest.approx(TABLE_1.sigma, rel=0.15)
+    low, high = fit.estimates["sigma"].ci95
+    assert low < TABLE_1.sigma < high < 1.3 * TABLE_1.sigma
+
+
 def test_strokes_too_short_to_settle_are_told():
     logs = []
     for log in _logs(14):

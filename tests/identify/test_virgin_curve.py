@@ -87,3 +87,25 @@ def test_cycles_are_chosen():
     assert late.cycles == (2, 4)
     with pytest.raises(FricError, match="cycle 9"):
         loops_of([record(15e-6)], (9, 12))
+
+
+@pytest.mark.parametrize("play", [0.0, 3e-6])
+def test_a_play_makes_the_curve_hollow_and_friction_does_not(play):
+    """Half of the play stands in the halved branch, where the force passes zero: at half of F_s."""
+    logs = [
+        replace(log, position=log.position + 0.5 * play * np.tanh(log.force / 8.0))
+        for log in pair(step=0.0, noise=0.0)
+    ]  # fmt: skip
+    where, hollow = virgin_curve(loops_of(logs), PAPER).hollow
+    if not play:
+        assert hollow < 1e-3 * PAPER.F_s
+    else:
+        assert hollow > 0.05 * PAPER.F_s
+        assert 0.3 * play < where < 3 * play
+
+
+def test_the_smaller_record_that_ends_higher_is_a_positive_mismatch():
+    small, large = pair(step=0.0, noise=0.0)
+    higher = replace(small, force=1.1 * small.force)
+    assert virgin_curve(loops_of([higher, large]), PAPER).mismatch > 0.03 * PAPER.F_s
+    assert virgin_curve(loops_of([replace(small, force=0.9 * small.force), large]), PAPER).mismatch < -0.03 * PAPER.F_s

@@ -29,7 +29,7 @@ from fric.identify.gms.notices import notices_of
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_errors
 from fric.identify.records.flaws import clock_flaws
 from fric.identify.records.prepared import Prepared, prepared
-from fric.identify.replay.lateness import half_width, lateness_told, suspects
+from fric.identify.replay.lateness import half_width, lateness_told, one_lag, suspects
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.notice import Notice
@@ -112,10 +112,12 @@ def identify_gms(
     if suspected := suspects(ready, late):
         moved = tuple(one.later(suspected.get(one.name, 0.0)) for one in ready)
         again, left = _identified(moved, len(presliding), *settings)
-        total = {name: by + float(left[name]) for name, by in suspected.items()}
+        total = {name: suspected.get(name, 0.0) + float(one) for name, one in left.items()}
         sure = again.rmse < result.rmse and all(abs(by) > half_width(left[name]) for name, by in total.items())
+        if not one_lag(total, left):  # a drive logs all records alike: what differs between them is no lag
+            sure, total = False, {}
         result = again if sure else result
-        told_late = [lateness_told(ready, total, left, sure=sure)]
+        told_late = [lateness_told(ready, total, left, sure=sure)] if total else []
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     return replace(result, warnings=(*told_late, *warnings, *clock_flaws([*presliding, *sliding], "gms"), *doubtful))
 

@@ -26,6 +26,9 @@ RESOLVED = 4.0
 INSEPARABLE = 0.01
 """Two blocks are not told apart when one in their place changes the curve by less than this share of F_s."""
 
+HOLLOW = 0.02
+"""Share of F_s by which a virgin curve is below a concave one, beyond its error, from which on it is told."""
+
 LEVEL = 0.03
 """Deviation of Σ alpha from 1 that is told."""
 
@@ -108,11 +111,27 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
             "alpha is normalised to sum to 1",
             "level-differs", "doubt",
         )  # fmt: skip
-    if fit.curve.mismatch > max(LEVEL * fit.static.F_s, 0.0):
+    if abs(fit.curve.mismatch) > max(LEVEL * fit.static.F_s, 0.0):
+        step = readable(abs(fit.curve.mismatch), newton, 2)
+        if fit.curve.mismatch > 0:
+            yield Notice(
+                f"where one record continues the other, the smaller and slower one ends {step} higher: friction "
+                "grows with the time of rest (dwell), or it fell meanwhile; the curve is that of neither. Log both "
+                "amplitudes at one mean speed, in turn, and the static map down to that speed",
+                "friction-ages", "wrong",
+            )  # fmt: skip
+        else:
+            yield Notice(
+                f"the records differ by {step} where one continues the other: friction changed between them",
+                "friction-differs", "doubt",
+            )  # fmt: skip
+    where, hollow = fit.curve.hollow
+    if hollow > HOLLOW * fit.static.F_s:
         yield Notice(
-            f"the records differ by {readable(fit.curve.mismatch, newton, 2)} where one continues the other: friction "
-            "changed between them",
-            "friction-differs", "doubt",
+            f"after a reversal the force is flat about {readable(where, length, 2)} and rises again, "
+            f"{readable(hollow, newton, 2)} below any friction: a play between what is driven and what is measured "
+            "(motor and table, a coupling). The blocks hold that play. Take it out, or measure at the table",
+            "lost-motion", "wrong",
         )  # fmt: skip
     if len(fit.curve.cycles) < 2:
         yield Notice(

@@ -54,7 +54,7 @@ class VirginCurve:
     level
         Friction force at the reversals of the largest loops [N]: the plateau, where these slide.
     mismatch
-        Largest step between two records where one continues the other [N].
+        Largest step between two records where one continues the other [N]; positive where the smaller one ends higher.
     final_slope
         Least slope of the curve's outer half relative to its mean slope: 0 where all blocks slip.
     step
@@ -93,6 +93,29 @@ class VirginCurve:
     def saturates(self) -> bool:
         """True where the curve ends in a plateau."""
         return self.final_slope < SATURATED
+
+    @property
+    def hollow(self) -> tuple[float, float]:
+        """Where the curve is furthest below its least concave majorant [m], and by how much, beyond its error [N].
+
+        Friction that slips block by block is concave; a play between motor and table is flat, and rises again. A step
+        between two records is none.
+        """
+        z, F = np.append(0.0, self.displacement), np.append(0.0, self.force)
+        above = [0]
+        for n in range(1, len(z)):
+            while len(above) > 1:
+                first, last = above[-2:]
+                if (F[last] - F[first]) * (z[n] - z[first]) > (F[n] - F[first]) * (z[last] - z[first]):
+                    break
+                above.pop()
+            above.append(n)
+        below = (np.interp(z, z[above], F[above]) - F)[1:]
+        below -= 2.5 * np.hypot(0.5 * np.nan_to_num(self.band), self.blur)
+        for _, end in self.record[:-1]:
+            below[np.abs(self.displacement - end) < 0.2 * end] = 0.0
+        at = int(np.argmax(below))
+        return float(self.displacement[at]), max(float(below[at]), 0.0)
 
     def without_cycles(self) -> Iterator[VirginCurve]:
         """Yield the curve with each cycle left out in turn."""
@@ -165,7 +188,8 @@ def virgin_curve(
         keep = seen & (place > reach)
         if previous is not None and keep.any():
             mean = np.nanmean(merged[:, seen], axis=0)
-            mismatch = max(mismatch, abs(float(np.interp(reach, place[seen], mean)) - previous))
+            step = previous - float(np.interp(reach, place[seen], mean))
+            mismatch = step if abs(step) > abs(mismatch) else mismatch
         parts.append((group[0].name, place[keep], merged[:, keep], float(np.mean([b.level for b in branches]))))
         reach = float(place[keep].max(initial=reach))
         previous = float(np.nanmean(merged[:, keep], axis=0)[-1]) if keep.any() else previous

@@ -122,12 +122,21 @@ def _of_mode(solution: Solution) -> list[str]:
     if mode is None:
         return []
     where = f"with {mode.ratio:.0%} of the moving mass " if mode.encoder == "motor" else ""
-    return [
+    found = [
         Notice(
             f"a second mass is seen from the {mode.encoder}: a resonance at {readable(mode.frequency, 'Hz')} {where}"
             f"on a spring; A and B are those of the rigid axis below it", "second-mass", "note",
         )
     ]  # fmt: skip
+    if mode.encoder == "motor":
+        found.append(
+            Notice(
+                "the encoder on the motor does not see the spring stretch: stiffnesses and C that it shows in "
+                "pre-sliding hold the spring in series with friction. Measure at the table for friction alone",
+                "spring-in-series", "wrong",
+            )
+        )  # fmt: skip
+    return list(found)
 
 
 def _of_friction(fits: Sequence[ResponseFit], friction: FrictionInfluence, estimates: dict[str, Estimate]) -> list[str]:

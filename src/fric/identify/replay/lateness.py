@@ -73,6 +73,15 @@ def half_width(estimate: Estimate) -> float:
     return 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
 
 
+def one_lag(total: Mapping[str, float], left: Mapping[str, Estimate]) -> bool:
+    """Return whether the lags of records [s] are one lag, to within their intervals."""
+    names = list(total)
+    return all(
+        abs(total[a] - total[b]) <= np.hypot(half_width(left[a]), half_width(left[b]))
+        for n, a in enumerate(names) for b in names[:n]
+    )  # fmt: skip
+
+
 def lateness_told(
     records: Sequence[Prepared], total: Mapping[str, float], left: Mapping[str, Estimate], *, sure: bool
 ) -> Notice:
