@@ -162,3 +162,26 @@ def test_a_response_that_jitter_spoils_is_refused_with_its_cause() -> None:
     with pytest.raises(FricError) as error:
         identify_plant([log])
     assert "noise that grows with speed" in error.value.hint
+
+
+@pytest.mark.parametrize("identify", ["static", "gms", "plant", "dahl"])
+def test_every_identify_judges_a_record_alike(identify: str) -> None:
+    """A force that is clipped, a clock that jitters: what `inspect` says of a record, each identify says too."""
+    from fric.identify.gms.identify import identify_gms
+    from fric.identify.plant.rigid_body import identify_motion
+    from fric.identify.records.prepared import prepared
+    from fric.identify.replay.replay_fit import identify_by_replay
+    from fric.identify.static_map.identify import identify_static
+    from tests.identify.presliding import pair
+
+    if identify == "static":
+        logs = [replace(log, force=np.clip(log.force, -80.0, 80.0)) for log in session()]
+        warnings = identify_static(logs).warnings
+    else:
+        logs = [replace(log, force=np.clip(log.force, -120.0, 120.0)) for log in pair(step=0.0, noise=0.5)]
+        warnings = {
+            "gms": lambda: identify_gms(logs).warnings,
+            "plant": lambda: identify_motion([replace(log, kind="motion") for log in logs]).warnings,
+            "dahl": lambda: identify_by_replay("dahl", prepared(logs)).warnings,
+        }[identify]()  # type: ignore[no-untyped-call]
+    assert any(w.code == "force-clipped" and w.severity == "wrong" for w in warnings)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.errors import FricError
+from fric.identify.records.judgement import STEPS
 from fric.identify.records.prepared import Prepared
 from fric.identify.records.reversals import find_reversals
 
@@ -105,7 +106,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
             hint="Choose --cycles anew.",
         )
     hysteresis = HysteresisCycles(record, reversals, (first, min(last, count)))
-    if hysteresis.amplitude < 3.0 * motion.step:
+    if hysteresis.amplitude < STEPS * motion.step:
         raise FricError(
             f"the amplitude is {hysteresis.amplitude / motion.step:.1f} steps of the encoder, "
             "too few to see the friction",

@@ -27,7 +27,7 @@ from fric.identify.gms.knots import (
 )
 from fric.identify.gms.notices import notices_of
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_errors
-from fric.identify.records.flaws import clock_flaws
+from fric.identify.records.flaws import record_flaws
 from fric.identify.records.prepared import Prepared, prepared
 from fric.identify.replay.lateness import half_width, lateness_told, one_lag, suspects
 from fric.identify.replay.measured import Replay
@@ -119,7 +119,8 @@ def identify_gms(
         result = again if sure else result
         told_late = [lateness_told(ready, total, left, sure=sure)] if total else []
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
-    return replace(result, warnings=(*told_late, *warnings, *clock_flaws([*presliding, *sliding], "gms"), *doubtful))
+    amiss = record_flaws([*presliding, *sliding], "gms")
+    return replace(result, warnings=(*told_late, *warnings, *amiss, *doubtful))
 
 
 def _identified(

@@ -112,17 +112,17 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
             "level-differs", "doubt",
         )  # fmt: skip
     if abs(fit.curve.mismatch) > max(LEVEL * fit.static.F_s, 0.0):
-        step = readable(abs(fit.curve.mismatch), newton, 2)
+        between = readable(abs(fit.curve.mismatch), newton, 2)
         if fit.curve.mismatch > 0:
             yield Notice(
-                f"where one record continues the other, the smaller and slower one ends {step} higher: friction "
+                f"where one record continues the other, the smaller and slower one ends {between} higher: friction "
                 "grows with the time of rest (dwell), or it fell meanwhile; the curve is that of neither. Log both "
                 "amplitudes at one mean speed, in turn, and the static map down to that speed",
                 "friction-ages", "wrong",
             )  # fmt: skip
         else:
             yield Notice(
-                f"the records differ by {step} where one continues the other: friction changed between them",
+                f"the records differ by {between} where one continues the other: friction changed between them",
                 "friction-differs", "doubt",
             )  # fmt: skip
     where, hollow = fit.curve.hollow

@@ -18,7 +18,7 @@ from fric.identify.plant.mode_fit import at, solve_with_modes
 from fric.identify.plant.plant_warnings import described
 from fric.identify.plant.response_fit import Solution, solve
 from fric.identify.plant.response_lines import Lines, select
-from fric.identify.records.flaws import clock_flaws
+from fric.identify.records.flaws import record_flaws
 from fric.identify.records.sampling import evened
 from fric.log import FrequencyResponse, Log
 from fric.threads import one_blas_thread
@@ -188,7 +188,7 @@ def identify_plant(
     fits, sets, clocks, logs, uneven = [], [], [], list[Log](), list[str]()
     for given in records:
         # of the record as it was logged: what is made up for along a cubic looks like jitter
-        clock = clock_flaws([given], "plant") if isinstance(given, Log) else []
+        clock = record_flaws([given], "plant") if isinstance(given, Log) else []
         clocks += clock
         record: Log | FrequencyResponse = given
         if isinstance(given, Log):

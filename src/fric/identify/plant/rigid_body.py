@@ -15,7 +15,9 @@ from fric.identify.plant.covariance import hac_covariance
 from fric.identify.plant.force_constant import against_mass
 from fric.identify.plant.force_constant import force_constant as slope_of_force
 from fric.identify.records.conditioning import Conditioning, kept, thinned, zero_phase
+from fric.identify.records.flaws import record_flaws
 from fric.identify.records.force_lag import acting_force
+from fric.identify.records.judgement import CONDITION
 from fric.identify.records.sampling import even_sampling
 from fric.notice import Notice
 from fric.units import Motion, si_unit
@@ -164,7 +166,7 @@ def identify_motion(
         float(np.linalg.norm(residual) / np.linalg.norm(y)), float(np.linalg.cond(X)), lag, rates[0], settings[0],
         time, y, X @ values,
         (*_warnings(raw, estimates, lag, deviation, half / quantile, K_f, delay), *scale.warnings,
-         *against_mass(plant, mass, motion)),
+         *against_mass(plant, mass, motion), *record_flaws(logs, "plant")),
     )  # fmt: skip
 
 
@@ -214,7 +216,7 @@ def _refuse_rank(X: NDArray[np.float64], names: Sequence[str], log: Log) -> None
         raise FricError(
             f"the motion does not excite {', '.join(dead)}", where=log.where, hint="Log a motion in both directions."
         )
-    if np.linalg.cond(X / size) > 1e3:
+    if np.linalg.cond(X / size) > CONDITION:
         raise FricError(
             "the motion does not tell mass, viscous and Coulomb friction apart",
             where=log.where,

@@ -1,7 +1,7 @@
 """What is amiss with records, judged once for `inspect` and every `identify`: clock, encoder, place and time.
 
-Each flaw has its code: ``samples-lost``, ``sampling-jitters``, ``encoder-errs``, ``force-over-position``,
-``friction-over-position``, ``force-drifts``.
+Each flaw has its code: ``force-clipped``, ``input-clipped``, ``samples-lost``, ``sampling-jitters``, ``encoder-errs``,
+``force-over-position``, ``friction-over-position``, ``force-drifts``.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Literal
 
+from fric.identify.records.clipping import clipped_samples
 from fric.identify.records.encoder_error import encoder_error
 from fric.identify.records.over_strokes import over_place, over_time
 from fric.identify.records.timing import timing
@@ -29,6 +30,28 @@ FASTER = 1.2
 """Ratio of speeds from which on a record shows the jitter that a slower one does."""
 HALF_WIDTHS = 1.0
 """Half-widths of the tightest interval of a level from which on an estimate is wrong by what varies."""
+
+
+def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
+    """Return what is amiss with records whatever moves in them: forces and inputs that are clipped, and their clock.
+
+    Parameters
+    ----------
+    logs
+        The records.
+    purpose
+        What they are wanted for, as in `clock_flaws`.
+    """
+    channels = ("input", "force") if purpose == "plant" else ("force",)
+    found = [(log, name, clipped_samples(values)) for log in logs for name in channels
+             if (values := getattr(log, name)) is not None]  # fmt: skip
+    return [
+        Notice(
+            f"{log.where}: the {name} is clipped in {samples} samples: what lies beyond is missing. Log with a larger "
+            "range of the trace.", f"{name}-clipped", "wrong",
+        )
+        for log, name, samples in found if samples
+    ] + clock_flaws(logs, purpose)  # fmt: skip
 
 
 def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:

@@ -40,6 +40,8 @@ FASTEST = 0.02
 """Rate [1/s] beyond which no drive warms up: there the force still settles."""
 SETTLING = 3.0
 """Ratio of the rates in whole strokes and in their later halves within which it is no settling."""
+STUCK = 1e-9
+"""Share of the force by which its slope over a stroke is unsure at least, where the force is not stuck at a bound."""
 SURE_RATE = 0.999
 """Probability from which on a rate is not zero."""
 
@@ -205,7 +207,7 @@ def _rate(strokes: Sequence[tuple[Log, Segment]], begin: float) -> tuple[float, 
             continue
         t, F = log.time[part] - log.time[start], log.force[part] * np.sign(segment.velocity)
         slope, error = _slope(t, F)
-        if error == 0.0:  # no noise at all: the force is stuck
+        if error * float(t[-1]) <= STUCK * abs(float(np.mean(F))):  # no noise at all: the force is stuck
             continue
         rows.append([float(np.mean(F)), abs(segment.velocity), segment.velocity])
         slopes.append(slope)

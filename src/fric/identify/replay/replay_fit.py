@@ -13,6 +13,7 @@ from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval
 from fric.friction import models
 from fric.friction.directed import Directed
+from fric.identify.records.flaws import record_flaws
 from fric.identify.records.preparation import DIMENSIONS, Own
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates
@@ -274,7 +275,7 @@ def _described(
     level = Estimate(1.0, "1")
     if (of_level := ("static", LEVEL.name)) in within:
         level = Estimate(values["static"][LEVEL.name], "1", within[of_level][0])
-    warnings += untold_of
+    warnings += [*untold_of, *record_flaws([record.log for record in records], "gms")]
     warnings += edges(coordinates, x, seen, covariance) + correlated(coordinates, covariance)
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])

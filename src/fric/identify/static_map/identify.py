@@ -12,8 +12,7 @@ from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.records.clipping import clipped_samples
-from fric.identify.records.flaws import clock_flaws, stroke_flaws
+from fric.identify.records.flaws import record_flaws, stroke_flaws
 from fric.identify.records.segments import Segment
 from fric.identify.static_map.averages import Average
 from fric.identify.static_map.identifiability import damping_warning, directions_differ, identifiability_warnings
@@ -120,7 +119,7 @@ def identify_static(
             f"every stroke took the same force, {readable(float(forces[0]), si_unit('force', logs[0].motion))}",
             where=records[0].source, hint="Is it the right column? Friction changes its sign with the direction.",
         )  # fmt: skip
-    cut = _cut_off(logs) + missing
+    amiss = record_flaws(logs, "static") + missing
     axis, motion = records[0].axis, records[0].motion
     method = (
         f"separable least squares; weights {weights}; average {average}; direction {direction}; "
@@ -129,9 +128,9 @@ def identify_static(
     speeds = {round(abs(p.velocity), 12) for p in points}
     if np.ptp(np.abs([p.velocity for p in points])) <= 0.02 * max(speeds):
         at_speed, warning = _one_speed(points, motion)
-        return StaticFit(axis, motion, tuple(points), None, None, at_speed, (*cut, warning), method, plant)
+        return StaticFit(axis, motion, tuple(points), None, None, at_speed, (*amiss, warning), method, plant)
 
-    warnings = cut + _unsettled(points, motion)
+    warnings = amiss + _unsettled(points, motion)
     positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
     if direction == "each":
         if not (positive and backward):
@@ -239,24 +238,7 @@ def _flaws(logs: Sequence[Log], points: Sequence[SpeedPoint], fit: MapFit) -> li
         if not point.swing and len(named) == len(logs) and point.record in named
         for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop])]
     ]
-    clock = clock_flaws(
-        [named[name] for name in dict.fromkeys(point.record for point in points) if name in named], "static"
-    )
-    return clock + stroke_flaws(strokes, force=level, half_width=half)
-
-
-def _cut_off(logs: Sequence[Log]) -> list[str]:
-    found = {log.where: clipped_samples(log.force) for log in logs if log.force is not None}
-    return [
-        Notice(
-            f"{where}: the force is clipped in {samples} samples: what lies beyond is missing in the map. "
-            "Log with a larger range of the trace.",
-            "force-clipped",
-            "wrong",
-        )
-        for where, samples in found.items()
-        if samples
-    ]
+    return stroke_flaws(strokes, force=level, half_width=half)
 
 
 def _unsettled(points: Sequence[SpeedPoint], motion: Motion) -> list[str]:
