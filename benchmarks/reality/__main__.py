@@ -42,7 +42,7 @@ def main() -> int:
     for row in rows:
         verdicts = "  ".join(f"{step} {row.verdict(step):<8}" for step in STEPS)
         print(f"{row.flaw:<20} {len(row.outcomes):>3} seeds  {verdicts}", flush=True)
-    return any(row.verdict(step) == "silent" for row in rows for step in STEPS)
+    return any(row.verdict(step) in {"silent", "open"} for row in rows for step in STEPS)
 
 
 if __name__ == "__main__":

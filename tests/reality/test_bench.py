@@ -65,7 +65,10 @@ def row(*shares: tuple[bool, bool], code: str = "sampling-jitters") -> Row:
 
 def test_a_verdict_is_covered_told_or_silent() -> None:
     assert row(*[(True, False)] * 9, (False, False)).verdict("plant") == "covered"
-    assert row(*[(True, False)] * 8, *[(False, False)] * 2).verdict("plant") == "silent"
+    assert row(*[(True, False)] * 7, *[(False, False)] * 3).verdict("plant") == "silent"
+    assert row(*[(True, False)] * 3, (False, False)).verdict("plant") == "open"  # of four sessions one may miss
+    assert row(*[(True, False)] * 36, *[(False, False)] * 4).verdict("plant") == "covered"
+    assert row(*[(True, False)] * 35, *[(False, False)] * 5).verdict("plant") == "silent"
     assert row(*[(True, False)] * 8, *[(False, True)] * 2).verdict("plant") == "told"
     assert row(*[(False, True)] * 10, code="force-lags").verdict("plant") == "silent"  # it names another flaw
     assert row((False, False)).verdict("static") == "covered"
@@ -78,7 +81,7 @@ def test_a_verdict_is_covered_told_or_silent() -> None:
 def test_the_page_has_every_machine_and_says_which_are_silent() -> None:
     for flaw in flaws():
         assert f"| `{flaw}`" in PAGE
-    told = page([row((False, False))])
+    told = page([row((False, False), (False, False))])
     assert "**silent**<br>A 0%, -50.0%" in told
     assert "Silent now: `jitter` (plant)." in told
 

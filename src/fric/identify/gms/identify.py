@@ -113,11 +113,11 @@ def identify_gms(
         moved = tuple(one.later(suspected.get(one.name, 0.0)) for one in ready)
         again, left = _identified(moved, len(presliding), *settings)
         total = {name: suspected.get(name, 0.0) + float(one) for name, one in left.items()}
-        sure = again.rmse < result.rmse and all(abs(by) > half_width(left[name]) for name, by in total.items())
-        if not one_lag(total, left):  # a drive logs all records alike: what differs between them is no lag
-            sure, total = False, {}
-        result = again if sure else result
-        told_late = [lateness_told(ready, total, left, sure=sure)] if total else []
+        seen = all(abs(by) > half_width(left[name]) for name, by in total.items())
+        if seen and one_lag(total, left):  # a drive logs all records alike: what differs between them is no lag
+            sure = again.rmse < result.rmse
+            result = again if sure else result
+            told_late = [lateness_told(ready, total, left, sure=sure)]
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     amiss = record_flaws([*presliding, *sliding], "gms")
     return replace(result, warnings=(*told_late, *warnings, *amiss, *doubtful))
