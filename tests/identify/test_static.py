@@ -231,7 +231,9 @@ def test_slow_strokes_that_stick_between_counts_do_not_spoil_the_rest(below):
         if abs(np.ptp(log.position) / np.ptp(log.time)) < 1.5 * slow else log
         for log in _logs()
     ]  # fmt: skip
-    fit = identify_static(logs).static
+    whole = identify_static(logs)
+    fit = whole.static
+    assert "strokes-stand-off" in {warning.code for warning in whole.warnings}
     assert {round(abs(p.velocity) / slow) for p, _ in fit.standing_off} == {1}
     assert all(by == pytest.approx(below, rel=0.5) for _, by in fit.standing_off)
     assert float(fit.estimates["sigma"]) == pytest.approx(TABLE_1.sigma, rel=0.15)

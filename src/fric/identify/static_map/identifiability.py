@@ -74,6 +74,17 @@ def identifiability_warnings(fit: MapFit, motion: Motion) -> list[str]:
                 "strokes-left-out", "doubt",
             )
         )  # fmt: skip
+    if fit.standing_off:
+        unit, newton = si_unit("velocity", motion), si_unit("force", motion)
+        strokes = ", ".join(f"{p.record} ({readable(p.velocity, unit)})" for p, _ in fit.standing_off)
+        most = readable(max(by for _, by in fit.standing_off), newton, 2)
+        notices.append(
+            Notice(
+                f"the strokes at {strokes} stand off what all others show by up to {most}, and weigh by that: between "
+                "two counts of its encoder a slow axis may stick and slip unseen. Look at their records.",
+                "strokes-stand-off", "note",
+            )
+        )  # fmt: skip
     notices += _correlations(fit, without=("v_s", "delta") if flat else ())
     single_scatter = float(np.sum(fit.residual**2 / (problem.standard_error**2 - fit.between**2)))
     if fit.between and chdtrc(problem.degrees_of_freedom, single_scatter) < 0.01:
