@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.ticker import LogLocator
 
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
@@ -30,6 +31,7 @@ def draw_learned(found: Learned) -> Figure:
         rounds = np.arange(len(found.rounds))
         left.plot(rounds, np.array(found.glitches) * 1e6, "o-", color=BLUE)
         left.set_yscale("log")
+        left.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
         for formatter in (left.yaxis.set_major_formatter, left.yaxis.set_minor_formatter):
             formatter("{x:g}")
         left.set_xticks(rounds[:: max(len(rounds) // 8, 1)])

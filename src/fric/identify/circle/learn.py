@@ -157,7 +157,7 @@ def circles_to_learn(rounds: int) -> int:
 
 def _for_one_circle(best: float, carried: list[tuple[float, float, float]]) -> Notice:
     others = ", ".join(
-        f"{glitch * 1e6:.2f} µm at {feed * 1e3:g} mm/s on {radius * 1e3:g} mm" for radius, feed, glitch in carried
+        f"{glitch * 1e6:.2f} µm at {feed * 1e3:.4g} mm/s on {radius * 1e3:.4g} mm" for radius, feed, glitch in carried
     )
     return Notice(
         f"what was learned is for this circle alone: it leaves {best * 1e6:.2f} µm there, and carried over {others}",
