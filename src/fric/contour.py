@@ -20,6 +20,9 @@ QUADRANTS = ("+x", "+y", "-x", "-y")
 WINDOW = pi / 6
 """Half the width of the window around a reversal in which its glitch is looked for [rad]."""
 
+SWINGS = 5
+"""Swings from one side to the other of a smooth error from which it oscillates."""
+
 
 @dataclass(frozen=True)
 class Circularity:
@@ -56,10 +59,11 @@ class Circularity:
 
     @property
     def oscillation(self) -> float:
-        """Largest distance of the radial error from a smooth curve half way between reversals [m].
+        """Largest distance of the radial error from a smooth curve half way between reversals, where it swings [m].
 
         There no axis reverses and friction is smooth: what swings is the encoder's steps, waves of the guideway, or a
-        limit cycle of the loop. The curve is a polynomial of fifth degree over 40°.
+        limit cycle of the loop. The curve is a polynomial of fifth degree over 40°. What swings less than `SWINGS`
+        times from half the distance on one side to half on the other is the tail of a reversal, and counts for nothing.
         """
         found = 0.0
         for quarter in range(4):
@@ -67,7 +71,11 @@ class Circularity:
             near = np.abs(off) <= pi / 9
             if int(near.sum()) > 20:
                 smooth = polyval(off[near], polyfit(off[near], self.error[near], 5))
-                found = max(found, float(np.abs(self.error[near] - smooth).max()))
+                left = self.error[near] - smooth
+                far = float(np.abs(left).max())
+                sides = np.sign(left[np.abs(left) >= far / 2])
+                if int(np.count_nonzero(np.diff(sides))) >= SWINGS:
+                    found = max(found, far)
         return found
 
 

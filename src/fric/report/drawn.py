@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,8 +21,11 @@ from fric.simulate.processes import outcomes
 if TYPE_CHECKING:
     from fric.report.report_input import ContourTest, ReportInput
 
-MACHINES = 40
-"""Machines that are drawn: two lie beyond what 95 % stay under."""
+MOST, LEAST = 40, 20
+"""Machines that are drawn: two, or one, lie beyond what 95 % stay under."""
+
+SECONDS = 160.0
+"""Time of two revolutions of all machines together, from which fewer are drawn [s]: a page is not waited for long."""
 
 SAME = 1e-9
 """By how much the glitch of the run made again may differ [m], before its machine file counts as changed."""
@@ -34,13 +38,19 @@ def with_machines(inputs: ReportInput, advance: Advance = silent) -> ReportInput
     its file is gone or has changed since.
     """
     wanted = [test for test in inputs.tests if _wanted(test)]
-    advance(0, total=MACHINES * len(wanted))
+    advance(0, total=sum(map(_machines, wanted)))
     return replace(inputs, tests=tuple(_drawn(test, advance) if test in wanted else test for test in inputs.tests))
 
 
 def _wanted(test: ContourTest) -> bool:
     alone = test.radius is None or len(test.contours) < 2 or any(one.drawn for one in test.contours)
     return bool(test.provenance.get("exact")) and not alone and test.machine is not None
+
+
+def _machines(test: ContourTest) -> int:
+    """Return how many machines are drawn: as many as a page can wait for, by the time that the circle takes."""
+    assert test.radius is not None
+    return int(np.clip(SECONDS / (2 * 2 * pi * test.radius / test.feed), LEAST, MOST))
 
 
 def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
@@ -57,7 +67,7 @@ def _drawn(test: ContourTest, advance: Callable[..., None]) -> ContourTest:
     if abs(again.glitch - test.contours[0].glitch) > SAME:
         return test
     done = []
-    with outcomes(Study(machine, schemes, circle, only=only), MACHINES) as found:
+    with outcomes(Study(machine, schemes, circle, only=only), _machines(test)) as found:
         for outcome in found:
             done.append(outcome)
             advance()
