@@ -14,6 +14,26 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+MOST_SAMPLES = 20_000_000
+"""Samples that a motion has at most: 80 minutes at 4 kHz, a gigabyte or two of traces."""
+
+
+def instants(duration: float, sampling: float, *, more: int = 0) -> NDArray[np.float64]:
+    """Return the instants of a motion [s], so many a second [Hz], shape (n,).
+
+    Raises
+    ------
+    FricError
+        When the motion is longer than is simulated.
+    """
+    if not duration * sampling < MOST_SAMPLES:
+        raise FricError(
+            f"the motion takes {duration:.3g} s, which are {duration * sampling:.3g} samples at {sampling:g} Hz, and "
+            f"{MOST_SAMPLES:.0e} are simulated at most", hint="Move faster, less far, or sample less often.",
+        )  # fmt: skip
+    return np.arange(ceil(duration * sampling) + more) / sampling
+
+
 @dataclass(frozen=True, eq=False)
 class Reference:
     """A motion of one axis, sampled at the controller's rate, with exact derivatives.
@@ -122,7 +142,7 @@ def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1
         raise FricError("a stroke has neither speed nor length", hint="Give a speed and a positive distance.")
     cruise = distance / abs(speed)
     starts = dwell + np.array([0.0, ramp + cruise, 2 * ramp + cruise + dwell, 3 * ramp + 2 * cruise + dwell])
-    t = np.arange(ceil((starts[-1] + ramp + dwell) * sampling)) / sampling
+    t = instants(starts[-1] + ramp + dwell, sampling)
     position, velocity, acceleration = (np.zeros_like(t) for _ in range(3))
     for start, change in zip(starts, (speed, -speed, -speed, speed), strict=True):
         S, integral, slope, _ = smooth_step((t - start) / ramp)
@@ -154,7 +174,7 @@ def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, 
     if not (amplitude > 0 and frequency > 0 and cycles > 0):
         raise FricError("a sine has no amplitude, frequency or cycles", hint="Give positive values.")
     omega, rise = 2 * pi * frequency, run_in / frequency
-    t = np.arange(ceil((cycles + run_in) / frequency * sampling)) / sampling
+    t = instants((cycles + run_in) / frequency, sampling)
     S, _, slope, curve = smooth_step(t / rise)
     sin, cos = np.sin(omega * (t - rise)), np.cos(omega * (t - rise))
     return Reference(
@@ -190,7 +210,7 @@ def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampl
             hint="Sliding needs an amplitude below the mean velocity.",
         )
     ramp = 2.0 / frequency
-    t = np.arange(ceil((cycles / frequency + 2 * ramp) * sampling)) / sampling
+    t = instants(cycles / frequency + 2 * ramp, sampling)
     up, up_integral, up_slope, up_curve = smooth_step(t / ramp)
     down, down_integral, down_slope, down_curve = smooth_step((t - t[-1] + ramp) / ramp)
     level, slope, curve = up - down, (up_slope - down_slope) / ramp, (up_curve - down_curve) / ramp**2
@@ -235,7 +255,7 @@ def circle(
             raise FricError(f"the {name} of the circle is {value:g}", hint="Give a positive value.")
     omega = direction * feed / radius
     ramp = pi / abs(omega)  # a quarter turn: half the feed on average
-    t = np.arange(ceil((ramp + revolutions * 2 * pi / abs(omega)) * sampling) + 1) / sampling
+    t = instants(ramp + revolutions * 2 * pi / abs(omega), sampling, more=1)
     S, integral, slope, _ = smooth_step(t / ramp)
     angle = -direction * pi / 4 + omega * ramp * integral
     rate, change = omega * S, omega * slope / ramp

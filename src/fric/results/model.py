@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fric.documents.friction import FrictionDocument, parse_parameters, replay_tree
 from fric.errors import FricError, near
 from fric.friction import models
+from fric.identify.records.clipping import without_clipped
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.plausibility import of_friction, of_level, of_logs, of_shares, settled
@@ -20,6 +21,10 @@ from fric.units import Motion, readable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+CLIPPED = 0.1
+"""Share of a record whose force may be clipped: those samples are not compared."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,6 +112,8 @@ def identify_model(
     kept = friction_of("identify_model", static, axis, motion)
     taken_off = plant_of("identify_model", plant, axis, motion)
     doubtful = settled(of_logs(records, taken_off))
+    records, cut = without_clipped(records, CLIPPED)
+    doubtful += cut
     if kept is not None:
         doubtful += settled(of_level(records, float(kept.estimates("static")["F_s"])))
     ready = prepared(records, taken_off)

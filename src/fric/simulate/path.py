@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil, floor
+from math import floor
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fric.contour import ContourError, contour_error
 from fric.errors import FricError
-from fric.reference import Reference, smooth_step
+from fric.reference import Reference, instants, smooth_step
 from fric.simulate.contour_run import ContourRun, follow, run_warnings
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ class PointPath:
                 f"a path of {length[-1] * 1e3:.3g} mm is too short for {self.feed * 1e3:g} mm/s",
                 hint="Lower the feed, or give a longer path.",
             )
-        t = np.arange(ceil((cruise + 2 * RAMP) * sampling) + 1) / sampling
+        t = instants(cruise + 2 * RAMP, sampling, more=1)
         up, up_travel, up_slope, _ = smooth_step(t / RAMP)
         down, down_travel, down_slope, _ = smooth_step((t - cruise - RAMP) / RAMP)
         travelled = np.minimum(self.feed * RAMP * (up_travel - down_travel), length[-1])

@@ -27,6 +27,7 @@ from fric.identify.gms.knots import (
 )
 from fric.identify.gms.notices import notices_of
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_errors
+from fric.identify.records.clipping import without_clipped
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.prepared import Prepared, prepared
 from fric.identify.replay.lateness import half_width, lateness_told, one_lag, suspects
@@ -104,6 +105,7 @@ def identify_gms(
             "the static map has no friction at break-away (F_s is 0), and alpha is a share of it",
             hint="Look at what `fric identify static` says of that map, or leave --static out.",
         )
+    presliding, left_out = without_clipped(presliding, 0.0)
     ready = prepared([*presliding, *sliding], plant)
     doubtful = settled(of_shares((one.log, one.done.inertia_share, one.done.damping_share) for one in ready))
     settings = (static, negative, blocks, most_blocks, knots, refined, cycles)
@@ -120,7 +122,7 @@ def identify_gms(
             told_late = [lateness_told(ready, total, left, sure=sure)]
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     amiss = record_flaws([*presliding, *sliding], "gms")
-    return replace(result, warnings=(*told_late, *warnings, *amiss, *doubtful))
+    return replace(result, warnings=(*told_late, *warnings, *amiss, *doubtful, *left_out))
 
 
 def _identified(

@@ -6,13 +6,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.errors import FricError
 from fric.identify.records.resolution import lattice_step
+from fric.notice import Notice
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
+
+    from fric.log import Log
 
 STUCK = 5
 """Consecutive samples at its very extreme after which a force or input counts as clipped."""
+
+LEVELS = 40
+"""Steps that a channel's range has at least, for being flat at its end to mean anything."""
 
 
 def counts(values: NDArray[np.float64]) -> float | None:
@@ -21,17 +30,54 @@ def counts(values: NDArray[np.float64]) -> float | None:
     return None if step is None or step < 1e-6 * float(np.ptp(values)) else step
 
 
-def clipped_samples(values: NDArray[np.float64]) -> int:
-    """Count the samples at which a channel is flat at its extreme, more than coarse counts alone bring about."""
-    span = float(np.ptp(values)) if len(values) else 0.0
-    if span == 0.0:
-        return 0
-    clipped, step = 0, counts(values)
+def clipped(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Say at which samples a channel is flat at its extreme, more than coarse counts alone bring about, shape (n,).
+
+    Of a channel with few levels nothing is said: friction that slides stays within one, as a clipped force does.
+    """
+    found = np.zeros(len(values), bool)
+    span, step = float(np.ptp(values)) if len(values) else 0.0, counts(values) if len(values) else None
+    if span == 0.0 or (step is not None and span < LEVELS * step):
+        return found
     for side in (values, -values):
         top = side >= side.max() - 1e-9 * span
         edges = np.flatnonzero(np.diff(np.concatenate([[False], top, [False]]).astype(int)))
         longest = int((edges[1::2] - edges[::2]).max())
         below = np.count_nonzero(side >= side.max() - 1.5 * step) - np.count_nonzero(top) if step else 0
         if longest >= STUCK and np.count_nonzero(top) > 3 * below:
-            clipped += int(np.count_nonzero(top))
-    return clipped
+            found |= top
+    return found
+
+
+def clipped_samples(values: NDArray[np.float64]) -> int:
+    """Count the samples at which a channel is clipped."""
+    return int(np.count_nonzero(clipped(values)))
+
+
+def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[Notice]]:
+    """Return the records whose force is not cut off, and what there is to say of the others.
+
+    Parameters
+    ----------
+    logs
+        The records.
+    most
+        Share of a record's samples that may be clipped: none where the force at reversals is what others start from.
+
+    Raises
+    ------
+    FricError
+        When no record is left.
+    """
+    counts = [0 if log.force is None else clipped_samples(log.force) for log in logs]
+    kept = [log for log, count in zip(logs, counts, strict=True) if count <= most * len(log)]
+    told = ", ".join(f"{count} samples of '{log.name}'" for log, count in zip(logs, counts, strict=True) if count)
+    if not told:
+        return kept, []
+    if not kept:
+        raise FricError(
+            f"the force is clipped in {told}: it is not known where friction is largest, and no stiffness is told",
+            where=logs[0].source, hint="Log with a larger range of the force's trace, or a smaller amplitude.",
+        )  # fmt: skip
+    mend = "they are left out" if len(kept) < len(logs) else "these are not compared"
+    return kept, [Notice(f"the force is clipped in {told}: {mend}", "force-clipped", "doubt")]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from fric.errors import FricError
+from fric.identify.records.clipping import clipped
 from fric.identify.records.force_lag import acting_force
 from fric.identify.records.motion import Motion, smooth_motion
 from fric.identify.records.preparation import Own, Preparation
@@ -270,4 +271,6 @@ def _prepared(log: Log, plant: Plant | None) -> Prepared:
         used[: reversals[0]] = False
     else:
         used[np.abs(position - position[0]) < 0.02 * np.ptp(position)] = False
+    if log.force is not None and source == "force":
+        used &= ~clipped(log.force)
     return Prepared(log, motion, np.asarray(force, float), used, reversals, done)

@@ -28,6 +28,16 @@ CORRELATED = 0.95
 """Correlation of two parameters from which on the data tell them apart badly."""
 
 
+SEEN = 0.5
+"""Share of the fall from F_s to F_c that lies above the slowest stroke at least, for F_s to be told by strokes."""
+
+
+def _fall_left(fit: MapFit) -> float:
+    """Return the share of the fall that is left at the slowest stroke, ``exp(-(v/v_s)^delta)``."""
+    theta = fit.solution.theta
+    return float(np.exp(-((float(np.abs(fit.problem.v).min()) / theta["v_s"]) ** theta["delta"])))
+
+
 def identifiability_warnings(fit: MapFit, motion: Motion) -> list[str]:
     """Say what the data cannot tell about a fitted map."""
     problem, theta = fit.problem, fit.solution.theta
@@ -56,6 +66,15 @@ def identifiability_warnings(fit: MapFit, motion: Motion) -> list[str]:
             Notice(
                 f"the data do not reach the Stribeck range: F_s and v_s are not settled by strokes from {slowest} up. "
                 "Log slower strokes.", "fall-open", "doubt",
+            )
+        )  # fmt: skip
+    elif not flat and (seen := _fall_left(fit)) < SEEN:
+        lowest = readable(float(fit.static_map.level(np.abs(problem.v).min())), si_unit("force", motion))
+        notices.append(
+            Notice(
+                f"{1 - seen:.0%} of the fall lies below the slowest stroke that was used ({slowest}): F_s is no more "
+                f"than how eq. (2) goes on from {lowest} there. Log slower strokes, or a finer encoder.",
+                "F_s-extrapolated", "wrong",
             )
         )  # fmt: skip
     if not flat and theta["F_c"] <= 0.0:
