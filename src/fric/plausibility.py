@@ -198,8 +198,6 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
             continue
         motion, where = log.motion, log.where
         yield Finding("sampling", 1.0 / float(np.median(np.diff(log.time))), motion, where)
-        if log.kind == "presliding-sine" and log.position is not None:
-            yield Finding("amplitude", 0.5 * float(np.ptp(log.position)), motion, where)
         step = min(8, len(log) // 4)
         moved = None if log.position is None else log.position[step:] - log.position[:-step]
         if log.velocity is not None:
@@ -229,6 +227,13 @@ def of_friction(static: StaticMap, motion: Motion, mass: float | None = None, wh
     yield Finding("friction", level, motion, where)
     if mass:
         yield Finding("friction-over-mass", level / mass, motion, where)
+
+
+def of_amplitudes(logs: Sequence[Log]) -> Iterator[Finding]:
+    """Yield the amplitudes of pre-sliding sines."""
+    for log in logs:
+        if log.kind == "presliding-sine" and log.position is not None and len(log):
+            yield Finding("amplitude", 0.5 * float(log.position.max() - log.position.min()), log.motion, log.where)
 
 
 def of_level(logs: Sequence[Log], F_s: float) -> Iterator[Finding]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -172,3 +173,28 @@ def test_doubts_of_a_file_are_told_again_by_what_builds_upon_it(tmp_path: Path) 
     found.save(tmp_path / "run.h5")
     page = render_report(collect([tmp_path / "run.h5", plant]))
     assert page.count("eq. (1) leaves 40 % that noise does not explain") >= 2
+
+
+def test_what_commands_print_besides_files_is_typed_too(tmp_path: Path) -> None:
+    """Inspect, ingest and report: each prints a document that its schema takes again, and the schema names each key."""
+    strokes = sorted((LOGS / "strokes").glob("*.csv"))[::4]
+    read = fric.ingest(*strokes, output=tmp_path / "log.h5", kind="constant-velocity")
+    table = fric.ForceVelocity(np.array([-1.0, 1.0]), np.array([-5.0, 5.0]))
+    results = [
+        read,
+        fric.inspect(tmp_path / "log.h5", LOGS / "presliding-sine.h5", table),
+        fric.make_report(BEFORE / "static.yaml", BEFORE / "gms.yaml"),
+    ]
+    for result, name in zip(results, ("ingest", "inspection", "report"), strict=True):
+        document = result.document
+        assert document["fric"] == f"{name}/1"
+        kind = document_types()[name]
+        again = kind.model_validate(document)
+        assert again.tree() == document
+        assert set(document) <= set(fric.document_schema(name)["properties"])
+        json.dumps(document, allow_nan=False)
+        assert [one["text"] for one in document["warnings_coded"]] == document["warnings"]
+    records = results[1].document["records"]
+    typed = document_types()["inspection"].model_validate(results[1].document).records
+    assert {type(one).__name__ for one in typed} == {"InspectedLog", "InspectedTable"}
+    assert records[0]["channels"]["force"]["unit"] == "N"

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.documents.report_summary import report_tree
 from fric.io.report import write_report
 from fric.report.advice import observations
 from fric.report.collect import collect
@@ -127,5 +128,5 @@ def report_document(inputs: ReportInput) -> dict[str, Any]:
     warnings: list[str] = [text for item in inputs.items for text in item.warnings]
     warnings += [text for test in inputs.tests for one in test.contours for text in one.warnings]
     circles = [{"file": one.source} | one.result.document for one in inputs.circles]
-    words = list(dict.fromkeys(warnings))
-    return {"axes": inputs.axes(), "warnings": words, "advice": advice, "drift": drift, "circles": circles}
+    content = {"axes": list(inputs.axes()), "advice": advice, "drift": drift, "circles": circles}
+    return report_tree(content, warnings)

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.documents.circle_findings import diagnosis_tree
 from fric.documents.identified import machine_to_predict
 from fric.estimate import in_digits
 from fric.identify.circle.agreement import Agreement, agreement, circles_to_predict, predict
@@ -52,10 +53,8 @@ class DiagnosisResult(Result):
         """What was found, with 95 % intervals, and what was predicted."""
         text = diagnosis_document(self.found)
         if self.held is not None:
-            coded = [*self.found.warnings, *self.held.warnings]
             text |= {"predicted": self.held.as_dict(), "scheme": self.held.scheme, "agrees": self.held.all_agree}
-            text |= {"warnings": list(map(str, coded)), "warnings_coded": [one.as_dict() for one in coded]}
-        return text
+        return diagnosis_tree(text, self.warnings)
 
     def report(self) -> list[Piece]:
         """Return the glitches, beside those predicted, and the geometry."""

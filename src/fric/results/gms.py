@@ -15,7 +15,7 @@ from fric.estimate import estimate_rows
 from fric.identify.gms.fit import GMSFit
 from fric.identify.gms.identify import identify_gms as fit_gms
 from fric.log import Log
-from fric.plausibility import Finding, of_friction, of_level, of_logs, settled
+from fric.plausibility import Finding, of_amplitudes, of_friction, of_level, of_logs, settled
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import friction_of, logs_of, plant_of, several, where_of
 from fric.results.text import Piece, Table, parameters
@@ -119,7 +119,7 @@ def identify_gms(
     given = given_static(kept) if kept is not None else None
     count, most = _blocks(blocks)
     known = plant_of("identify_gms", plant, axis, motion)
-    doubtful = settled(of_logs(records, known))
+    doubtful = settled([*of_logs(records, known), *of_amplitudes(records)])
     if given is not None:
         doubtful += settled(of_friction(given.static, motion, known.M if known else None, where_of(static)))
         doubtful += settled(of_level(records, given.static.F_s))

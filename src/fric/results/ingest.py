@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from fric.documents.mapping import MappingDocument
+from fric.documents.records import circles_tree, ingest_tree
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.ingest import Ingested, sizes
@@ -47,7 +48,8 @@ class IngestResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The records that were added and skipped."""
-        return asdict(self.done) | {"samples": self.done.samples, "dropped": self.done.dropped}
+        counts = {"samples": self.done.samples, "dropped": self.done.dropped}
+        return ingest_tree(asdict(self.done) | counts, self.warnings)
 
     @property
     def warnings(self) -> Sequence[str]:
@@ -166,7 +168,7 @@ class CirclesResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The tests that were added."""
-        return self.done.as_dict()
+        return circles_tree(self.done.as_dict(), self.done.warnings)
 
     def report(self) -> list[Piece]:
         """Return a line a test."""

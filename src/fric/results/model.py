@@ -13,7 +13,7 @@ from fric.friction import models
 from fric.identify.records.clipping import without_clipped
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
-from fric.plausibility import of_friction, of_level, of_logs, of_shares, settled
+from fric.plausibility import of_amplitudes, of_friction, of_level, of_logs, of_shares, settled
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import friction_of, logs_of, plant_of, refused
 from fric.results.text import Piece, parameters
@@ -111,7 +111,7 @@ def identify_model(
     axis, motion = records[0].axis, records[0].motion
     kept = friction_of("identify_model", static, axis, motion)
     taken_off = plant_of("identify_model", plant, axis, motion)
-    doubtful = settled(of_logs(records, taken_off))
+    doubtful = settled([*of_logs(records, taken_off), *of_amplitudes(records)])
     records, cut = without_clipped(records, CLIPPED)
     doubtful += cut
     if kept is not None:

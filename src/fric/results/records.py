@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from fric.documents.plan import PlanDocument
+from fric.documents.records import inspection_tree
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.identify.records.inspection import Inspected, Inspection
@@ -148,7 +149,7 @@ class InspectionResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """What was found, by record."""
-        return {"records": [one.as_dict() for one in self.found]}
+        return inspection_tree([one.as_dict() for one in self.found], self.warnings)
 
     @property
     def warnings(self) -> tuple[Notice, ...]:

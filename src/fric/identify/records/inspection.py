@@ -149,6 +149,7 @@ class Inspection:
         fields |= {"warnings": list(map(str, self.warnings))}
         fields |= {"warnings_coded": [warning.as_dict() for warning in self.warnings]}
         fields["reversals"] = list(fields.pop("reversals"))
+        del fields["segments"]
         fields["energy"] = None if self.energy is None else self.energy.as_dict()
         return fields | {"stretches": segments, "encoder_step": self.encoder_step}
 
