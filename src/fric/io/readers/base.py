@@ -214,4 +214,8 @@ def numbers(values: Any) -> NDArray[np.float64]:
     if found.dtype.kind in "mM":
         ticks = found.astype("timedelta64[ns]" if found.dtype.kind == "m" else "datetime64[ns]").astype("i8")
         return np.where(np.isnat(found), np.nan, ticks * 1e-9)
-    return found.astype("f8") if found.dtype.kind in "fiub" and found.ndim == 1 else np.full(len(found), np.nan)
+    return (
+        found.astype("f8", copy=False)
+        if found.dtype.kind in "fiub" and found.ndim == 1
+        else np.full(len(found), np.nan)
+    )

@@ -246,7 +246,9 @@ class _Stream:
 
     def _cleaned(self, block: Block) -> tuple[Values, list[Values]]:
         """Return the samples of a block without its rows of no time, and without repeated ones."""
-        time, values = block.columns[0] * self._part.factor, list(block.columns[1:])
+        time, values = block.columns[0], list(block.columns[1:])
+        if self._part.factor != 1.0:
+            time = time * self._part.factor
         if not np.isfinite(time.sum()) and (empty := np.isnan(time)).any():
             odd = empty & np.logical_or.reduce([np.isfinite(one) for one in values]) if values else ~empty
             if odd.any():
@@ -257,7 +259,7 @@ class _Stream:
             return time, values
         steps = np.diff(time, prepend=self._stamp)
         self._stamp = float(time[-1])
-        if (steps > 0).all():
+        if steps.min() > 0:
             return time, values
         # a slow channel may be repeated until its next sample
         same = [np.append(True, (one[1:] == one[:-1]) | np.isnan(one[1:])) for one in values]

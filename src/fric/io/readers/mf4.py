@@ -101,5 +101,5 @@ def _physical(signal: Any) -> NDArray[np.float64]:
     """Return samples as floats, NaN where the file marks them invalid."""
     found = numbers(signal.samples)
     if signal.invalidation_bits is not None:
-        found[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
+        return np.where(np.asarray(signal.invalidation_bits, dtype=bool), np.nan, found)
     return found
