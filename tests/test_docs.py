@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,7 +21,10 @@ ROOT = Path(__file__).parents[1]
 SHOWING = [page for page in examples.PAGES if examples.examples(page)]
 
 
-LONG = {"tutorial", "plan", "data-quality", "gallery"}
+LONG = {"tutorial", "plan", "data-quality", "gallery", "target-linuxcnc", "target-sinumerik"}
+
+NEEDED = {"target-linuxcnc": ["linuxcnc", "halcompile"], "target-c": ["cc"], "target-fmi": ["cc"]}
+"""What must be installed for a page's examples."""
 
 
 def _marked(page: Path) -> object:
@@ -59,6 +63,9 @@ def test_commands_page_is_fresh(tmp_path):
 
 @pytest.mark.parametrize("page", [*map(_marked, SHOWING)], ids=[page.name for page in SHOWING])
 def test_examples_run_and_print_what_is_shown(page, tmp_path):
+    for word in NEEDED.get(page.stem, ()):
+        if shutil.which(word) is None:
+            pytest.skip(f"{word} is not installed")
     examples.write_files(page, tmp_path)
     for command, shown in examples.examples(page):
         if examples.is_make(command):

@@ -187,7 +187,7 @@ def reversal_pulse(trace: Trace, values: dict[str, float]) -> np.ndarray:
     for n in range(len(v)):
         if v[n] * heading < 0:
             rate = abs(v[n] - v[n - 1]) / T
-            pulse = np.interp(math.log10(rate), np.log10([0.003, 0.03, 0.3]), amplitudes)
+            pulse = np.interp(math.log10(rate), np.log10([0.003, 0.03, 0.33]), amplitudes)
         else:
             pulse *= math.exp(-T / values["decay"])
         heading = np.sign(v[n]) or heading

@@ -5,13 +5,16 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fric.export.base import Part
 from fric.export.linuxcnc import linuxcnc_files
-from tests.export.parts import InC, scheme_part
+from fric.friction import models
+from tests.export.parts import EXPORTED, InC, exportable, part, scheme_part
 
 pytestmark = pytest.mark.skipif(
     not (shutil.which("halrun") and shutil.which("halcompile") and shutil.which("cc") and os.geteuid() == 0),
@@ -25,10 +28,10 @@ SAMPLED = ["output", "friction-ff", "observer-estimate", "at-limit", "faulted"]
 SCRIPT = """
 loadrt threads name1=servo period1=250000
 loadrt streamer depth={depth} cfg=ffffffbfb
-loadrt sampler depth={depth} cfg=fffbb
-loadrt fric_x_ff names=ff
+loadrt sampler depth={depth} cfg={cfg}
+{loads}
 addf streamer.0 servo
-addf ff servo
+{adds}
 addf sampler.0 servo
 {nets}
 loadusr -w halstreamer rows.txt
@@ -38,18 +41,27 @@ loadusr -w sleep {seconds}
 """
 
 
-def _run(rows: np.ndarray, folder: Path) -> np.ndarray:
-    """Feed rows to the component, one a period, and return what it gave, one row a period."""
-    for name, text in linuxcnc_files(scheme_part("f")).items():
-        (folder / name).write_text(str(text))
-    words = ["halcompile", "--install", "fric_x_ff.comp"]
-    subprocess.run(words, cwd=folder, check=True, capture_output=True)
-    nets = [f"net in{n} streamer.0.pin.{n} => ff.{name}" for n, name in enumerate(COLUMNS)]
-    nets += [f"net out{n} ff.{name} => sampler.0.pin.{n}" for n, name in enumerate(SAMPLED)]
+def _run(rows: np.ndarray, folder: Path, parts: dict[str, Part], sampled: list[tuple[str, str]]) -> np.ndarray:
+    """Feed rows to the components of parts by axis, one a period, and return sampled pins, one row a period."""
+    for axis, one in parts.items():
+        for name, text in linuxcnc_files(replace(one, axis=axis)).items():
+            (folder / name).write_text(str(text))
+        words = ["halcompile", "--install", f"fric_{axis}_ff.comp"]
+        subprocess.run(words, cwd=folder, check=True, capture_output=True)
+    nets = [
+        f"net in{n} streamer.0.pin.{n} => {' '.join(f'{axis}.{name}' for axis in parts)}"
+        for n, name in enumerate(COLUMNS)
+    ]
+    nets += [f"net out{n} {axis}.{name} => sampler.0.pin.{n}" for n, (axis, name) in enumerate(sampled)]
     # 17 digits: what is read is what was computed here
     lines = [" ".join(f"{int(v)}" if n in (6, 8) else f"{v:.17g}" for n, v in enumerate(row)) for row in rows]
     (folder / "rows.txt").write_text("\n".join(lines) + "\n")
-    script = SCRIPT.format(depth=len(rows) + 10, nets="\n".join(nets), rows=len(rows), seconds=len(rows) // 4000 + 2)
+    script = SCRIPT.format(
+        depth=len(rows) + 10, nets="\n".join(nets), rows=len(rows), seconds=len(rows) // 4000 + 2,
+        cfg="".join("b" if name in ("at-limit", "faulted") else "f" for _, name in sampled),
+        loads="\n".join(f"loadrt fric_{axis}_ff names={axis}" for axis in parts),
+        adds="\n".join(f"addf {axis} servo" for axis in parts),
+    )  # fmt: skip
     (folder / "run.hal").write_text(script)
     for one in [folder, *folder.iterdir()]:
         os.chown(one, NOBODY, NOBODY)
@@ -77,17 +89,11 @@ def _rows() -> np.ndarray:
     return np.column_stack([rows, enable, np.ones(ROWS), reset])
 
 
-def test_the_component_gives_what_the_exported_c_gives_and_obeys_its_pins(tmp_path: Path) -> None:
-    folder = tmp_path / "hal"
-    folder.mkdir()
-    rows = _rows()
-    trace = _run(rows, folder)
-    assert len(trace) == ROWS
-    own = tmp_path / "c"
-    own.mkdir()
-    made = InC(scheme_part("f"), own)
+def _in_c(one: Part, rows: np.ndarray, folder: Path) -> np.ndarray:
+    """What the component should give, by the exported C."""
+    made = InC(one, folder)
     made.reset()
-    wanted = np.empty(ROWS)
+    wanted = np.empty(len(rows))
     for n, (r, v, a, fb, control, before, enable, _, reset) in enumerate(rows):
         if reset:
             made.reset()
@@ -98,6 +104,32 @@ def test_the_component_gives_what_the_exported_c_gives_and_obeys_its_pins(tmp_pa
             input=before, share=enable,
         )  # fmt: skip
         wanted[n] = np.clip(control + (added if enable else 0.0), -10, 10)
+    return wanted
+
+
+@pytest.mark.long
+def test_the_components_of_every_model_and_block_give_what_the_exported_c_gives(tmp_path: Path) -> None:
+    parts = {f"m{n}": part(models()[name].typical()) for n, name in enumerate(exportable())}
+    parts |= {f"s{n}": scheme_part(scheme) for n, scheme in enumerate(EXPORTED)}
+    folder = tmp_path / "hal"
+    folder.mkdir()
+    rows = _rows()
+    trace = _run(rows, folder, parts, [(axis, "output") for axis in parts])
+    for n, (axis, one) in enumerate(parts.items()):
+        own = tmp_path / axis
+        own.mkdir()
+        assert np.abs(trace[:, n] - _in_c(one, rows, own)).max() < 1e-6, axis
+
+
+def test_the_component_gives_what_the_exported_c_gives_and_obeys_its_pins(tmp_path: Path) -> None:
+    folder = tmp_path / "hal"
+    folder.mkdir()
+    rows = _rows()
+    trace = _run(rows, folder, {"x": scheme_part("f")}, [("x", name) for name in SAMPLED])
+    assert len(trace) == ROWS
+    own = tmp_path / "c"
+    own.mkdir()
+    wanted = _in_c(scheme_part("f"), rows, own)
     assert np.abs(trace[:, 0] - wanted).max() < 1e-6  # the recorder prints six decimals
     assert trace[3010:3200, 3].all()
     assert np.abs(trace[3010:3200, 0]).min() == 10.0

@@ -12,6 +12,8 @@ import pytest
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
+from fric.export.bench import CHANNELS
+from fric.export.rendering import render
 from fric.identify.circle.diagnose import diagnose
 from fric.io.circle import choose_circles, read_circles, write_circles
 from fric.io.ingest_circle import StatedCircle, ingest_circles
@@ -92,13 +94,23 @@ def test_linuxcnc_sampler_text_without_header(tmp_path):
 def test_the_mapping_of_linuxcncs_bench(tmp_path):
     x, y = circle_reference(0.03, 0.1, 2, 4000.0)
     motion = np.column_stack([x.position, y.position]) * 1e3
-    rest = np.zeros((len(motion), 8))
-    table = np.column_stack([np.arange(len(motion)), motion, motion, motion, rest])
+    rest = np.zeros((len(motion), 4))
+    table = np.column_stack([np.arange(len(motion)), motion, rest, motion, motion, 0.01 * motion, rest[:, :3]])
     np.savetxt(tmp_path / "trace.txt", table, "%.9g")
     mapping = read_document(ROOT / "configs/mappings/linuxcnc.yaml", MappingDocument)
     (test,) = ingest_circles(tmp_path / "trace.txt", tmp_path / "c.h5", mapping=mapping).tests
     assert (test.radius, test.feed) == (0.03, 0.1)
     assert np.diff(test.axes["x"].time) == pytest.approx(0.00025)
+    np.testing.assert_allclose(test.axes["y"].input, 10 * test.axes["y"].position, rtol=1e-6)
+    np.savetxt(tmp_path / "lost.txt", np.delete(table, 900, axis=0), "%.9g")
+    with pytest.raises(FricError, match="1 rows are lost: the count jumps from 899 to 901"):
+        ingest_circles(tmp_path / "lost.txt", tmp_path / "l.h5", mapping=mapping)
+
+
+def test_the_mapping_is_that_of_a_trial(tmp_path):
+    axes = [{"name": "x"}, {"name": "y"}]
+    written = render("bench/trace.yaml.j2", axes=axes, channels=CHANNELS, period_ns=250_000)
+    assert (ROOT / "configs/mappings/linuxcnc.yaml").read_text() == written
 
 
 def test_a_ball_bar_needs_radius_and_feed_and_tells_the_direction(tmp_path):

@@ -2,7 +2,7 @@
 
 ::
 
-    u = table(v) + sign(v)·amplitude(a)·exp(-(t - t_0)/decay)
+    u = sign(v)·(table(v) + p) + ∫p·sign(v)/integral dt,   p = amplitude(a)·exp(-(t - t_0)/decay)
 
 The table gives a voltage for twenty velocities, straight lines between, as TwinCAT's friction compensation; at a
 reversal it goes from one sign to the other over its first entry. The pulse is that of SINUMERIK's friction
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fric.friction import FrictionModel
 
 ENTRIES = 20
-HEAD = 6
+HEAD = 10
 ACCELERATIONS = (0.003, 0.03, 0.33)
 """Accelerations at a reversal to which the pulse is fitted [m/s²]: circles of 30 mm at 10, 30 and 100 mm/s."""
 
@@ -43,22 +43,29 @@ def _step(
 ) -> float:
     v = rows[AHEAD_VELOCITY, n]
     if v * state[0] < 0.0:
-        rate = abs(v - state[2]) / parameters[5]
-        at = min(max(np.log(max(rate, 1e-12) / parameters[0]) / np.log(parameters[1] / parameters[0]), 0.0), 2.0)
-        low = min(int(at), 1)
-        share = at - low
-        state[1] = (1.0 - share) * parameters[2 + low] + share * parameters[3 + low]
+        rate = abs(v - state[2]) / parameters[6]
+        straight = parameters[7] > 0.0
+        at = rate if straight else np.log(max(rate, 1e-12))
+        if at <= parameters[0]:
+            state[1] = parameters[3] * (at / parameters[0] if straight else 1.0)
+        elif at >= parameters[2]:
+            state[1] = parameters[5]
+        else:
+            k = 0 if at <= parameters[1] else 1
+            share = (at - parameters[k]) / (parameters[k + 1] - parameters[k])
+            state[1] = (1.0 - share) * parameters[3 + k] + share * parameters[4 + k]
     else:
-        state[1] *= parameters[HEAD + 2 * ENTRIES]
+        state[1] *= parameters[8]
     if v != 0.0:
         state[0] = 1.0 if v > 0.0 else -1.0
     state[2] = v
+    state[3] += parameters[9] * state[0] * state[1]
     speed, i = abs(v), 0
     while i < ENTRIES - 1 and parameters[HEAD + i] < speed:
         i += 1
     x_0, y_0 = (parameters[HEAD + i - 1], parameters[HEAD + ENTRIES + i - 1]) if i > 0 else (0.0, 0.0)
     x_1, y_1 = parameters[HEAD + i], parameters[HEAD + ENTRIES + i]
-    volts: float = state[0] * (y_0 + (y_1 - y_0) * min((speed - x_0) / (x_1 - x_0), 1.0) + state[1])
+    volts: float = state[0] * (y_0 + (y_1 - y_0) * min((speed - x_0) / (x_1 - x_0), 1.0) + state[1]) + state[3]
     return volts
 
 
@@ -73,17 +80,33 @@ class ReversalPulse(ControlBlock):
         friction builds up more slowly than the table says.
     decay
         Time in which the pulse falls to 1/e [s].
+    slow_at, middle_at, fast_at
+        The accelerations of those amplitudes [m/s²].
+    straight
+        1 for straight lines over the acceleration itself, from none at rest, as SINUMERIK's adaptive characteristic.
+    integral
+        Integral time of the controller that the pulse goes through [s]; 0 where it is added to the voltage.
+    table
+        Share of the table that is added [1].
     """
 
     name = "reversal-pulse"
     kind = "feedforward"
     linear = False
-    asks = "the reference alone: its velocity and reversals; a table of twenty voltages, three states"
+    asks = "the reference alone: its velocity and reversals; a table of twenty voltages, four states"
     parameters = (
         Parameter("slow", "input", -100.0, 100.0, doc="amplitude at a slow reversal", typical=0.0),
         Parameter("middle", "input", -100.0, 100.0, doc="amplitude at a middling reversal", typical=0.0),
         Parameter("fast", "input", -100.0, 100.0, doc="amplitude at a fast reversal", typical=0.0),
         Parameter("decay", "time", 1e-4, 10.0, doc="decay of the pulse", typical=0.01),
+        Parameter(
+            "slow_at", "acceleration", 1e-6, 1e3, doc="acceleration of a slow reversal", typical=ACCELERATIONS[0]
+        ),
+        Parameter("middle_at", "acceleration", 1e-6, 1e3, doc="of a middling one", typical=ACCELERATIONS[1]),
+        Parameter("fast_at", "acceleration", 1e-6, 1e3, doc="of a fast one", typical=ACCELERATIONS[2]),
+        Parameter("straight", "ratio", 0.0, 1.0, doc="1: lines over the acceleration, not its logarithm", typical=0.0),
+        Parameter("integral", "time", 0.0, 1e3, doc="integral time of a controller before the voltage", typical=0.0),
+        Parameter("table", "ratio", 0.0, 1.0, doc="share of the table", typical=1.0),
     )
     step = _step
 
@@ -91,6 +114,12 @@ class ReversalPulse(ControlBlock):
     middle: float
     fast: float
     decay: float
+    slow_at: float = ACCELERATIONS[0]
+    middle_at: float = ACCELERATIONS[1]
+    fast_at: float = ACCELERATIONS[2]
+    straight: float = 0.0
+    integral: float = 0.0
+    table: float = 1.0
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:
@@ -101,16 +130,21 @@ class ReversalPulse(ControlBlock):
         return cls(slow, middle, fast, pulse[3])
 
     def packed(self, setting: Setting) -> NDArray[np.float64]:
-        """Return the accelerations, the amplitudes, the table and the decay in a sample."""
-        v = np.geomspace(1e-4, 1.0, ENTRIES)
-        model = nominal_friction(setting, self.name)
-        table = setting.gain / setting.K_f * np.asarray(model.steady_state(v))
-        head = [*ACCELERATIONS[:2], self.slow, self.middle, self.fast, setting.T_s]
-        return np.concatenate([head, v, table, [np.exp(-setting.T_s / self.decay)]])
+        """Return accelerations (or logarithms), amplitudes, T_s, straight, decay and integral in a sample, and table."""
+        v, T_s = np.geomspace(1e-4, 1.0, ENTRIES), setting.T_s
+        table = np.zeros(ENTRIES)
+        if self.table > 0:
+            model = nominal_friction(setting, self.name)
+            table = self.table * setting.gain / setting.K_f * np.asarray(model.steady_state(v))
+        at = np.array([self.slow_at, self.middle_at, self.fast_at])
+        knots = at if self.straight else np.log(at)
+        gathers = T_s / self.integral if self.integral > 0 else 0.0
+        head = [*knots, self.slow, self.middle, self.fast, T_s, self.straight, np.exp(-T_s / self.decay), gathers]
+        return np.concatenate([head, v, table])
 
     def initial_state(self, setting: Setting) -> NDArray[np.float64]:
         """Return a reference that has not moved, and no pulse."""
-        return np.zeros(3)
+        return np.zeros(4)
 
 
 def nominal_friction(setting: Setting, name: str) -> FrictionModel:

@@ -12,14 +12,14 @@ at the reversal: it rises to its maximum at ACCEL1, stays until ACCEL2, falls to
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fric.contour import circularity
-from fric.control.scheme import NONE, PAPER_SCHEMES
+from fric.control.scheme import PAPER_SCHEMES
 from fric.errors import FricError
 from fric.export.base import Files, Part, Target
 from fric.export.c import name_of
@@ -92,10 +92,14 @@ def rises_of(part: Part) -> list[NDArray[np.float64]]:
     return found
 
 
-def characteristic(part: Part, rises: Sequence[NDArray[np.float64]], decay: float) -> Pulse:
-    """Return the characteristic of a decay [s]: amplitudes by linear least squares from the rises of friction."""
+def amplitudes(part: Part, rises: Sequence[NDArray[np.float64]], decay: float) -> NDArray[np.float64]:
+    """Return the amplitude [m/s] at each of `ACCELERATIONS` that comes nearest to friction's rise, by least squares."""
     pulse = through_controller(part, decay, np.arange(len(rises[0])) / part.sampling)
-    found = np.array([max(float(pulse @ rise / (pulse @ pulse)), 0.0) for rise in rises])
+    return np.array([max(float(pulse @ rise / (pulse @ pulse)), 0.0) for rise in rises])
+
+
+def characteristic(found: NDArray[np.float64], decay: float) -> Pulse:
+    """Return the characteristic of the amplitudes that were found [m/s] for a decay [s]."""
     high = np.flatnonzero(found >= 0.9 * found.max())
     a_1, a_2 = float(ACCELERATIONS[high[0]]), float(ACCELERATIONS[high[-1]])
     a_3 = float(ACCELERATIONS[-1]) if high[-1] < len(ACCELERATIONS) - 1 else 2.0 * a_2
@@ -105,30 +109,41 @@ def characteristic(part: Part, rises: Sequence[NDArray[np.float64]], decay: floa
 def fitted(axis: Axis, part: Part) -> Pulse:
     """Return the characteristic that leaves least of the glitch on the circles of `FEEDS`, by simulation.
 
-    For each decay the amplitudes follow from what the friction model does behind reversals.
+    For each decay the amplitudes follow from what the friction model does behind reversals; where they have risen, and
+    the largest, are then tried about that.
     """
     rises = rises_of(part)
-    able = [characteristic(part, rises, decay) for decay in DECAYS]
-    return min(able, key=lambda one: sum(left_over(axis, part, one, feed)[1] for feed in FEEDS))
+    able = [characteristic(amplitudes(part, rises, decay), decay) for decay in DECAYS]
+
+    def left(one: Pulse) -> float:
+        return sum(left_over(axis, part, one, feed) for feed in FEEDS)
+
+    best = min(able, key=left)  # its decay; then where, and how far, the amplitude has risen
+    best = min((replace(best, a_1=float(a)) for a in ACCELERATIONS[best.a_2 >= ACCELERATIONS]), key=left)
+    sizes = [share * best.largest for share in (0.7, 0.8, 0.9, 1.0, 1.1)]
+    return min((replace(best, largest=a, smallest=min(a, best.smallest)) for a in sizes), key=left)
 
 
-def left_over(axis: Axis, part: Part, pulse: Pulse, feed: float) -> tuple[float, float, float]:
-    """Return the glitch [m] of a circle of 30 mm: controller alone, with the pulse, with the model fed forward."""
-    motion, turns = reversals(part, feed)
-    other = circle(0.03, feed, 2, part.sampling)[1].position
-    volts, t = np.zeros(len(motion)), motion.time
-    for n in turns:
-        size = float(pulse.amplitude(abs(float(motion.acceleration[n]))))
-        heading = float(np.sign(motion.velocity[min(n + 1, len(motion) - 1)]))
-        volts[n:] += heading * size * through_controller(part, pulse.decay, t[n:] - t[n])
-    model = PAPER_SCHEMES["c" if part.model.name == "gms" else "b"]
-    wanted = ((NONE, None), (NONE, volts), (model, None))
-    found = []
-    for scheme, added in wanted:
-        run = run_axis(axis, motion, scheme, excitation=added, accuracy=ACCURACY)
-        quadrants = circularity(run.position, other, 0.03).quadrants
-        found.append(max(abs(quadrants[0]), abs(quadrants[2])))
-    return found[0], found[1], found[2]
+def as_block(part: Part, pulse: Pulse) -> dict[str, float]:
+    """Return the values of the block ``reversal-pulse`` that does what the machine data make the controller do."""
+    return {
+        "slow": part.K_p * pulse.largest, "middle": part.K_p * pulse.largest, "fast": part.K_p * pulse.smallest,
+        "slow_at": pulse.a_1, "middle_at": pulse.a_2, "fast_at": pulse.a_3, "decay": pulse.decay, "straight": 1.0,
+        "integral": part.K_p / part.K_i, "table": 0.0,
+    }  # fmt: skip
+
+
+def left_over(axis: Axis, part: Part, pulse: Pulse | None, feed: float) -> float:
+    """Return the glitch [m] of a circle of 30 mm with the pulse; with the model fed forward where there is none."""
+    motion, other = circle(0.03, feed, 2, part.sampling)
+    scheme = PAPER_SCHEMES["c" if part.model.name == "gms" else "b"]
+    if pulse is not None:
+        scheme = replace(scheme, friction=None, blocks=("reversal-pulse",))
+        at_once = replace(axis.nominal_friction, lead=0.0)
+        axis = replace(axis, nominal_friction=at_once, blocks={"reversal-pulse": as_block(part, pulse)})
+    run = run_axis(axis, motion, scheme, accuracy=ACCURACY)
+    quadrants = circularity(run.position, other.position, 0.03).quadrants
+    return max(abs(quadrants[0]), abs(quadrants[2]))
 
 
 def sinumerik_files(part: Part, *, machine: Machine) -> Files:
@@ -158,16 +173,28 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
     ]
     lines = [f"; friction compensation of axis {part.axis}, fitted by fric to {part.model.name}"]
     lines += [f"CHANDATA({1})", *(f"${name}={value} ; {doc}" for name, value, doc in data), "M17", ""]
-    rows = [(feed, left_over(axis, part, pulse, feed)) for feed in FEEDS]
-    table = [f"| {1e3 * feed:g} mm/s | {' | '.join(f'{1e6 * one:.1f} µm' for one in found)} |" for feed, found in rows]
+    idle = replace(pulse, largest=0.0, smallest=0.0)
+    table = []
+    for feed in FEEDS:
+        left = (f"{1e6 * left_over(axis, part, one, feed):.1f} µm" for one in (idle, pulse, None))
+        table.append(f"| {1e3 * feed:g} mm/s | {' | '.join(left)} |")
+    wanted = amplitudes(part, rises_of(part), pulse.decay)
+    fits = [
+        f"| {a:.3g} | {per_minute * one:.2f} | {per_minute * float(pulse.amplitude(a)):.2f} |"
+        for a, one in zip(ACCELERATIONS, wanted, strict=True)
+    ]
     page = (
         f"# Friction compensation of axis {part.axis} for SINUMERIK\n\n"
         f"`{name_of(part)}.mpf` holds machine data 32490 to 32580. The pulse goes into the velocity that the speed "
         f"controller is asked for; it was fitted for K_p = {part.K_p:g} V·s/m and K_i = {part.K_i:g} V/m, and holds "
         "for no others.\n\nGlitch of axis "
-        f"{part.axis} on circles of 30 mm, by simulation of this machine:\n\n"
+        f"{part.axis} on circles of 30 mm, by simulation of this machine with the block `reversal-pulse`:\n\n"
         f"| feed | controller alone | this pulse | {part.model.name} feedforward |\n|---|---|---|---|\n"
         + "\n".join(table)
+        + "\n\nAmplitude over the acceleration at the reversal: what comes nearest to friction's rise there, and what the "
+        "adaptive characteristic of the machine data gives:\n\n"
+        "| m/s² | nearest, mm/min | characteristic, mm/min |\n|---|---|---|\n"
+        + "\n".join(fits)
         + "\n\nThe assignments were written from the published names and units; no control was at hand to read them.\n"
     )
     return {f"{name_of(part)}.mpf": "\n".join(lines), "README.md": page}
