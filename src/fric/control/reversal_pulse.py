@@ -100,7 +100,7 @@ class ReversalPulse(ControlBlock):
         Parameter("fast", "input", -100.0, 100.0, doc="amplitude at a fast reversal", typical=0.0),
         Parameter("decay", "time", 1e-4, 10.0, doc="decay of the pulse", typical=0.01),
         Parameter(
-            "slow_at", "acceleration", 1e-6, 1e3, doc="acceleration of a slow reversal", typical=ACCELERATIONS[0]
+            "slow_at", "acceleration", 1e-6, 1e3, doc="acceleration of a slow one", typical=ACCELERATIONS[0]
         ),
         Parameter("middle_at", "acceleration", 1e-6, 1e3, doc="of a middling one", typical=ACCELERATIONS[1]),
         Parameter("fast_at", "acceleration", 1e-6, 1e3, doc="of a fast one", typical=ACCELERATIONS[2]),
@@ -130,7 +130,7 @@ class ReversalPulse(ControlBlock):
         return cls(slow, middle, fast, pulse[3])
 
     def packed(self, setting: Setting) -> NDArray[np.float64]:
-        """Return accelerations (or logarithms), amplitudes, T_s, straight, decay and integral in a sample, and table."""
+        """Return accelerations or logarithms, amplitudes, T_s, straight, decay and integral in a sample, table."""
         v, T_s = np.geomspace(1e-4, 1.0, ENTRIES), setting.T_s
         table = np.zeros(ENTRIES)
         if self.table > 0:

@@ -191,8 +191,8 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
         f"{part.axis} on circles of 30 mm, by simulation of this machine with the block `reversal-pulse`:\n\n"
         f"| feed | controller alone | this pulse | {part.model.name} feedforward |\n|---|---|---|---|\n"
         + "\n".join(table)
-        + "\n\nAmplitude over the acceleration at the reversal: what comes nearest to friction's rise there, and what the "
-        "adaptive characteristic of the machine data gives:\n\n"
+        + "\n\nAmplitude over the acceleration at the reversal: what comes nearest to friction's rise there, and what "
+        "the adaptive characteristic of the machine data gives:\n\n"
         "| m/s² | nearest, mm/min | characteristic, mm/min |\n|---|---|---|\n"
         + "\n".join(fits)
         + "\n\nThe assignments were written from the published names and units; no control was at hand to read them.\n"
