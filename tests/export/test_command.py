@@ -70,6 +70,25 @@ def test_what_a_file_says_of_itself_stands_against_its_export(tmp_path: Path) ->
     assert "the logged force lags" in repr(found)
 
 
+def test_a_measured_circle_that_is_not_as_predicted_forbids_the_export(tmp_path: Path) -> None:
+    risen = MACHINE.parent / "risen/machine.yaml"
+    for machine, agrees in ((MACHINE, True), (risen, False)):
+        run = fric.circle(machine, "a")
+        run.save(tmp_path / "circle.h5", force=True)
+        found = fric.export_axis("csv", MACHINE, axis="x", scheme="c", circles=[tmp_path / "circle.h5"])
+        assert {one.code for one in found.against} == (set() if agrees else {"model-disagrees"})
+        assert "no-measured-circle" not in [one.code for one in found.doubts]
+    with pytest.raises(FricError, match=r"not to be trusted: .*circle.h5 shows .*the level"):
+        found.save(tmp_path / "out")
+
+
+def test_what_the_verdict_doubts_is_told_and_kept(tmp_path: Path) -> None:
+    found = fric.export_axis("csv", MACHINE, axis="x", scheme="c")
+    assert {one.code for one in found.doubts} >= {"no-measured-circle"}
+    assert "not to be trusted yet" in repr(found)
+    assert not found.document["verdict"]["trusted"]
+
+
 @pytest.mark.parametrize(
     ("given", "told"),
     [

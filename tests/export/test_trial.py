@@ -32,7 +32,7 @@ def test_a_record_that_lost_rows_is_an_error(lost: int, rows: str, tmp_path: Pat
 
 @pytest.fixture(scope="module")
 def trials(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Arc], list[Arc], Path]:
-    machine = read_machine(MACHINE)
+    machine = read_machine(MACHINE, gain=1.0)
     folders = [tmp_path_factory.mktemp("linuxcnc") for _ in range(2)]
     slow = try_in_linuxcnc(machine, PAPER_SCHEMES["f"], folders[0])
     fast = try_in_linuxcnc(machine, PAPER_SCHEMES["f"], folders[1], feeds=(0.1,))
@@ -46,16 +46,15 @@ def test_each_quadrant_is_as_simulated_and_the_feedforward_takes_off_what_it_sho
 ) -> None:
     for arc in trials[0]:
         assert arc.difference < 0.5e-6, (arc.scheme.title, arc.feed, arc.direction)
-    for feed, least in ((0.1, 0.72), (0.01, 0.66)):
+    for feed in (0.1, 0.01):
         left = {a.scheme.name: a.measured.glitch for a in trials[0] if a.feed == feed and a.direction == 1}
-        assert left["feedforward"] < (1 - least) * left["none"]
-        assert left["f"] < (1 - 0.85) * left["none"]
+        assert max(left["feedforward"], left["f"]) < 0.2 * left["none"], feed
 
 
 @needs_linuxcnc
 @pytest.mark.long
 def test_two_runs_are_equal_byte_by_byte(trials: tuple[list[Arc], list[Arc], Path], tmp_path: Path) -> None:
-    try_in_linuxcnc(read_machine(MACHINE), PAPER_SCHEMES["f"], tmp_path, feeds=(0.1,))
+    try_in_linuxcnc(read_machine(MACHINE, gain=1.0), PAPER_SCHEMES["f"], tmp_path, feeds=(0.1,))
     for session in ("session-none", "session-feedforward", "session-f"):
         first, second = ((folder / session / "trace.txt").read_bytes() for folder in (trials[2], tmp_path))
         assert first == second

@@ -29,6 +29,10 @@ def export(
     gain: Gain = None,
     lead: Lead = None,
     schemes: SchemesFile = None,
+    circle: Annotated[
+        list[Path] | None,
+        typer.Option("--circle", metavar="CIRCLE.h5", help="A measured circle: it must be as the machine predicts."),
+    ] = None,
     trial: Annotated[
         bool, typer.Option("--try", help="linuxcnc: run circles in LinuxCNC, beside their simulation.")
     ] = False,
@@ -40,14 +44,15 @@ def export(
 ) -> None:
     """Write what a controller runs: friction feedforward, observers, and a manifest of all that is in it.
 
-    Nothing is exported that speaks against itself, unless --force is given: a warning of severity 'wrong' in the
-    machine's files, or a simulated circle that becomes worse.
+    Nothing is exported that the verdict speaks against, unless --force is given: a warning of severity 'wrong' in the
+    machine's files, a limit cycle, a simulated circle that becomes worse, a measured one that is not as predicted.
     """
     finish(
         lambda advance: fric.export_axis(
             target, machine, axis=axis, scheme=scheme, part=part, single=single,
             nominal_files=friction or (), gain=gain,
-            lead=lead_given(lead), known=schemes, trial=output / "trial" if trial else None, advance=advance,
+            lead=lead_given(lead), known=schemes, circles=circle or (),
+            trial=output / "trial" if trial else None, advance=advance,
         ),
         json=json, force=force, doing="LinuxCNC" if trial else "", into=output,
     )  # fmt: skip

@@ -99,9 +99,7 @@ class ReversalPulse(ControlBlock):
         Parameter("middle", "input", -100.0, 100.0, doc="amplitude at a middling reversal", typical=0.0),
         Parameter("fast", "input", -100.0, 100.0, doc="amplitude at a fast reversal", typical=0.0),
         Parameter("decay", "time", 1e-4, 10.0, doc="decay of the pulse", typical=0.01),
-        Parameter(
-            "slow_at", "acceleration", 1e-6, 1e3, doc="acceleration of a slow one", typical=ACCELERATIONS[0]
-        ),
+        Parameter("slow_at", "acceleration", 1e-6, 1e3, doc="acceleration of a slow one", typical=ACCELERATIONS[0]),
         Parameter("middle_at", "acceleration", 1e-6, 1e3, doc="of a middling one", typical=ACCELERATIONS[1]),
         Parameter("fast_at", "acceleration", 1e-6, 1e3, doc="of a fast one", typical=ACCELERATIONS[2]),
         Parameter("straight", "ratio", 0.0, 1.0, doc="1: lines over the acceleration, not its logarithm", typical=0.0),

@@ -1,8 +1,8 @@
-"""Whether what would be exported may be trusted: by what its files say of themselves, and by a simulated circle."""
+"""Whether what would be exported may be trusted: what the verdict says of it, by its files and by simulated circles."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.contour_run import pair
 from fric.verdict.candidates import candidates_of
-from fric.verdict.decide import reasons_against as verdict_against
+from fric.verdict.decide import decide, reasons_against
 from fric.verdict.evidence import Evidence
 
 if TYPE_CHECKING:
@@ -20,33 +20,54 @@ if TYPE_CHECKING:
     from fric.simulate.machine import Machine
 
 
-def reasons_against(machine: Machine, name: str, scheme: Scheme, notices: Iterable[Notice]) -> list[Notice]:
-    """Return why a scheme should not be put on an axis; empty where nothing speaks against it.
+def judged(
+    machine: Machine,
+    name: str,
+    scheme: Scheme,
+    notices: Iterable[Notice],
+    disagreements: Sequence[str] = (),
+    *,
+    compared: bool = False,
+) -> tuple[list[Notice], list[Notice]]:
+    """Return what speaks against putting a scheme on an axis, and what the verdict doubts besides.
 
-    Each warning of severity ``wrong`` in what the machine is made of is a reason. Where the axis is one of a circle's,
-    the circle is simulated at 100 and at 10 mm/s: what the verdict has against the scheme at one of them, or a drive
-    that saturates, is one too.
+    What is wrong in the files that the machine is made of speaks against it, and a measured circle that is not as
+    predicted. Where the axis is one of a circle's, the circle is simulated at 100 and at 10 mm/s: what the verdict has
+    against the scheme at one of them, or a drive that saturates, does too. That no machines were drawn and no circle
+    was measured are doubts.
+
+    Parameters
+    ----------
+    machine, name, scheme
+        The machine, its axis, and what would be switched on.
+    notices
+        What the files that the machine is made of say of themselves.
+    disagreements, compared
+        Where measured circles are not as predicted; whether any was held against the machine.
 
     Raises
     ------
     FricError
         When the scheme asks for what the axis does not have, or the loop with it is not stable.
     """
-    against = [notice for notice in notices if notice.severity == "wrong"]
+    given = Evidence(
+        axes=(name,), resolution=machine.axis(name).encoder.resolution, compared=compared, disagreements=disagreements,
+        notices=[notice for notice in notices if notice.severity == "wrong"],
+    )  # fmt: skip
     try:
-        names = pair(machine)
+        on_circle = name in pair(machine)
     except FricError:
-        return against
-    if name not in names:
-        return against
-    bare = replace(NONE, gain=None)
-    for feed in (0.1, 0.01):
-        runs = [run_circle(machine, one, Circle(feed=feed), only=name) for one in (bare, scheme)]
+        on_circle = False
+    against: list[Notice] = []
+    for feed in (0.1, 0.01) if on_circle else ():
+        runs = [run_circle(machine, one, Circle(feed=feed), only=name) for one in (replace(NONE, gain=None), scheme)]
         alone, with_it = candidates_of(runs)
-        given = Evidence(candidates=(alone, with_it), resolution=machine.axis(name).encoder.resolution)
+        exact = machine.is_nominal([scheme.friction], [name])
+        given = replace(given, candidates=(alone, with_it), exact=exact)
         where = f"axis {name} at {1e3 * feed:g} mm/s"
-        found = verdict_against(with_it, given)
-        against += [Notice(f"{where}: {text}", text.code, text.severity) for text in found]
+        against += [Notice(f"{where}: {one}", one.code, one.severity) for one in reasons_against(with_it, given)]
         if with_it.warnings and not alone.warnings:
             against.append(Notice(f"{where}: {with_it.warnings[0]}", "scheme-saturates", "wrong"))
-    return against
+    why = [one for one in decide(given).why if on_circle or one.code != "nothing-simulated"]
+    wrong = [one for one in why if one.severity == "wrong"]
+    return list(dict.fromkeys([*wrong, *against])), [one for one in why if one.severity != "wrong"]

@@ -12,7 +12,6 @@ from fric.documents.base import AxisDocument
 from fric.documents.bundled import bundled
 from fric.documents.circle_map import CircleMapDocument
 from fric.documents.friction import FrictionDocument
-from fric.identify.circle.agreement import CAUSES
 from fric.notice import Notice
 from fric.results.verdict import evidence_of, machine_name
 from fric.verdict.decide import decide
@@ -122,15 +121,7 @@ class Measured:
 
     def disagreements(self) -> list[str]:
         """Return where the circle is not as predicted, with the likely cause."""
-        held = self.result.held
-        if held is None:
-            return []
-        seen, said = self.result.found.glitches, held.predicted.glitches
-        return [
-            f"{self.source} shows {seen[name].value * 1e6:+.1f} µm at {name}, predicted are "
-            f"{said[name].value * 1e6:+.1f} µm ({CAUSES[cause]})"
-            for name, cause in held.causes.items()
-        ]
+        return self.result.disagreements(self.source)
 
 
 @dataclass(frozen=True)

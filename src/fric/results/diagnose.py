@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fric.documents.circle_findings import diagnosis_tree
 from fric.documents.identified import machine_to_predict
 from fric.estimate import in_digits
-from fric.identify.circle.agreement import Agreement, agreement, circles_to_predict, predict
+from fric.identify.circle.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
 from fric.identify.circle.diagnose import Diagnosis, both_directions
 from fric.identify.circle.diagnose import diagnose as take_apart
 from fric.identify.circle.document import diagnosis_document
@@ -59,6 +59,17 @@ class DiagnosisResult(Result):
     def report(self) -> list[Piece]:
         """Return the glitches, beside those predicted, and the geometry."""
         return [self._glitches(), "", self._geometry()]
+
+    def disagreements(self, source: str) -> list[str]:
+        """Return where the circle of a file is not as predicted, with the likely cause."""
+        if self.held is None:
+            return []
+        seen, said = self.found.glitches, self.held.predicted.glitches
+        return [
+            f"{source} shows {seen[name].value * 1e6:+.1f} µm at {name}, predicted are "
+            f"{said[name].value * 1e6:+.1f} µm ({CAUSES[cause]})"
+            for name, cause in self.held.causes.items()
+        ]
 
     def _glitches(self) -> Table:
         found, held, test = self.found, self.held, self.found.test

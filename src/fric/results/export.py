@@ -17,10 +17,11 @@ from fric.export.base import Files, Part, Target
 from fric.export.manifest import manifest, manifest_text
 from fric.export.select import compensation_of, machine_of
 from fric.export.trial import Arc, trial_document, trial_schemes, try_in_linuxcnc
-from fric.export.trust import reasons_against
+from fric.export.trust import judged
 from fric.notice import Notice
 from fric.output import write_folder
 from fric.results.base import Result
+from fric.results.diagnose import diagnose
 from fric.results.given import Advance, path_of, silent
 from fric.results.machine import schemes_of, unique
 from fric.results.text import Piece, Table
@@ -44,6 +45,8 @@ class ExportResult(Result):
         What the files that the machine is made of say of themselves.
     against
         Why it should not be put on the machine; empty where nothing speaks against it.
+    doubts
+        Why the verdict does not trust it yet.
     made_from
         Name and digest of each file that it was made from.
     arcs
@@ -55,6 +58,7 @@ class ExportResult(Result):
     files: Files
     notices: Sequence[Notice]
     against: Sequence[Notice]
+    doubts: Sequence[Notice]
     made_from: Sequence[dict[str, str]]
     arcs: Sequence[Arc] = ()
 
@@ -63,6 +67,9 @@ class ExportResult(Result):
         """The content of manifest.json; with the arcs, where LinuxCNC ran."""
         text = list(dict.fromkeys([*self.notices, *self.against]))
         content = manifest(self.target.name, self.part, self.files, notices=text, sources=self.made_from)
+        if self.part.role == "compensation":
+            why = [*self.against, *self.doubts]
+            content["verdict"] = {"trusted": not why, "why": [one.as_dict() for one in why]}
         return content | ({"trial": trial_document(self.arcs)} if self.arcs else {})
 
     @property
@@ -74,12 +81,14 @@ class ExportResult(Result):
         """Return what is in which file, and how LinuxCNC and simulation compare."""
         rows = [[name, str(len(content))] for name, content in self._all().items()]
         title = f"{self.part.machine}: {self.part.role} of axis {self.part.axis} for {self.target.name}"
-        warnings: list[Piece] = [Table(["file", "bytes"], rows, title)]
+        pieces: list[Piece] = [Table(["file", "bytes"], rows, title)]
+        if self.doubts:
+            pieces.append(f"not to be trusted yet: {'; '.join(self.doubts)}")
         if self.arcs:
             head = ["switched on", "feed", "turns", "LinuxCNC", "simulated", "largest difference of a quadrant"]
             title = "largest glitch of each circle in µm: in LinuxCNC, and simulated along its planner's reference"
-            warnings.append(Table(head, [_row(arc) for arc in self.arcs], title))
-        return warnings
+            pieces.append(Table(head, [_row(arc) for arc in self.arcs], title))
+        return pieces
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write files and manifest into a folder.
@@ -112,6 +121,7 @@ def export_axis(
     gain: float | None = None,
     lead: Any = None,
     known: Any = None,
+    circles: Sequence[Path | str] = (),
     trial: Path | str | None = None,
     advance: Advance = silent,
 ) -> ExportResult:
@@ -135,6 +145,8 @@ def export_axis(
         As in `fric.read_machine`, where a file is given.
     known
         Schemes by name, or their file; the paper's where not given.
+    circles
+        Measured circles: one that is not as the machine predicts speaks against the export.
     trial
         A folder in which circles are run in LinuxCNC, beside their simulation (target ``linuxcnc``, as root).
     advance
@@ -160,7 +172,10 @@ def export_axis(
     options: dict[str, Any] = {"single": True} if single else {}
     options |= {"machine": subject} if "machine" in chosen.options else {}
     files = chosen.files(made, **options)
-    against = reasons_against(subject, axis, wanted, notices) if part == "compensation" else []
+    against, doubts = list[Notice](), list[Notice]()
+    if part == "compensation":
+        apart = [text for one in circles for text in diagnose(one, machine=machine).disagreements(str(one))]
+        against, doubts = judged(subject, axis, wanted, notices, apart, compared=bool(circles))
     arcs: list[Arc] = []
     if trial is not None:
         if target != "linuxcnc":
@@ -168,7 +183,7 @@ def export_axis(
         advance(0, total=len(trial_schemes(wanted)))
         Path(trial).mkdir(parents=True, exist_ok=True)
         arcs = try_in_linuxcnc(subject, wanted, Path(trial), advance=advance)
-    return ExportResult(chosen, made, files, notices, against, made_from, arcs)
+    return ExportResult(chosen, made, files, notices, against, doubts, made_from, arcs)
 
 
 def one_target(name: str, part: str, *, single: bool) -> Target:
