@@ -60,7 +60,7 @@ def page(rows: Sequence[Row]) -> str:
               if any(row.verdict(step) == "silent" for step in STEPS)]  # fmt: skip
     undecided = [row.flaw for row in rows if any(row.verdict(step) == "open" for step in STEPS)]
     lines += ["", f"Open, for want of seeds: {', '.join(f'`{flaw}`' for flaw in undecided)}."] if undecided else []
-    lines += ["", f"Silent now: {', '.join(silent)}." if silent else "No flaw is silent."]
+    lines += ["", f"Silent now: {', '.join(silent)}." if silent else "No flaw is seen to be silent."]
     counts = sorted({len(row.outcomes) for row in rows})
     seeds = " to ".join(str(count) for count in dict.fromkeys((counts[0], counts[-1])))
     return HEAD.format(seeds=seeds, holds=HOLDS) + "\n".join(lines) + "\n"
