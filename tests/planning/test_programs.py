@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -18,6 +19,8 @@ from hypothesis import strategies as st
 
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
+from fric.export.bench import Program as Bench
+from fric.export.bench import run_program
 from fric.export.motion import DIALECTS, Arc, Move
 from fric.planning.choose import Limits, Plan, choose
 from fric.results.plan import PlanResult
@@ -171,3 +174,28 @@ def test_linuxcnc_reads_its_programs(tmp_path: Path) -> None:
         arcs = done.stdout.count("ARC_FEED")
         assert (arcs == 6) if isinstance(one, Arc) else (len(feeds) > 15 and max(abs(x) for x, _ in feeds) < 150)
         assert "PROGRAM_END" in done.stdout
+
+
+@pytest.mark.long
+@pytest.mark.skipif(
+    not (shutil.which("linuxcnc") and shutil.which("halcompile") and os.geteuid() == 0),
+    reason="LinuxCNC is not installed, or this is not root",
+)
+@pytest.mark.parametrize("name", ["constant-velocity-15", "sliding-sine"])
+def test_linuxcnc_runs_its_programs_inside_the_limits(name: str, tmp_path: Path) -> None:
+    """Its planner, from the first block to the last; on a busy computer blocks come late, and the motion waits."""
+    limits = Limits(0.3, 0.1, 5.0)
+    one = next(one for one in plan_of(limits).moves if one.name == name)
+    (text,) = DIALECTS["linuxcnc"].move(one).values()
+    machine = read_machine(Path("xy-table"))
+    bench = Bench(text, limits.feed, limits.acceleration, 0.5 * limits.stroke)
+    found = run_program(machine, bench, tmp_path)
+    z, v, a = (found.channel(channel, 0) for channel in ("reference", "velocity", "acceleration"))
+    middle = 0.5 * (one.reference.position.max() + one.reference.position.min())
+    assert z.max() == pytest.approx(one.reference.position.max() - middle, abs=1e-8)
+    assert z.min() == pytest.approx(one.reference.position.min() - middle, abs=1e-8)
+    assert np.abs(v).max() <= limits.feed * (1 + SLACK)
+    assert np.abs(v).max() == pytest.approx(np.abs(one.reference.velocity).max(), rel=5e-3)
+    assert np.quantile(np.abs(a), 0.9999) <= limits.acceleration * (1 + 1e-3)  # where blocks meet it may take both
+    reached = found.channel("position", 0)
+    assert np.abs(reached - z).max() < 1e-3

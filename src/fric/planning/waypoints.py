@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from fric.reference import Reference
 
 SHORTEST = 8e-3
-"""Time between two points at least [s]: blocks that any controller takes, and 7500 1/min as inverse time."""
+"""Time between two points at least [s]."""
 
 TOLERANCE = 1e-7
 """By how much straight pieces may leave the motion [m, rad], where the shortest time allows."""
@@ -38,7 +38,7 @@ class Waypoints:
     velocity: NDArray[np.float64]
 
 
-def waypoints(motion: Reference) -> Waypoints:
+def waypoints(motion: Reference, shortest: float = SHORTEST) -> Waypoints:
     """Return the points of a motion, centred on zero.
 
     Straight pieces between them keep its speed, and change speed by no more than its acceleration allows: each piece
@@ -48,23 +48,25 @@ def waypoints(motion: Reference) -> Waypoints:
     ----------
     motion
         The motion.
+    shortest
+        Time between two points at least [s].
     """
     a, sampling = motion.acceleration, motion.sampling
     even = np.abs(a) <= EVEN * float(np.abs(a).max(initial=0.0))
     edges = np.flatnonzero(np.diff(even.astype(int))) + 1
     bounds = [0, *edges.tolist(), len(a) - 1]
-    shortest = max(round(SHORTEST * sampling), 1)
+    least = max(round(shortest * sampling), 1)
     kept = [0]
     for first, last in pairwise(bounds):
-        if even[first] and last - first > 2 * shortest:
-            if first - kept[-1] >= shortest:
+        if even[first] and last - first > 2 * least:
+            if first - kept[-1] >= least:
                 kept.append(first)
-            if len(a) - 1 - last >= shortest:
+            if len(a) - 1 - last >= least:
                 kept.append(last)
             continue
         top = float(np.abs(a[first : last + 1]).max(initial=0.0))
-        each = max(shortest, int(np.sqrt(8 * TOLERANCE / top) * sampling) if top > 0 else last - first)
-        kept += [n for n in range(kept[-1] + each, last - shortest + 1, each) if n > first]
+        each = max(least, int(np.sqrt(8 * TOLERANCE / top) * sampling) if top > 0 else last - first)
+        kept += [n for n in range(kept[-1] + each, last - least + 1, each) if n > first]
     kept.append(len(a) - 1)
     middle = 0.5 * float(motion.position.max() + motion.position.min())
     return Waypoints(motion.time[kept], motion.position[kept] - middle, motion.velocity[kept])

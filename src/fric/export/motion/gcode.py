@@ -13,8 +13,12 @@ from math import floor, log10, sqrt
 import numpy as np
 
 from fric.export.motion.base import Arc, Dialect, Move, shown_scale
+from fric.planning.waypoints import waypoints
 
 LETTERS = "XYZABCUVW"
+
+BLOCK = 16e-3
+"""Time of a block at least [s]: sixty a second reach any control in time."""
 
 APPROACH = 0.1
 """Share of a motion's largest speed with which its begin is approached."""
@@ -68,7 +72,7 @@ def letter(axis: str) -> str:
 
 def _move(words: Words, move: Move) -> Iterator[str]:
     scale, _ = shown_scale(move.motion)
-    points, named = move.points, letter(move.axis)
+    points, named = waypoints(move.reference, BLOCK), letter(move.axis)
     at = [f"{scale * z:.{words.decimals}f}" for z in points.position]
     begin, end = move.log
     told = [f"axis {move.axis}; log from {begin:.3f} to {end:.3f} s of the motion"]
