@@ -222,7 +222,7 @@ def _below_a_mode(design: ObserverDesign, frequency: float, Delta: Perturbation)
     reason = (
         f"held below a mode at {frequency:.4g} Hz with a damping of {MODE_DAMPING:g}, by eq. (8): none was measured"
     )
-    return replace(held, robust=limit, reason=reason, assumed=True)
+    return replace(held, reason=reason, assumed=True)
 
 
 def measured_record(verb: str, given: Any, name: str | None, of: tuple[str, Motion]) -> Log | FrequencyResponse:
