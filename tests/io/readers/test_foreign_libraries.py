@@ -230,3 +230,20 @@ def test_memory_does_not_grow_with_the_file(tmp_path):
         sizes += [len(block.columns[0]) for block in table.read(wanted)]
         found.close()
     assert max(sizes) < N
+
+
+def test_what_a_library_logs_of_a_file_is_a_warning_of_the_file_and_nothing_on_standard_error(tmp_path, capfd):
+    tdms(tmp_path / "whole.tdms")
+    whole = (tmp_path / "whole.tdms").read_bytes()
+    (tmp_path / "cut.tdms").write_bytes(whole[: len(whole) * 2 // 3])
+    done, (log,) = read(tmp_path / "cut.tdms")
+    assert len(log) < N
+    assert {warning.code for warning in done.warnings} >= {"library-warns"}
+    assert "less data than expected" in " ".join(done.warnings)
+    mf4(tmp_path / "whole.mf4")
+    damaged = bytearray((tmp_path / "whole.mf4").read_bytes())
+    damaged[100:200] = b"\xff" * 100
+    (tmp_path / "bad.mf4").write_bytes(damaged)
+    with pytest.raises(FricError):
+        read(tmp_path / "bad.mf4")
+    assert capfd.readouterr().err == ""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fric.errors import FricError, near
+from fric.errors import FricError, near, printable
 from fric.input import foreign
 from fric.notice import Notice
 from fric.units import is_unit
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+MOST_HEARD = 4
+"""Warnings of a library that are told of a file at most."""
 BLOCK = 131_072
 """Samples a block: a few MiB, whatever the file's size."""
 
@@ -30,6 +34,37 @@ class Format(NamedTuple):
     endings: tuple[str, ...]
     module: str = ""
     extra: str = ""
+
+
+class _Heard(logging.Handler):
+    """Takes what a library logs of a file, to be told as warnings of the file."""
+
+    def __init__(self, path: Path, told: list[Notice]) -> None:
+        super().__init__(logging.WARNING)
+        self._path, self._told = path, told
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep the first few."""
+        if len(self._told) < MOST_HEARD:
+            text = f"{self._path}: {printable(record.getMessage(), 160)}"
+            self._told.append(Notice(text, "library-warns", "doubt"))
+
+
+@contextmanager
+def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
+    """Keep from standard error what the library of a format logs meanwhile; give the list that it is put into."""
+    top = form.module.partition(".")[0]
+    logger, told = logging.getLogger(top), list[Notice]()
+    below = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(f"{top}.")]
+    before = [(one, one.handlers, one.propagate) for one in (logger, *below)]
+    for one in below:
+        one.handlers, one.propagate = [], True
+    logger.handlers, logger.propagate = [_Heard(path, told)], False
+    try:
+        yield told
+    finally:
+        for one, handlers, passed in before:
+            one.handlers, one.propagate = handlers, passed
 
 
 def library(form: Format, path: Path) -> Any:

@@ -90,7 +90,7 @@ class Joined(Table):
         said: Mapping[str, str] | None = None,
         told: Sequence[Notice] = (),
     ) -> None:
-        self._parts, self._before = tuple(parts), tuple(told)
+        self._parts, self._before = tuple(parts), told
         self._places = [(n, column) for n, part in enumerate(parts) for column in part.channels()]
         names = [parts[n].table.columns[column].name for n, column in self._places]
         columns = [Column("time", "s")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,8 +13,9 @@ import numpy as np
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import BLOCK, Block, Column, Format, Table, library, numbers
+from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, numbers
 from fric.io.readers.joined import Joined, Part
+from fric.notice import Notice
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,13 +33,13 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
     """Read a measurement: one table; its groups, each with a time of its own, are put on one clock."""
     asammdf = library(FORMAT, path)
-    with path.open("rb") as file:
+    with heard(FORMAT, path) as told, path.open("rb") as file:
         head = file.read(68)
         if head[64:] != b"##HD":
             raise FricError("is no whole measurement", where=str(path), hint="Export it again.")
         # one that was never finished is copied by the library, and finished there
         with _opened(asammdf, path if head.startswith(b"UnFin") else file) as measurement:
-            yield _table(path, measurement)
+            yield _table(path, measurement, told)
 
 
 def _opened(asammdf: Any, source: Any) -> Any:
@@ -46,18 +48,22 @@ def _opened(asammdf: Any, source: Any) -> Any:
         return asammdf.MDF(source)
     except Exception as error:
         hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+        one: BaseException | None = error
         try:
-            clear_frames(error.__traceback__)
+            while one is not None:
+                clear_frames(one.__traceback__)
+                one = one.__context__
+            gc.collect()
         finally:
             sys.unraisablehook = hook
         raise
 
 
-def _table(path: Path, measurement: Any) -> Table:
+def _table(path: Path, measurement: Any, told: list[Notice]) -> Table:
     parts = [part for n in range(len(measurement.groups)) if (part := _part(path, measurement, n)) is not None]
     if not parts:
         raise FricError("holds no channel of numbers over time", where=str(path), hint="Export it again.")
-    return Joined(path, parts, {"start": str(measurement.start_time)})
+    return Joined(path, parts, {"start": str(measurement.start_time)}, told=told)
 
 
 def _part(path: Path, measurement: Any, number: int) -> Part | None:

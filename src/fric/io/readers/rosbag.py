@@ -55,7 +55,9 @@ class _Topic(Table):
 
     def __init__(self, path: Path, bag: Any, connection: Any) -> None:
         self._bag, self._connection, self.name = bag, connection, connection.topic
-        first = next(self._messages())[1]
+        _, first = next(self._messages(), (0, None))
+        if first is None:
+            raise FricError(f"{self.name} has no messages", where=str(path), hint="Record the bag again.")
         self._stamped = hasattr(getattr(first, "header", None), "stamp")
         self._taken = dict(_numbers(first, ""))
         super().__init__(path, [Column("time", "s"), *(Column(self.name + key) for key in self._taken)])

@@ -11,7 +11,7 @@ import numpy as np
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.likely import named_as
-from fric.io.readers.base import BLOCK, Block, Column, Format, Table, library, named, numbers
+from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, named, numbers
 from fric.io.readers.joined import Joined, Part
 from fric.notice import Notice
 from fric.units import factor
@@ -32,7 +32,7 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
     """Read a TDMS file: a record a group where the groups hold the same channels, else one of all on one clock."""
     nptdms = library(FORMAT, path)
-    with path.open("rb") as content, nptdms.TdmsFile.open(content) as file:
+    with heard(FORMAT, path) as told, path.open("rb") as content, nptdms.TdmsFile.open(content) as file:
         constants = {str(key): str(value) for key, value in file.properties.items()}
         groups = {group.name: [one for one in group.channels() if _is_number(one)] for group in file.groups()}
         groups = {name: channels for name, channels in groups.items() if channels}
@@ -40,14 +40,16 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         apart = len(groups) > 1 and all(one == names[0] for one in names)
         for gathered in [[one] for one in groups] if apart else [list(groups)]:
             channels = {name: groups[name] for name in gathered}
-            yield _table(path, channels, constants, {"name": gathered[0]} if apart else {})
+            yield _table(path, channels, constants, {"name": gathered[0]} if apart else {}, told)
 
 
 def _is_number(channel: Any) -> bool:
     return channel.dtype is not None and np.dtype(channel.dtype).kind in "fiubM" and len(channel) > 0
 
 
-def _table(path: Path, groups: dict[str, list[Any]], constants: dict[str, str], said: dict[str, str]) -> Table:
+def _table(
+    path: Path, groups: dict[str, list[Any]], constants: dict[str, str], said: dict[str, str], told: list[Notice]
+) -> Table:
     """Return groups as one table: a waveform has its own clock, other channels that of their group's time."""
     clocks: dict[tuple[Any, ...], list[Any]] = {}
     for name, channels in groups.items():
@@ -75,8 +77,10 @@ def _table(path: Path, groups: dict[str, list[Any]], constants: dict[str, str], 
     if not parts:
         raise FricError("holds no channel of numbers over time", where=str(path), hint="Export it with its time.")
     lost = [f"'{column.name}'" for table in without for column in table.columns]
-    text = f"{path}: the file gives no time for {', '.join(lost[:8])}: not read"
-    return Joined(path, parts, constants, said, [Notice(text, "channels-without-time", "note")] if lost else [])
+    if lost:
+        text = f"{path}: the file gives no time for {', '.join(lost[:8])}: not read"
+        told.append(Notice(text, "channels-without-time", "note"))
+    return Joined(path, parts, constants, said, told)
 
 
 class _Channels(Table):
