@@ -8,6 +8,8 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fric.estimate import Estimate
+from fric.notice import Notice
+from fric.units import readable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,3 +55,39 @@ def drift(values: NDArray[np.float64]) -> tuple[float, float]:
     rest = values - values.mean() - slope * at
     error = float(np.sqrt(rest @ rest / (n - 2) / (at @ at)))
     return slope, float(stdtrit(n - 2, 0.975)) * error
+
+
+CHANGES = 0.03
+"""Share of the energy per cycle by which it must change over a record to be told."""
+STANDS_OFF = 0.1
+"""Share by which the energy of cycles stands off the others' to be told apart."""
+
+
+def energy_warnings(energies: NDArray[np.float64], ends: NDArray[np.float64]) -> list[Notice]:
+    """Return what the energies of equal cycles tell of a record: cycles that stand off in one segment, or a drift.
+
+    Parameters
+    ----------
+    energies
+        Energy lost in each cycle [J], shape (n,).
+    ends
+        Instants at which the cycles begin, and the last one ends [s], shape (n + 1,).
+    """
+    if len(energies) < 4:
+        return []
+    usual = float(np.median(energies))
+    off = np.flatnonzero(np.abs(energies - usual) > STANDS_OFF * abs(usual))
+    spread = float(np.median(np.abs(energies - usual)))
+    off = off[np.abs(energies[off] - usual) > 6 * spread]
+    if len(off) and len(off) < 0.5 * len(energies) and off[-1] - off[0] + 1 == len(off):
+        there, elsewhere = float(energies[off].mean()), float(np.delete(energies, off).mean())
+        return [Notice(
+            f"the energy lost per cycle is {readable(there, 'J')} from {ends[off[0]]:.4g} to {ends[off[-1] + 1]:.4g} s "
+            f"and {readable(elsewhere, 'J')} elsewhere: look what happened to the contact", "energy-in-one-segment",
+            "doubt",
+        )]  # fmt: skip
+    change, half = drift(energies)
+    if abs(change) <= max(half, CHANGES * abs(usual)):
+        return []
+    text = f"the energy lost per cycle changes by {change / usual:+.1%} (± {half / abs(usual):.1%}) over the record"
+    return [Notice(f"{text}: warm the axis up, and log again", "friction-drifts", "doubt")]

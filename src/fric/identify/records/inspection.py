@@ -9,7 +9,7 @@ import numpy as np
 
 from fric.estimate import Estimate
 from fric.identify.records.clipping import STUCK, clipped_samples, counts
-from fric.identify.records.energy import cycle_energies, energy_per_cycle
+from fric.identify.records.energy import cycle_energies, energy_per_cycle, energy_warnings
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
 from fric.identify.records.judgement import branch_slope, excites
 from fric.identify.records.recognition import Sine, fitted_sine, force_rise, recognised_kind
@@ -202,7 +202,11 @@ def inspect(record: Record) -> Inspected:
     if log.position is not None:
         found = replace(found, excites=excites(log.time, log.position))
     if log.position is not None and log.force is not None and len(reversals) > 1:
-        lost = energy_per_cycle(cycle_energies(log.position, log.force, reversals))
+        energies = cycle_energies(log.position, log.force, reversals)
+        lost = energy_per_cycle(energies)
+        strokes = np.abs(np.diff(log.position[reversals]))
+        if kind in {"presliding-sine", "motion"} and np.ptp(strokes) < ALIKE * float(np.median(strokes)):
+            warnings += energy_warnings(energies, log.time[reversals[::2]])
         found = replace(found, slope=branch_slope(log.position, log.force, reversals), energy=lost)
     found = replace(
         found, kind=kind, segments=tuple(segments), speeds=distinct_speeds(segments), sine=sine,
