@@ -126,7 +126,10 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
                 "friction-differs", "doubt",
             )  # fmt: skip
     where, hollow = fit.curve.hollow
-    if hollow > HOLLOW * fit.static.F_s:
+    fast = any(
+        (one.record.done.inertia_share or 0.0) > INERTIA for one in fit.hysteresis
+    )  # inertia makes it hollow too
+    if hollow > HOLLOW * fit.static.F_s and not fast:
         yield Notice(
             f"after a reversal the force is flat about {readable(where, length, 2)} and rises again, "
             f"{readable(hollow, newton, 2)} below any friction: a play between what is driven and what is measured "
