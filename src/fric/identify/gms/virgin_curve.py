@@ -111,7 +111,9 @@ class VirginCurve:
                 above.pop()
             above.append(n)
         below = (np.interp(z, z[above], F[above]) - F)[1:]
-        below -= 2.5 * np.hypot(0.5 * np.nan_to_num(self.band), self.blur)
+        count = np.isfinite(self.cycles).sum(axis=0)  # not the band, which may hold what a model misses
+        scatter = np.sqrt(np.nansum((self.cycles - self.force) ** 2, axis=0) / np.maximum(count * (count - 1), 1))
+        below -= 2.5 * np.hypot(scatter, self.blur)
         for _, end in self.record[:-1]:
             below[np.abs(self.displacement - end) < 0.2 * end] = 0.0
         at = int(np.argmax(below))
