@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from fric.control.cascade import Cascade
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
-from fric.documents.plan import PlanDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.drive.plant import Plant
@@ -21,7 +20,10 @@ from fric.plausibility import of_plant, settled
 from fric.results.base import Result
 from fric.units import Motion, parse, parse_gain, si_unit
 
-D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, PlanDocument)
+if TYPE_CHECKING:
+    from fric.documents.plan import PlanDocument  # it loads what plans and simulates
+
+D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, "PlanDocument")
 
 
 class Advance(Protocol):

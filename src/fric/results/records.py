@@ -8,7 +8,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from fric.documents.plan import PlanDocument
 from fric.documents.records import inspection_tree
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
@@ -274,5 +273,7 @@ def _trials(plan: Any, axis: Axis) -> list[Trial]:
     """Return what a plan asks of an axis."""
     if isinstance(plan, str | Path) and Path(plan).is_dir():
         plan = Path(plan) / "plan.yaml"
+    from fric.documents.plan import PlanDocument  # it loads what plans and simulates
+
     document = document_of("experiment", PlanDocument, plan, (axis.name, axis.motion), "machine")
     return [trial for one in document.planned() for trial in one.trials(axis)]
