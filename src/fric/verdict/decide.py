@@ -107,8 +107,8 @@ def doubts(evidence: Evidence) -> Iterator[Notice]:
         yield Notice("nothing was simulated", "nothing-simulated", "wrong")
     elif not evidence.machines and evidence.exact:
         text = (
-            "the controllers believe exactly what is true of this machine, which no real machine grants, and no "
-            "machines around it were drawn"
+            "the controllers know plant and friction of this machine exactly, but for the gain, which no real machine "
+            "grants, and no machines around it were drawn"
         )
         yield Notice(text, "belief-is-truth", "doubt")
     elif not evidence.machines:
@@ -160,8 +160,8 @@ def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) 
     """Tell what less effort would leave, and what more would gain, where the difference is sure."""
     if evidence.exact and evidence.machines:
         yield (
-            "The controllers know exactly what is true of the machine that was simulated, which no real machine "
-            f"grants: the verdict is by the {evidence.machines} machines drawn around it."
+            "The controllers know plant and friction of the machine that was simulated exactly, but for the gain, "
+            f"which no real machine grants: the verdict is by the {evidence.machines} machines drawn around it."
         )
     less = [one for one in usable if 0 < one.demand < chosen.demand]
     more = [one for one in usable if one.demand > chosen.demand]
