@@ -92,7 +92,8 @@ def test_a_measured_circle_that_differs_is_told_and_the_verdict_is_not_trusted(f
     fric.circle("xy-table", "a", revolutions=3).save(folder / "other.h5")
     other = verdict("other.h5")
     assert not other["trusted"]
-    assert any("is not as predicted" in why for why in other["why"])
+    assert other["scheme"] is None
+    assert any("does not show the circle that it was made to agree" in why for why in other["why"]), other["why"]
 
 
 def test_foreign_logs_are_recognised_and_copies_left_out(tmp_path):

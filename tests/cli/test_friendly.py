@@ -39,7 +39,7 @@ def completed(*words):
         (["simulate", "experiment", "xy-table", "--axis", ""], ["x", "y"]),
         (["schema", "fri"], ["friction"]),
         (["compare", "data/presliding-sine.h5", "--fit-on", "p"], ["presliding-sine-01", "presliding-sine-02"]),
-        (["help", "f"], ["formats"]),
+        (["help", "fo"], ["formats"]),
         (["example", "xy"], ["xy-table"]),
         (["simulate", "experiment", "no-such-machine", "--axis", ""], []),
     ],

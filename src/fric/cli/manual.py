@@ -20,10 +20,12 @@ def manual(
     from fric.documents import bundled
 
     if topic is None:
-        for name, path in bundled.topics().items():
+        pages = bundled.topics()
+        wide = max(map(len, pages)) + 2
+        for name, path in pages.items():
             with path.open(encoding="utf-8") as file:
                 title = file.readline().removeprefix("# ")
-            typer.echo(f"{name:14}{title}", nl=False)
+            typer.echo(f"{name:{wide}}{title}", nl=False)
         return
     if sys.stdout.isatty():
         pager(bundled.page(topic))

@@ -116,6 +116,7 @@ class VirginCurve:
         below -= 2.5 * np.hypot(scatter, self.blur)
         for _, end in self.record[:-1]:
             below[np.abs(self.displacement - end) < 0.2 * end] = 0.0
+        below[self.displacement < 2.0 * self.step] = 0.0  # a staircase is hollow between two counts
         at = int(np.argmax(below))
         return float(self.displacement[at]), max(float(below[at]), 0.0)
 

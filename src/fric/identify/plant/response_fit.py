@@ -29,6 +29,9 @@ UNDETERMINED = 0.5
 BLOCKS, FEWEST = 10, 5
 """Blocks of neighbouring lines that are left out in turn, and how many there are at least."""
 
+ALIKE = float(stats.chi2.ppf(0.9, BLOCKS - 1)) / (BLOCKS - 1)
+"""Ratio of the variance by blocks to that by the scatter up to which chance makes it, nine times of ten."""
+
 OTHER_RATIOS = (0.2, 0.8)
 """Shares of the table that it may as well have, where it is not told."""
 
@@ -216,7 +219,7 @@ def solve(
         chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * chi2 * correlation
     quantile = float(stats.t.ppf(0.975, freedom))
-    covariance = widened(covariance, _left_out(found, sets) / quantile**2)
+    covariance = widened(covariance, _left_out(found, sets, covariance) / quantile**2)
     if form.encoder == "table":
         for ratio in OTHER_RATIOS:
             other = np.concatenate([_residual(form, found.x, lines, a, ratio)
@@ -226,11 +229,13 @@ def solve(
     return Solution(found.x, covariance, plain, max(added), freedom, form)
 
 
-def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines]) -> NDArray[np.float64]:
+def _left_out(
+    found: optimize.OptimizeResult, sets: Sequence[Lines], covariance: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return the squared half widths (p, p) that leaving out blocks of neighbouring lines gives, 0 of few lines.
 
     What a model misses, and what friction and an encoder's steps do to a response, is alike from line to line, and no
-    scatter over periods shows it.
+    scatter over periods shows it. Where blocks differ by no more than chance lets them, that scatter tells all.
     """
     label, first = [], 0
     for lines in sets:
@@ -241,7 +246,10 @@ def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines]) -> NDArray[
     smallest = min(len(lines.frequency) for lines in sets)
     if smallest < 2 * FEWEST:
         return np.zeros((len(found.x), len(found.x)))
-    return jackknife(found.jac, found.fun, np.concatenate(label))
+    moved = jackknife(found.jac, found.fun, np.concatenate(label))
+    wider = ALIKE * float(stats.t.ppf(0.975, BLOCKS - 1)) ** 2
+    sure = np.diag(moved) > wider * np.diag(covariance)
+    return np.asarray(np.where(np.outer(sure, sure), moved, 0.0))
 
 
 def _residual(
