@@ -54,6 +54,28 @@ def clipped_samples(values: NDArray[np.float64]) -> int:
     return int(np.count_nonzero(clipped(values)))
 
 
+def clipped_among(records: Sequence[NDArray[np.float64]]) -> list[int]:
+    """Count the samples of each record at which a channel is clipped, as all records of it tell.
+
+    A record that stays at the very extreme of all is flat for its range, or for coarse counts; it is clipped where the
+    others show that the channel is finer than that, and none goes beyond.
+    """
+    found = [clipped_samples(one) for one in records]
+    if any(_fine(one) for one in records):
+        ends = (min(float(one.min()) for one in records), max(float(one.max()) for one in records))
+        for n, one in enumerate(records):
+            flat = int(np.count_nonzero(np.isin(one, ends)))
+            if not found[n] and flat > len(one) / 2:
+                found[n] = flat
+    return found
+
+
+def _fine(values: NDArray[np.float64]) -> bool:
+    """Tell whether a record shows that its channel is finer than its range."""
+    span, step = float(np.ptp(values)), counts(values)
+    return span > 0.0 and (step is None or span > LEVELS * step)
+
+
 def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[Notice]]:
     """Return the records whose force is not cut off, and what there is to say of the others.
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Literal
 
-from fric.identify.records.clipping import clipped_samples
+from fric.identify.records.clipping import clipped_among
 from fric.identify.records.encoder_error import encoder_error
 from fric.identify.records.over_strokes import over_place, over_time
 from fric.identify.records.timing import timing
@@ -43,8 +43,11 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
         What they are wanted for, as in `clock_flaws`.
     """
     channels = ("input", "force") if purpose == "plant" else ("force",)
-    found = [(log, name, clipped_samples(values)) for log in logs for name in channels
-             if (values := getattr(log, name)) is not None]  # fmt: skip
+    found = []
+    for name in channels:
+        had = [(log, values) for log in logs if (values := getattr(log, name)) is not None]
+        counted = clipped_among([values for _, values in had])
+        found += [(log, name, samples) for (log, _), samples in zip(had, counted, strict=True)]
     return [
         Notice(
             f"{log.where}: the {name} is clipped in {samples} samples: what lies beyond is missing. Log with a larger "
