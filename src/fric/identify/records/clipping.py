@@ -39,8 +39,11 @@ def clipped(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     span, step = float(np.ptp(values)) if len(values) else 0.0, counts(values) if len(values) else None
     if span == 0.0 or (step is not None and span < LEVELS * step):
         return found
+    rounding = 1e-9 * float(
+        np.ptp(np.quantile(values, [0.005, 0.995]))
+    )  # one absurd sample aside
     for side in (values, -values):
-        top = side >= side.max() - 1e-9 * span
+        top = side >= side.max() - rounding
         edges = np.flatnonzero(np.diff(np.concatenate([[False], top, [False]]).astype(int)))
         longest = int((edges[1::2] - edges[::2]).max())
         below = np.count_nonzero(side >= side.max() - 1.5 * step) - np.count_nonzero(top) if step else 0
