@@ -39,9 +39,7 @@ def clipped(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     span, step = float(np.ptp(values)) if len(values) else 0.0, counts(values) if len(values) else None
     if span == 0.0 or (step is not None and span < LEVELS * step):
         return found
-    rounding = 1e-9 * float(
-        np.ptp(np.quantile(values, [0.005, 0.995]))
-    )  # one absurd sample aside
+    rounding = 1e-9 * float(np.ptp(np.quantile(values, [0.005, 0.995])))  # one absurd sample aside
     for side in (values, -values):
         top = side >= side.max() - rounding
         edges = np.flatnonzero(np.diff(np.concatenate([[False], top, [False]]).astype(int)))
