@@ -107,7 +107,9 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
             f"{dimension} cannot be in '{unit}': that unit measures {_measured(spelled)}",
             hint=f"Give a unit that converts to {si}{hint}.",
         ) from None
-    except (pint.errors.PintError, AttributeError, ValueError, TypeError, AssertionError):
+    except FricError:
+        raise
+    except Exception:  # as in `is_unit`: a bracket that is not closed is Python's own TokenError
         raise FricError(f"'{unit}' is not a unit that is known", hint=f"Give a unit that converts to {si}.") from None
 
 
