@@ -57,35 +57,20 @@ def test_half_widths_of_the_papers_machine_are_as_expected(tmp_path: Path) -> No
 
 THREE_RUNS = 2.0
 """Factor for the mean of three runs: single runs of alpha_2 are down to half of what is expected; six runs hold 1.5."""
-IDENTIFIED = 2.5
-"""Factor for a prior that was itself identified: 1.5 is what is asked, and B of the paper's x axis misses it (1.97)."""
 SUBJECTS = [("xy-table", "x", None), ("xy-table", "y", None), ("virtual-rig", "x", None), ("xy-table", "x", 3)]
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("prior", "name", "axis", "draw"), [("truth", *one) for one in SUBJECTS] + [("identified", *SUBJECTS[0])]
-)
-def test_half_widths_are_as_expected(prior: str, name: str, axis: str, draw: int | None, tmp_path: Path) -> None:
-    """A prior that was identified on other records is off by its own errors, and has other blocks than the truth."""
+@pytest.mark.parametrize(("name", "axis", "draw"), SUBJECTS)
+def test_half_widths_are_as_expected(name: str, axis: str, draw: int | None) -> None:
+    """Planned from what is true of the axis; from what was identified of it docs/plan.md tells how far they miss."""
     machine = read_machine(Path(name))
     if draw is not None:
         machine, _ = draw_machine(machine, draw, seed=0)
     subject = machine.axis(axis)
-    limits = Limits(0.3, 0.1, 5.0)
-    believed = subject
-    if prior == "identified":
-        first = choose(subject, Limits(0.2, 0.05, 3.0))
-        logs = [
-            t.log(subject, run, 7) for t, run in runs_of(subject, [t for one in first for t in one.trials(subject)])
-        ]
-        *_, gms = identified(logs)
-        gms.save(tmp_path / "first.yaml")
-        believed, _ = prior_axis(machine, axis, tmp_path / "first.yaml")
-    planned = choose(believed, limits)
-    found = expected(believed, planned, silent)
-    within = IDENTIFIED if prior == "identified" else WITHIN
-    hold(found.parameters, achieved(subject, planned, found.blocks or "auto", range(101, 107)), within)
+    planned = choose(subject, Limits(0.3, 0.1, 5.0))
+    found = expected(subject, planned, silent)
+    hold(found.parameters, achieved(subject, planned, found.blocks or "auto", range(101, 107)))
 
 
 def test_an_accuracy_takes_as_many_records_as_the_square_of_what_lacks() -> None:
