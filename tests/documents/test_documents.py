@@ -11,6 +11,7 @@ import pytest
 import fric
 from fric.documents import document_types
 from fric.documents.base import CodedWarning
+from fric.documents.circle_findings import ResidualPart
 from fric.documents.friction import FrictionDocument, given_static, gms_tree, replay_tree, static_tree
 from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
@@ -198,3 +199,9 @@ def test_what_commands_print_besides_files_is_typed_too(tmp_path: Path) -> None:
     typed = document_types()["inspection"].model_validate(results[1].document).records
     assert {type(one).__name__ for one in typed} == {"InspectedLog", "InspectedTable"}
     assert records[0]["channels"]["force"]["unit"] == "N"
+
+
+def test_a_tuning_whose_noise_is_not_known_is_told_so() -> None:
+    """Circles whose voltage leaves no noise to tell, as LinuxCNC's: nothing ends for it."""
+    given = {"before": 0.01, "after": 0.001, "noise": None}
+    assert ResidualPart.model_validate(given).noise is None

@@ -72,7 +72,7 @@ class ResidualPart(Part):
 
     before: float
     after: float
-    noise: float
+    noise: float | None
 
 
 class TunedAxisPart(Part):
