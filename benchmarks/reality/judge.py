@@ -13,7 +13,8 @@ import numpy as np
 
 from benchmarks.reality.session import Session
 from benchmarks.reality.truth import gms_truth, plant_truth, static_truth, virgin_truth
-from fric.documents.friction import FrictionDocument, given_static, gms_tree, static_tree
+from fric.documents.friction import FrictionDocument, gms_tree, static_tree
+from fric.documents.given_friction import given_static
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.documents.yaml import read_document, write_document
 from fric.drive.plant import Plant

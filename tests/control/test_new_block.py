@@ -1,44 +1,24 @@
 """The walk-through of docs/new-block.md is true: its one file is seen by command, schema, runs, report and tests."""
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-PLUGIN = """
-import os
-import fric.control
+from tests.new_file import place, python
 
-fric.control.__path__.append(os.environ["NEW_BLOCK"])
-"""
+ROOT = Path(__file__).parents[2]
 FRIC = "import sys, new_block_plugin; from fric.cli.main import main; sys.exit(main())"
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("block")
-    page = (ROOT / "docs/new-block.md").read_text()
-    (code,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    page = place(folder, "new-block.md", "fric.control", "smooth_sign.py", "new_block_plugin")
     (schemes,) = re.findall(r"^```yaml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
-    (folder / "smooth_sign.py").write_text(code)
     (folder / "schemes.yaml").write_text(schemes)
-    (folder / "new_block_plugin.py").write_text(PLUGIN)
     return folder
-
-
-def python(folder, *words):
-    path = os.pathsep.join([str(folder), str(ROOT / "src"), str(ROOT)])
-    environment = os.environ | {"PYTHONPATH": path, "NEW_BLOCK": str(folder), "COLUMNS": "200"}
-    done = subprocess.run(
-        [sys.executable, *words], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 def test_command_simulation_schema_and_report_find_it(folder):

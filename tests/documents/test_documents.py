@@ -12,7 +12,8 @@ import fric
 from fric.documents import document_types
 from fric.documents.base import CodedWarning
 from fric.documents.circle_findings import ResidualPart
-from fric.documents.friction import FrictionDocument, given_static, gms_tree, replay_tree, static_tree
+from fric.documents.friction import FrictionDocument, gms_tree, replay_tree, static_tree
+from fric.documents.given_friction import given_static
 from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.documents.yaml import plain, read_document, read_tree, write_document

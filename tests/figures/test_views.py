@@ -1,9 +1,6 @@
 """Figures are found by name; a new one, of docs/new-figure.md, is drawn and tested without another edit."""
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +11,9 @@ from fric.errors import FricError
 from fric.figures.views import views
 from tests.figures.cases import SUBJECTS
 from tests.figures.drawn import labels
+from tests.new_file import place, python
 
 ROOT = Path(__file__).parents[2]
-PLUGIN = """
-import os
-import fric.figures
-
-fric.figures.__path__.append(os.environ["NEW_FIGURE"])
-"""
 FRIC = "import sys, new_figure_plugin; from fric.cli.main import main; sys.exit(main())"
 
 
@@ -57,20 +49,8 @@ def test_a_result_draws_its_figures_by_name(tmp_path):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figure")
-    (code,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/new-figure.md").read_text(), re.MULTILINE | re.DOTALL)
-    (folder / "normal_scores.py").write_text(code)
-    (folder / "new_figure_plugin.py").write_text(PLUGIN)
+    place(folder, "new-figure.md", "fric.figures", "normal_scores.py", "new_figure_plugin")
     return folder
-
-
-def python(folder, *words):
-    path = os.pathsep.join([str(folder), str(ROOT / "src"), str(ROOT)])
-    environment = os.environ | {"PYTHONPATH": path, "NEW_FIGURE": str(folder), "COLUMNS": "200"}
-    done = subprocess.run(
-        [sys.executable, *words], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 def test_a_new_figure_is_drawn_by_the_command_and_held_by_the_shared_tests(folder):

@@ -1,22 +1,14 @@
 """The walk-through of docs/new-model.md is true: its one file, of at most 60 lines, is found and passes unasked."""
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from fric.cli.identify.by_replay import models_in
+from tests.new_file import place, python
 
 ROOT = Path(__file__).parents[2]
-PLUGIN = """
-import os
-import fric.friction
-
-fric.friction.__path__.append(os.environ["NEW_MODEL"])
-"""
 FIT = """
 import new_model_plugin
 from fric.friction import models
@@ -33,20 +25,8 @@ assert abs(fit.model.F_c / truth.F_c - 1) < 0.01 and abs(fit.model.k / truth.k -
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("model")
-    (code,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/new-model.md").read_text(), re.MULTILINE | re.DOTALL)
-    (folder / "bouc_wen.py").write_text(code)
-    (folder / "new_model_plugin.py").write_text(PLUGIN)
+    place(folder, "new-model.md", "fric.friction", "bouc_wen.py", "new_model_plugin")
     return folder
-
-
-def python(folder, *words):
-    path = os.pathsep.join([str(folder), str(ROOT / "src"), str(ROOT)])
-    environment = os.environ | {"PYTHONPATH": path, "NEW_MODEL": str(folder)}
-    done = subprocess.run(
-        [sys.executable, *words], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 def test_it_takes_at_most_60_lines(folder):

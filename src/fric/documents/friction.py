@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator
@@ -17,9 +16,10 @@ from fric.friction import FrictionModel, models
 from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
 from fric.log import Log, Record
-from fric.units import Motion, parse, si_unit
+from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
+    from fric.documents.given_friction import GivenStatic
     from fric.drive.plant import Plant
     from fric.identify.gms.fit import GMSFit
     from fric.identify.replay.replay_fit import ReplayFit
@@ -128,86 +128,6 @@ class FrictionDocument(OfAxis):
         """Return the sections and fits that are named, or all, as they go into a file that builds upon this one."""
         given = {key: part for key, part in self.tree().items() if key not in (*HEAD, *FOOT)}
         return {key: part for key, part in given.items() if key in names or not names}
-
-
-@dataclass(frozen=True)
-class GivenStatic:
-    """A static map from a friction file, and the file.
-
-    Parameters
-    ----------
-    static
-        The map; that of the positive direction where each has its own.
-    negative
-        That of the negative direction, where each has its own.
-    document
-        The file.
-    """
-
-    static: StaticMap
-    negative: StaticMap | None
-    document: FrictionDocument
-
-
-def given_static(document: FrictionDocument) -> GivenStatic:
-    """Return the static map of a friction document.
-
-    Raises
-    ------
-    FricError
-        When it holds none.
-    """
-    if not document.section("static"):
-        raise FricError(
-            f"the friction of axis {document.axis} holds no static map",
-            hint="Make one with `fric identify static`, or leave --static out.",
-        )
-    try:
-        forward = StaticMap.from_sections({"static": document.estimates("static")})
-        return GivenStatic(forward, document.backward(), document)
-    except (FricError, TypeError) as error:
-        raise FricError(f"static: {error}") from None
-
-
-def friction_and_load(document: FrictionDocument, model: str | None, record: str) -> tuple[FrictionModel, float]:
-    """Return a model of a friction file, and the offset [N] that it was identified with.
-
-    That of the record itself, where the model was fitted to it by replay; else that of the static map.
-
-    Raises
-    ------
-    FricError
-        When the file holds several models and none is named, or does not hold the one named.
-    """
-    found = document.model_names()
-    if model is None:
-        model = found[0] if len(found) == 1 else "static" if not found else None
-    if model is None:
-        raise FricError(f"the friction file holds {', '.join(found)}", hint="Name one with --model.")
-    friction = document.friction(model)
-    own = next((one.offset for one in document.fit_of(model).records or () if one.record == record), None)
-    if own is not None:
-        return friction, float(own.si("force", document.motion))
-    static = document.estimates("static") if document.static else {}
-    return friction, float(static["offset"]) if "offset" in static else 0.0
-
-
-def parse_parameters(model: str, given: Iterable[str], motion: Motion) -> dict[str, float]:
-    """Return parameters given as ``NAME=VALUE``, in SI.
-
-    Raises
-    ------
-    FricError
-        When there is no such parameter, or the unit does not fit.
-    """
-    declared = {p.name: p for parameters in models()[model].declared().values() for p in parameters}
-    found = {}
-    for text in given:
-        name, _, value = text.partition("=")
-        if name not in declared:
-            raise FricError(f"{model} has no parameter '{name}'", hint=f"It has {', '.join(declared)}.")
-        found[name] = parse(value, declared[name].dimension, motion)
-    return found
 
 
 def static_tree(fit: StaticFit, logs: Sequence[Record]) -> dict[str, Any]:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fric.documents.friction import GivenStatic, given_static, gms_tree
+from fric.documents.friction import gms_tree
+from fric.documents.given_friction import GivenStatic, given_static
 from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.identify.gms.fit import GMSFit

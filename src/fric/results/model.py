@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.friction import FrictionDocument, parse_parameters, replay_tree
+from fric.documents.friction import FrictionDocument, replay_tree
+from fric.documents.given_friction import parse_parameters
 from fric.errors import FricError, near
 from fric.friction import models
 from fric.identify.records.clipping import without_clipped

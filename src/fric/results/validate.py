@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.friction import friction_and_load
+from fric.documents.given_friction import friction_and_load
 from fric.documents.plant import PlantDocument
 from fric.documents.validation import validation_tree
 from fric.errors import FricError
