@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.fric-installed
 
-.PHONY: demo test lint bench fuzz reality docs figures data clean
+.PHONY: demo test test-long lint ruff mypy contract warm bench fuzz reality docs figures data clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -14,14 +14,29 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/demo.sh
 
-test: lint
+# FRIC_LONG_MINUTES says how long after its start the tests may begin one of those marked `long`: 0 begins none.
+test: $(STAMP)
+	$(MAKE) --no-print-directory --jobs 2 --output-sync=target lint warm
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
-lint: $(STAMP)
+test-long: $(STAMP)
+	$(BIN)/python -m pytest -n auto --dist worksteal -m long
+
+lint: ruff mypy contract
+
+ruff: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+mypy: $(STAMP)
 	$(BIN)/mypy
+
+contract: $(STAMP)
 	$(BIN)/lint-imports
+
+# What is compiled is compiled once, and not by each process of the tests.
+warm: $(STAMP)
+	$(BIN)/python -m tests.warm
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
