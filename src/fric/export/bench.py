@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 TAIL = 200
 """Periods for which a record goes on after an arc."""
-SECONDS = 400.0
-"""After which a session is ended."""
+STILL = 60.0
+"""Seconds in which nothing moves, after which a session is given up."""
 NOBODY = "65534"
 """User and group under which LinuxCNC runs, where fric runs as root: LinuxCNC refuses root."""
 CHANNELS = ("reference", "velocity", "acceleration", "position", "encoder", "input", "feedforward")
@@ -173,11 +173,11 @@ def run_session(machine: Machine, on: Scheme, exported: Scheme, folder: Path) ->
     script = (
         'mount --bind "$1" /mnt && mount -t tmpfs none /tmp && chmod 1777 /tmp && cd /mnt && exec setpriv '
         f"--reuid {NOBODY} --regid {NOBODY} --clear-groups env -u DISPLAY RUNTESTS=1 HOME=/mnt/home "
-        f'FRIC_SECONDS={SECONDS:g} FRIC_PINS="$2" linuxcnc /mnt/bench.ini'
+        f'FRIC_SECONDS={STILL:g} FRIC_PINS="$2" linuxcnc /mnt/bench.ini'
     )
     words = ["unshare", "--ipc", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
     words += ["bash", "-c", script, "_", str(place.resolve()), ",".join(pins)]
-    done = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=SECONDS + 60)
+    done = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True)
     (place / "log.txt").write_text(done.stdout + done.stderr)
     lost, trace = place / "lost.txt", place / "trace.txt"
     if not (lost.exists() and trace.exists()):
