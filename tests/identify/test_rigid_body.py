@@ -94,6 +94,25 @@ def test_a_known_axis_is_found_again() -> None:
     assert float(fit.plant["A"]) == pytest.approx(F_V / M, rel=0.01)
 
 
+def test_a_force_acts_the_stated_delay_after_it_was_logged() -> None:
+    """The force of the voltage that makes it, logged at once, acts T_d later: the axis is the same with and without."""
+    at_once, T_d = motion(), 4e-3
+    early = Log(
+        at_once.time, position=at_once.position, force=np.interp(at_once.time + T_d, at_once.time, at_once.force)
+    )
+    right, wrong = identify_motion([early], delay=T_d), identify_motion([early])
+    for name, true in zip(("M", "F_v", "F_c"), (M, F_V, F_C), strict=True):
+        assert float(right.estimates[name]) == pytest.approx(true, rel=0.01), name
+    assert right.relative_error < 0.2 * wrong.relative_error
+
+
+def test_a_volt_is_no_newton() -> None:
+    """Of records without a force constant either all have a force or all an input: one of each is refused."""
+    log = motion()
+    with pytest.raises(FricError, match="no force"):
+        identify_motion([Log(log.time, position=log.position, input=log.force), log])
+
+
 @pytest.mark.parametrize("rate", [200.0, 1000.0, 10_000.0])
 def test_the_filters_follow_the_sampling_rate(rate: float) -> None:
     fit = identify_motion([motion(rate=rate)])

@@ -124,8 +124,23 @@ def test_a_controller_with_half_of_its_gain_is_told_and_not_blamed_on_friction(r
 def test_the_inverse_of_the_true_axis_gives_the_force_of_another_record(rig):
     """By hand: M·z̈ + M·A·ż + friction + load is what the motor gives, but for its delay of half a sample."""
     _, log = rig(pulses_of(0.4))
-    right = validate_inverse(log, PLANT, LUGRE, load=-3.0, delay=PLANT.T_d)
-    heavy = validate_inverse(log, replace(PLANT, B=0.8 * PLANT.B), LUGRE, load=-3.0, delay=PLANT.T_d)
+    right = validate_inverse(log, PLANT, LUGRE, load=-3.0)
+    heavy = validate_inverse(log, replace(PLANT, B=0.8 * PLANT.B), LUGRE, load=-3.0)
     assert set(right.signals) == {"force"}
     assert right.signals["force"].relative < 0.1
     assert heavy.signals["force"].relative > 1.5 * right.signals["force"].relative
+
+
+def test_a_force_that_is_logged_late_is_held_against_the_voltage_that_made_it(rig):
+    axis, log = rig(np.zeros(8000))
+    force = PLANT.K_f * log.input
+    on_time, late = (replace(log, force=one, input=None) for one in (force, np.roll(force, 8)))
+
+    def missed(log, plant):
+        closed = validate_closed_loop(log, plant, axis.cascade, LUGRE, load=-3.0)
+        inverse = validate_inverse(log, plant, LUGRE, load=-3.0)
+        return [one.signals["force"].relative for one in (closed, inverse)]
+
+    least, told = missed(on_time, PLANT), missed(late, replace(PLANT, force_lag=8e-3))
+    assert told == pytest.approx(least, rel=0.05)
+    assert (np.array(missed(late, PLANT)) > 1.5 * np.array(least)).all()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -121,7 +121,7 @@ def validate(
     cascade = cascade_of("validate", controller, axis, motion)
     text = friction_of("validate", friction, axis, motion)
     done, short = list[Validation](), list[Notice]()
-    delay = 0.0 if document.T_d.assumed else identified.T_d
+    measured = replace(identified, T_d=0.0) if document.T_d.assumed else identified
     for log in records:
         law, offset = friction_and_load(text, model, log.name) if text else document.coulomb()
         weight = offset if load is None else in_si(load, "force", motion)
@@ -129,7 +129,7 @@ def validate(
             done.append(validate_closed_loop(log, identified, cascade, law, weight))
         done.append(validate_open_loop(log, identified, law, weight))
         try:
-            done.append(validate_inverse(log, identified, law, weight, delay=delay))
+            done.append(validate_inverse(log, measured, law, weight))
         except FricError as error:
             short.append(Notice(f"no force along the motion of {log.name}: {error.what}", "inverse-left-out", "note"))
         if identified.T_d < 0.5 / sampling_of(log):

@@ -9,15 +9,19 @@ import numpy as np
 
 from fric.control.base import Setting
 from fric.kernels.block import Commands, Sample
+from fric.notice import Notice
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.control.cascade import Cascade
     from fric.drive.plant import LinearPlant
+    from fric.log import Log
 
     Real = NDArray[np.float64]
 
+FED = 0.7
+"""How much less a controller that feeds forward must miss the recorded voltage, to be taken for one."""
 ALIKE = 0.06
 """Share of the fed back voltage by which a stated controller may miss it."""
 QUIET = 0.25
@@ -147,3 +151,45 @@ def against_stated(
         voltage, given + constant, added, float(np.std(difference)) / size, float(found[0]),
         float(found[1]) if cascade.K_i > 0 else None, float(np.std(left)) / size, spread,
     )  # fmt: skip
+
+
+def controller_behind(
+    log: Log, plant: LinearPlant, cascade: Cascade, reference: Real, voltage: Real, rate: float
+) -> tuple[bool, Real, tuple[Notice, ...]]:
+    """Return whether a controller feeds forward, what was added to its output [V], and what is told of both.
+
+    Parameters
+    ----------
+    log
+        The record, with a position.
+    plant, cascade
+        The identified plant and the stated controller.
+    reference, voltage
+        Recorded reference [m] and voltage [V], each of shape (n,).
+    rate
+        Its sampling [Hz].
+    """
+    measured, given = log.require("position", "a validation"), log.added
+    own = voltage - (0.0 if given is None else given)
+    plain, fed = (
+        against_stated(cascade, plant, reference, measured, own, rate, ahead=ahead) for ahead in (False, True)
+    )
+    ahead = fed.missed < FED * plain.missed
+    held, warnings = fed if ahead else plain, []
+    if ahead:
+        text = "the recorded voltage shows that velocity and inverse model are fed forward: so they are here"
+        warnings.append(Notice(f"{log.where}: {text}", "feedforward-found", "note"))
+    added = np.zeros(len(voltage)) if given is None else given
+    if held.added is not None:
+        added = added + held.added
+        share = float(np.mean(held.added != 0.0))
+        text = (
+            f"{log.where}: the recorded voltage is that of the controller but for {share:.1%} of the samples, by "
+            f"{float(np.abs(held.added).max()):.3g} V at most: taken for a voltage that was added, and added again"
+        )
+        warnings.append(Notice(text, "added-voltage-found", "note"))
+    if not held.as_stated:
+        warnings.append(
+            Notice(f"{log.where}: {held.told()}; no error here tells of friction", "controller-differs", "wrong")
+        )
+    return ahead, added, tuple(warnings)

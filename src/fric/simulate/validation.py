@@ -13,18 +13,18 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy import signal
 
 from fric.control.base import Setting
 from fric.errors import FricError
-from fric.identify.plant.rigid_body import motion_columns
-from fric.identify.records.conditioning import Conditioning, thinned, zero_phase
+from fric.identify.records.conditioning import Conditioning, filtered_motion, thinned
+from fric.identify.records.force_lag import acting_force, drive_force
+from fric.identify.records.prepared import prepared
 from fric.identify.records.sampling import even_sampling
 from fric.kernels.block import Commands
 from fric.kernels.loop import Board, closed_loop
 from fric.kernels.plant import PlantConstants
 from fric.notice import Notice
-from fric.simulate.stated import against_stated
+from fric.simulate.stated import controller_behind
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 
 Loop = Literal["closed", "open", "inverse"]
 
-FED = 0.7
-"""How much less a controller that feeds forward must miss the recorded voltage, to be taken for one."""
 LEAD = 0.05
 """Time from which the velocity is taken that the record begins with [s]."""
 
@@ -131,46 +129,16 @@ def validate_closed_loop(
             where=log.where,
             hint="Give the rate of the record as the controller's sampling.",
         )
-    force = log.force if log.force is not None else plant.K_f * log.require("input", "a closed-loop replay")
+    force = _driven(log, plant)
     recorded = log.input if log.input is not None else force / plant.K_f
-    ahead, added, warnings = _controller(log, plant, cascade, reference, recorded, rate)
+    ahead, added, warnings = controller_behind(log, plant, cascade, reference, recorded, rate)
     position, voltage = _run(log, rate, plant, cascade, friction, load, reference, added, ahead=ahead)
     found = _compared("closed", log, friction, rate, cutoff, position, (force, plant.K_f * voltage))
     return replace(found, warnings=warnings)
 
 
-def _controller(
-    log: Log, plant: Plant, cascade: Cascade, reference: Real, voltage: Real, rate: float
-) -> tuple[bool, Real, tuple[Notice, ...]]:
-    """Return whether a controller feeds forward, what was added to its output [V], and what is told of both."""
-    measured, given = log.require("position", "a validation"), log.added
-    own = voltage - (0.0 if given is None else given)
-    plain, fed = (
-        against_stated(cascade, plant, reference, measured, own, rate, ahead=ahead) for ahead in (False, True)
-    )
-    ahead = fed.missed < FED * plain.missed
-    held, warnings = fed if ahead else plain, []
-    if ahead:
-        text = "the recorded voltage shows that velocity and inverse model are fed forward: so they are here"
-        warnings.append(Notice(f"{log.where}: {text}", "feedforward-found", "note"))
-    added = np.zeros(len(voltage)) if given is None else given
-    if held.added is not None:
-        added = added + held.added
-        share = float(np.mean(held.added != 0.0))
-        text = (
-            f"{log.where}: the recorded voltage is that of the controller but for {share:.1%} of the samples, by "
-            f"{float(np.abs(held.added).max()):.3g} V at most: taken for a voltage that was added, and added again"
-        )
-        warnings.append(Notice(text, "added-voltage-found", "note"))
-    if not held.as_stated:
-        warnings.append(
-            Notice(f"{log.where}: {held.told()}; no error here tells of friction", "controller-differs", "wrong")
-        )
-    return ahead, added, tuple(warnings)
-
-
 def validate_inverse(
-    log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None, delay: float = 0.0
+    log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
 ) -> Validation:
     """Return the force that the identified axis asks for along a recorded motion, behind the published filter.
 
@@ -182,9 +150,7 @@ def validate_inverse(
     log
         A record with force, or input.
     plant, friction, load, cutoff
-        As in `validate_closed_loop`.
-    delay
-        By how much later than it is logged a voltage acts [s]; 0 where nobody measured it.
+        As in `validate_closed_loop`; with a T_d of 0 where nobody measured it.
 
     Raises
     ------
@@ -193,20 +159,9 @@ def validate_inverse(
     """
     rate = even_sampling(log)
     settings = Conditioning.of(rate, cutoff)
-    constant = None if log.force is not None else plant.K_f
-    motion = motion_columns(log, rate, settings, constant, delay, plant.force_lag)
-    v = motion.velocity
-    if friction.initial_state().size:
-        position = log.position
-        if position is None:
-            raise FricError("friction with memory is replayed along a position", where=log.where, hint="Log it.")
-        sos = signal.butter(4, settings.cutoff, fs=rate, output="sos")
-        whole = zero_phase(sos, position, 4)
-        force = friction.replay(log.time, whole)[settings.border :]
-    else:
-        force = np.where(v == 0.0, 0.0, friction.steady_state(v))
-    asked = plant.M * motion.acceleration + plant.damping * v + force + load
-    measured, simulated = (thinned(np.asarray(one, float), settings.decimation) for one in (motion.force, asked))
+    (record,) = prepared([log], plant, filters=[settings])
+    asked = record.replay(friction) + record.taken_off + load
+    measured, simulated = (thinned(force[record.used], settings.decimation) for force in (record.drive, asked))
     signals = {"force": _difference(measured, simulated)}
     first, stop = _worst_second(signals["force"], rate / settings.decimation)
     whole_of = settings.border + settings.decimation * np.array([first, stop])
@@ -232,9 +187,15 @@ def validate_open_loop(
         When a channel is missing, or the sampling is uneven.
     """
     rate = even_sampling(log)
-    voltage = log.input if log.input is not None else log.require("force", "an open-loop replay") / plant.K_f
+    voltage = log.input if log.input is not None else _driven(log, plant) / plant.K_f
     position, _ = _run(log, rate, plant, None, friction, load, log.require("position", "a validation"), voltage)
     return _compared("open", log, friction, rate, cutoff, position, None)
+
+
+def _driven(log: Log, plant: Plant) -> Real:
+    """Return the drive's force at the instant of the voltage that makes it [N], shape (n,)."""
+    force, _, lag = drive_force(log, plant)
+    return acting_force(log.time, force, -lag)
 
 
 def _run(
@@ -294,15 +255,14 @@ def _compared(
     position: NDArray[np.float64],
     force: tuple[NDArray[np.float64], NDArray[np.float64]] | None,
 ) -> Validation:
-    corner = Conditioning.of(rate, cutoff).cutoff
-    sos = signal.butter(4, corner, fs=rate, output="sos")
     z = log.require("position", "a validation"), position
-    v = np.gradient(zero_phase(sos, z[0], 4), 1 / rate), np.gradient(zero_phase(sos, z[1], 4), 1 / rate)
-    a = np.gradient(v[0], 1 / rate), np.gradient(v[1], 1 / rate)
+    settings = replace(Conditioning.of(rate, cutoff), border=0, decimation=0)
+    measured, simulated = (filtered_motion(replace(log, position=one), settings) for one in z)
+    v, a = (measured.velocity, simulated.velocity), (measured.acceleration, simulated.acceleration)
     pairs = {"position": z, "velocity": v, "acceleration": a} | ({} if force is None else {"force": force})
     signals = {name: _difference(*pair) for name, pair in pairs.items()}
     text = signals["force" if force is not None else "velocity"]
-    return Validation(loop, log, friction, signals, corner, _worst_second(text, rate))
+    return Validation(loop, log, friction, signals, settings.cutoff, _worst_second(text, rate))
 
 
 def _difference(measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> Compared:

@@ -58,7 +58,11 @@ def plant(
     ] = "both",
     delay: Annotated[
         str | None,
-        typer.Option(metavar="TIME", help='T_d, which no motion shows, as "0.65 ms".', rich_help_panel=MOTION),
+        typer.Option(
+            metavar="TIME",
+            help='T_d, which no motion shows, as "0.65 ms": the force acts so much later than it is logged.',
+            rich_help_panel=MOTION,
+        ),
     ] = None,
     cutoff: Annotated[
         str | None,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
@@ -266,10 +266,10 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
     value, deviation = float(split.values[3]), float(np.sqrt(split.covariance[3, 3]))
     alike = max(_alike(split, lines, misfit) for lines, misfit in zip(sets, misfits, strict=True))
     split = replace(split, covariance=split.covariance * alike)
-    half_width = float(stats.t.ppf(0.975, split.freedom)) * deviation * float(np.sqrt(alike))
+    half_width = float(stdtrit(split.freedom, 0.975)) * deviation * float(np.sqrt(alike))
     length = "rad" if fits[0].measured.table.motion == "rotary" else "m"
     coulomb = Estimate(value, f"{length}/s^2", (value - half_width, value + half_width))
-    differs = abs(value) > float(stats.t.ppf((1 + SURE) / 2, split.freedom)) * deviation
+    differs = abs(value) > float(stdtrit(split.freedom, (1 + SURE) / 2)) * deviation
     found = FrictionInfluence(gains, seen, half, differs=differs, compared=True, coulomb=coulomb)
     return (split if differs and value > 0 else together), found
 

@@ -8,7 +8,8 @@ from math import exp
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize
+from scipy.special import chdtri, stdtrit
 
 from fric.drive.plant import LinearPlant
 from fric.drive.resonance import Encoder, Resonance
@@ -29,7 +30,7 @@ UNDETERMINED = 0.5
 BLOCKS, FEWEST = 10, 5
 """Blocks of neighbouring lines that are left out in turn, and how many there are at least."""
 
-ALIKE = float(stats.chi2.ppf(0.9, BLOCKS - 1)) / (BLOCKS - 1)
+ALIKE = float(chdtri(BLOCKS - 1, 0.1)) / (BLOCKS - 1)
 """Ratio of the variance by blocks to that by the scatter up to which chance makes it, nine times of ten."""
 
 OTHER_RATIOS = (0.2, 0.8)
@@ -114,7 +115,7 @@ class Solution:
 
     def half_widths(self) -> NDArray[np.float64]:
         """Return half the 95 % intervals, shape (p,)."""
-        return float(stats.t.ppf(0.975, self.freedom)) * np.sqrt(np.diag(self.covariance))
+        return float(stdtrit(self.freedom, 0.975)) * np.sqrt(np.diag(self.covariance))
 
     def estimates(self, motion: Motion) -> dict[str, Estimate]:
         """Return A, B and T_d with their 95 % intervals; that of B is symmetric in its logarithm."""
@@ -209,7 +210,7 @@ def solve(
     added = [0.0] * len(sets) if misfits is None else list(misfits)
     found = fitted(added, start)
     plain = chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
-    unexplained = chi2 * freedom > stats.chi2.ppf(MISFIT, freedom)
+    unexplained = chi2 * freedom > chdtri(freedom, 1 - MISFIT)
     if misfits is None and unexplained and all(lines.known for lines in sets):
         for _ in range(60):  # the misfit with which chi-squared is its freedom
             added = [_misfit(form, found.x, lines) for lines in sets]
@@ -218,7 +219,7 @@ def solve(
                 break
         chi2 = 2 * float(found.cost) / max(rows - len(start), 1)
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * chi2 * correlation
-    quantile = float(stats.t.ppf(0.975, freedom))
+    quantile = float(stdtrit(freedom, 0.975))
     covariance = widened(covariance, _left_out(found, sets, covariance) / quantile**2)
     if form.encoder == "table":
         for ratio in OTHER_RATIOS:
@@ -247,7 +248,7 @@ def _left_out(
     if smallest < 2 * FEWEST:
         return np.zeros((len(found.x), len(found.x)))
     moved = jackknife(found.jac, found.fun, np.concatenate(label))
-    wider = ALIKE * float(stats.t.ppf(0.975, BLOCKS - 1)) ** 2
+    wider = ALIKE * float(stdtrit(BLOCKS - 1, 0.975)) ** 2
     sure = np.diag(moved) > wider * np.diag(covariance)
     return np.asarray(np.where(np.outer(sure, sure), moved, 0.0))
 

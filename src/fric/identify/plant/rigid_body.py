@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy import signal, stats
+from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.plant.covariance import hac_covariance
 from fric.identify.plant.force_constant import against_mass
 from fric.identify.plant.force_constant import force_constant as slope_of_force
-from fric.identify.records.conditioning import Conditioning, kept, thinned, zero_phase
+from fric.identify.records.conditioning import Conditioning, kept, thinned
 from fric.identify.records.flaws import record_flaws
-from fric.identify.records.force_lag import acting_force
+from fric.identify.records.force_lag import Drive
 from fric.identify.records.judgement import CONDITION
+from fric.identify.records.prepared import Prepared, prepared
 from fric.identify.records.sampling import even_sampling
 from fric.notice import Notice
 from fric.units import Motion, si_unit
@@ -79,15 +80,6 @@ class MotionFit:
     warnings: tuple[str, ...] = ()
 
 
-class MotionColumns(NamedTuple):
-    """A motion behind the filter of the published fit, its border left out, and the force along it."""
-
-    acceleration: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    force: NDArray[np.float64]
-    time: NDArray[np.float64]
-
-
 def identify_motion(
     logs: Sequence[Log],
     *,
@@ -114,8 +106,8 @@ def identify_motion(
     force_constant
         K_f [N/V]; with it an input serves as force.
     delay
-        T_d [s], which a motion does not show; half a sample where it is not given. Where it is given, an input that
-        serves as force acts by so much later.
+        T_d [s], which a motion does not show; half a sample where it is not given. Where it is given, the force acts
+        by so much later than the voltage that makes it.
     cutoff, decimation, border
         See `Conditioning`; chosen from the sampling rate where not given.
     mass
@@ -133,22 +125,23 @@ def identify_motion(
     rates = [even_sampling(log) for log in logs]
     settings = [Conditioning.of(rate, cutoff, decimation, border) for rate in rates]
     scale = slope_of_force(logs, force_constant, motion)
-    raw = [
-        motion_columns(log, rate, s, force_constant, delay or 0.0, scale.shift)
-        for log, rate, s in zip(logs, rates, settings, strict=True)
+    scaled = force_constant is not None
+    served = [
+        replace(log, force=None) if channel == "input" or (scaled and log.input is not None) else log for log in logs
     ]
+    records = prepared(served, drive=Drive(force_constant or 1.0, delay or 0.0, scale.shift), filters=settings)
     names = ("M", "F_v", "F_c", "offset") if direction == "both" else ("M", *_EACH)
-    X = np.vstack([_observations(c, s, direction) for c, s in zip(raw, settings, strict=True)])
-    y = np.concatenate([thinned(c.force, s.decimation) for c, s in zip(raw, settings, strict=True)])
-    lengths = [-(-len(c.force) // s.decimation) for c, s in zip(raw, settings, strict=True)]
+    X = np.vstack([_observations(one, s, direction) for one, s in zip(records, settings, strict=True)])
+    forces = [thinned(one.drive[one.used], s.decimation) for one, s in zip(records, settings, strict=True)]
+    y = np.concatenate(forces)
     _refuse_rank(X, names, logs[0])
 
-    values = np.linalg.lstsq(X, y, rcond=None)[0]
+    values = np.asarray(np.linalg.lstsq(X, y, rcond=None)[0], float)
     residual = y - X @ values
     spread = np.std(residual, ddof=1)
     deviation = spread * np.sqrt(np.diag(np.linalg.inv(X.T @ X)))
-    covariance = hac_covariance(X, residual, lengths)
-    quantile = float(stats.t.ppf(0.975, len(y) - len(values)))
+    covariance = hac_covariance(X, residual, [len(force) for force in forces])
+    quantile = float(stdtrit(len(y) - len(values), 0.975))
 
     half = quantile * np.sqrt(np.diag(covariance))
     units = [_unit(name, channel, motion) for name in names]
@@ -158,14 +151,17 @@ def identify_motion(
     }
 
     K_f = scale.K_f
-    plant = scale.estimates() | _plant(values, covariance, quantile, direction, channel, K_f, delay, max(rates), motion)
-    time = np.concatenate([c.time[kept(len(c.time), s.decimation)] for c, s in zip(raw, settings, strict=True)])
+    plant = scale.estimates() | _plant(
+        np.asarray(values, float), covariance, quantile, direction, channel, K_f, delay, max(rates), motion
+    )
+    instants = [one.log.time[one.used] for one in records]
+    time = np.concatenate([t[kept(len(t), s.decimation)] for t, s in zip(instants, settings, strict=True)])
     lag = float(residual[1:] @ residual[:-1] / (residual @ residual))
     return MotionFit(
         logs[0].axis, motion, channel, estimates, dict(zip(names, map(float, deviation), strict=True)), plant,
         float(np.linalg.norm(residual) / np.linalg.norm(y)), float(np.linalg.cond(X)), lag, rates[0], settings[0],
         time, y, X @ values,
-        (*_warnings(raw, estimates, lag, deviation, half / quantile, K_f, delay), *scale.warnings,
+        (*_warnings(records, estimates, lag, deviation, half / quantile, K_f, delay), *scale.warnings,
          *against_mass(plant, mass, motion), *record_flaws(logs, "plant")),
     )  # fmt: skip
 
@@ -173,38 +169,13 @@ def identify_motion(
 _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 
 
-def motion_columns(
-    log: Log, sampling: float, settings: Conditioning, force_constant: float | None, delay: float, lag: float
-) -> MotionColumns:
-    """Return a record's motion, filtered and differentiated, and its force, an input ``delay`` [s] later."""
-    if len(log) < settings.border + 30 * settings.decimation:
-        raise FricError(
-            f"{len(log)} samples are too few for a border of {settings.border} and a decimation of "
-            f"{settings.decimation}", where=log.where, hint="Log a longer motion, or give a smaller --decimation.",
-        )  # fmt: skip
-    if log.force is not None and force_constant is None:
-        force = acting_force(log.time, log.force, delay - lag if lag else 0.0)
-    elif log.input is not None:
-        force = acting_force(log.time, log.input, delay) * (force_constant or 1.0)
-    else:
-        force = log.require("force", "the mass")
-    sos = signal.butter(4, settings.cutoff, fs=sampling, output="sos")
-    if log.position is not None:
-        velocity = np.gradient(zero_phase(sos, log.position, 4), 1 / sampling)
-    else:
-        velocity = zero_phase(sos, log.require("velocity", "the mass"), 4)
-    acceleration = np.gradient(velocity, 1 / sampling)
-    keep = slice(settings.border, None)
-    return MotionColumns(acceleration[keep], velocity[keep], force[keep], log.time[keep])
-
-
-def _observations(columns: MotionColumns, settings: Conditioning, direction: str) -> NDArray[np.float64]:
-    v = columns.velocity
+def _observations(record: Prepared, settings: Conditioning, direction: str) -> NDArray[np.float64]:
+    v, acceleration = record.motion.velocity[record.used], record.motion.acceleration[record.used]
     if direction == "both":
-        terms = [columns.acceleration, v, np.sign(v), np.ones_like(v)]
+        terms = [acceleration, v, np.sign(v), np.ones_like(v)]
     else:
         forth, back = (v > 0) + 0.5 * (v == 0), (v < 0) + 0.5 * (v == 0)
-        terms = [columns.acceleration, v * forth, np.sign(v) * forth, v * back, np.sign(v) * back]
+        terms = [acceleration, v * forth, np.sign(v) * forth, v * back, np.sign(v) * back]
     return np.column_stack([thinned(np.asarray(term, float), settings.decimation) for term in terms])
 
 
@@ -263,7 +234,7 @@ def _plant(
 
 
 def _warnings(
-    raw: Sequence[MotionColumns], estimates: dict[str, Estimate], lag: float, plain: NDArray[np.float64],
+    records: Sequence[Prepared], estimates: dict[str, Estimate], lag: float, plain: NDArray[np.float64],
     honest: NDArray[np.float64], K_f: Estimate | None, delay: float | None,
 ) -> list[str]:  # fmt: skip
     warnings: list[str] = []
@@ -273,7 +244,7 @@ def _warnings(
             f"intervals are up to {np.max(honest / plain):.1f} times those of independent residuals",
             "residuals-alike", "note",
         ))  # fmt: skip
-    speed = np.concatenate([np.abs(columns.velocity) for columns in raw])
+    speed = np.concatenate([np.abs(one.motion.velocity[one.used]) for one in records])
     resting = float(np.mean(speed < REST * speed.max()))
     if resting > 0.1:
         warnings.append(Notice(

@@ -9,9 +9,12 @@ import numpy as np
 from scipy import signal
 
 from fric.errors import FricError
+from fric.identify.records.motion import Motion
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from fric.log import Log
 
 BANDWIDTH = 20.0
 """What a position loop makes of a motion [Hz]; the filters leave room above it."""
@@ -59,6 +62,37 @@ class Conditioning:
         if decimation < 1 or border < 0:
             raise FricError("decimation is at least 1, and the border not negative")
         return cls(cutoff, decimation, border)
+
+
+def filtered_motion(log: Log, settings: Conditioning) -> Motion:
+    """Return a record's motion behind the filter of the published fit, by central differences.
+
+    Parameters
+    ----------
+    log
+        An evenly sampled record with a position or a velocity.
+    settings
+        The filter.
+
+    Raises
+    ------
+    FricError
+        When the record is too short for the filter and its decimation.
+    """
+    if len(log) < settings.border + 30 * settings.decimation:
+        raise FricError(
+            f"{len(log)} samples are too few for a border of {settings.border} and a decimation of "
+            f"{settings.decimation}", where=log.where, hint="Log a longer motion, or give a smaller --decimation.",
+        )  # fmt: skip
+    dt = float(log.time[-1] - log.time[0]) / (len(log) - 1)
+    sos = signal.butter(4, settings.cutoff, fs=1 / dt, output="sos")
+    if log.position is not None:
+        position = zero_phase(sos, log.position, 4)
+        velocity = np.gradient(position, dt)
+    else:
+        velocity = zero_phase(sos, log.require("velocity", "a motion"), 4)
+        position = np.concatenate([[0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * dt)])
+    return Motion(log.time, position, velocity, np.gradient(velocity, dt), 0.0)
 
 
 def thinned(values: NDArray[np.float64], decimation: int) -> NDArray[np.float64]:

@@ -1,13 +1,16 @@
-"""A force that is logged at another instant than it acts."""
+"""The force of the drive as it was logged, and as it acts: at another instant."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from fric.drive.plant import Plant
+    from fric.log import Log
 
 
 def acting_force(time: NDArray[np.float64], force: NDArray[np.float64], delay: float) -> NDArray[np.float64]:
@@ -27,3 +30,41 @@ def acting_force(time: NDArray[np.float64], force: NDArray[np.float64], delay: f
     if delay == 0.0:
         return force
     return np.asarray(np.interp(time, time + delay, force))
+
+
+class Drive(NamedTuple):
+    """How what was logged comes to act on the axis, where no plant is known that tells it.
+
+    Parameters
+    ----------
+    K_f
+        Force constant [N/V]; None where it is not known.
+    T_d
+        By how much later than the voltage that makes it a force acts [s].
+    force_lag
+        By how much later than that voltage it is logged [s].
+    """
+
+    K_f: float | None = None
+    T_d: float = 0.0
+    force_lag: float = 0.0
+
+
+def drive_force(log: Log, drive: Plant | Drive) -> tuple[NDArray[np.float64], Literal["force", "input"], float]:
+    """Return the force of the drive as it was logged [N], shape (n,), the channel it is from, and its lag [s].
+
+    Parameters
+    ----------
+    log
+        A record with a force, or with an input where the force constant is known.
+    drive
+        The plant, or what is known of it: a logged force lags the voltage that makes it.
+
+    Raises
+    ------
+    FricError
+        When there is neither.
+    """
+    if log.force is None and drive.K_f is not None and log.input is not None:
+        return drive.K_f * log.input, "input", 0.0
+    return log.require("force", "a replay"), "force", drive.force_lag

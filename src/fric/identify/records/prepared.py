@@ -1,7 +1,7 @@
 """One record, made ready for a replay: the motion behind the encoder's counts, and the friction force along it.
 
-Whatever replays a friction model – `identify gms`, the replay fits, `compare`, the report – takes its records from
-here, so that all of them see the same force at the same instant.
+Whatever replays a friction model – `identify gms`, the replay fits, `compare`, `validate`, the report – takes its
+records from here, and so does the fit of a rigid axis to its motion: all see the same force at the same instant.
 """
 
 from __future__ import annotations
@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fric.errors import FricError
 from fric.identify.records.clipping import clipped
-from fric.identify.records.force_lag import acting_force
+from fric.identify.records.conditioning import Conditioning, filtered_motion
+from fric.identify.records.force_lag import Drive, acting_force, drive_force
 from fric.identify.records.motion import Motion, smooth_motion
 from fric.identify.records.preparation import Own, Preparation
 from fric.identify.records.reversals import find_reversals
@@ -78,6 +79,16 @@ class Prepared:
     def slides(self) -> bool:
         """True for a record in sliding, which tells the frictional lag alone; see `in_sliding`."""
         return "damping" in self.done.own
+
+    @property
+    def drive(self) -> NDArray[np.float64]:
+        """The drive's force as it acts [N], shape (n,): friction, and the inertia and damping that were taken off."""
+        return self.force + self.taken_off
+
+    @property
+    def taken_off(self) -> NDArray[np.float64]:
+        """Inertia and linear damping that were taken off [N], shape (n,)."""
+        return (self.done.mass or 0.0) * self.motion.acceleration + (self.done.damping or 0.0) * self.motion.velocity
 
     @cached_property
     def own(self) -> NDArray[np.float64]:
@@ -183,35 +194,23 @@ class Prepared:
         return replace(self, used=used, reversals=reversals, done=replace(self.done, own=own))
 
 
-def drive_force(log: Log, K_f: float | None = None) -> tuple[NDArray[np.float64], Literal["force", "input"]]:
-    """Return the force of the drive as it was logged [N], shape (n,), and the channel it is from.
-
-    Parameters
-    ----------
-    log
-        A record with a force, or with an input where the force constant is known.
-    K_f
-        Force constant [N/V], for a record without force.
-
-    Raises
-    ------
-    FricError
-        When there is neither.
-    """
-    if log.force is None and K_f is not None and log.input is not None:
-        return K_f * log.input, "input"
-    return log.require("force", "a replay"), "force"
-
-
-def prepared(logs: Sequence[Log], plant: Plant | None = None) -> tuple[Prepared, ...]:
+def prepared(
+    logs: Sequence[Log], plant: Plant | None = None, *, drive: Drive | None = None,
+    filters: Sequence[Conditioning] = (),
+) -> tuple[Prepared, ...]:  # fmt: skip
     """Return records ready for replay: ``F = F_drive(t - delay) - M·z̈ - M·A·ż``.
 
     Parameters
     ----------
     logs
-        Records of one axis with a force, or with an input where a plant gives the force constant.
+        Records of one axis with a force, or with an input where the force constant is known.
     plant
         The plant, after whose delay the force acts, and whose inertia and linear damping are taken off.
+    drive
+        Force constant and delays, where a plant is yet to be found.
+    filters
+        The published filter for each record, behind which the motion is taken; its border is not used. Without it the
+        motion is the one behind the encoder's counts (`smooth_motion`).
 
     Raises
     ------
@@ -223,13 +222,16 @@ def prepared(logs: Sequence[Log], plant: Plant | None = None) -> tuple[Prepared,
     if len({(log.axis, log.motion) for log in logs}) > 1:
         text = ", ".join(sorted({log.axis for log in logs}))
         raise FricError(f"the records are of several axes ({text})", hint="Identify one axis at a time.")
-    records = tuple(_prepared(log, plant) for log in logs)
+    if filters:
+        return tuple(_prepared(log, plant, drive, one) for log, one in zip(logs, filters, strict=True))
+    records = tuple(_prepared(log, plant, drive, None) for log in logs)
     every = -(-sum(len(record.log) for record in records) // MOST)
     return tuple(record.thinned(every) for record in records)
 
 
-def _prepared(log: Log, plant: Plant | None) -> Prepared:
-    force, source = drive_force(log, plant.K_f if plant else None)
+def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Conditioning | None) -> Prepared:
+    given = plant or drive or Drive()
+    force, source, lag = drive_force(log, given)
     if not np.ptp(force):
         raise FricError(
             "the force does not change", where=log.where, hint="Is it the right column? Friction changes its sign."
@@ -247,19 +249,18 @@ def _prepared(log: Log, plant: Plant | None) -> Prepared:
                 hint="Ingest the log again with --bad-cells drop.",
             )
     try:
-        motion = smooth_motion(log.time, position)
+        motion = smooth_motion(log.time, position) if filters is None else filtered_motion(log, filters)
     except FricError as error:
         raise error.at(log.where) from None
     # force and position of a sample are evenly spread about one instant; without a plant the delay is not known either
     timing = float(np.median(np.diff(log.time))) / np.sqrt(12.0) * (1.0 if plant else 2.0)
-    delay = 0.0 if plant is None else plant.T_d if source == "input" else plant.force_delay
-    done = Preparation(source, delay, float(timing), motion.step)
+    done = Preparation(source, given.T_d - lag, float(timing), motion.step)
+    force = acting_force(log.time, force, done.delay)
     if plant is not None:
-        acting = acting_force(log.time, force, delay)
         inertia, damping = plant.M * motion.acceleration, plant.damping * motion.velocity
-        size = max(0.5 * float(np.quantile(acting, 0.99) - np.quantile(acting, 0.01)), 1e-300)
+        size = max(0.5 * float(np.quantile(force, 0.99) - np.quantile(force, 0.01)), 1e-300)
         shares = [float(np.quantile(np.abs(part), 0.99)) / size for part in (inertia, damping)]
-        force = acting - inertia - damping
+        force = force - inertia - damping
         done = replace(
             done, plant=plant, mass=plant.M, damping=plant.damping, inertia_share=shares[0], damping_share=shares[1]
         )  # fmt: skip
@@ -267,6 +268,9 @@ def _prepared(log: Log, plant: Plant | None) -> Prepared:
         done = replace(done, own=("offset", "mass"))
     reversals = find_reversals(position)
     used = np.ones(len(log), dtype=bool)
+    if filters is not None:
+        used[: filters.border] = False
+        return Prepared(log, motion, np.asarray(force, float), used, reversals, done)
     if len(reversals) > 1:
         used[: reversals[0]] = False
     else:
