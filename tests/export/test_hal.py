@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from fric.export.base import Part
+from fric.export.bench import apart
 from fric.export.linuxcnc import linuxcnc_files
 from fric.friction import models
 from tests.export.parts import EXPORTED, InC, exportable, part, scheme_part
@@ -46,7 +47,7 @@ def _run(rows: np.ndarray, folder: Path, parts: dict[str, Part], sampled: list[t
     for axis, one in parts.items():
         for name, text in linuxcnc_files(replace(one, axis=axis)).items():
             (folder / name).write_text(str(text))
-        words = ["halcompile", "--install", f"fric_{axis}_ff.comp"]
+        words = ["halcompile", "--compile", f"fric_{axis}_ff.comp"]
         subprocess.run(words, cwd=folder, check=True, capture_output=True)
     nets = [
         f"net in{n} streamer.0.pin.{n} => {' '.join(f'{axis}.{name}' for axis in parts)}"
@@ -65,10 +66,8 @@ def _run(rows: np.ndarray, folder: Path, parts: dict[str, Part], sampled: list[t
     (folder / "run.hal").write_text(script)
     for one in [folder, *folder.iterdir()]:
         os.chown(one, NOBODY, NOBODY)
-    inside = 'mount --bind "$1" /mnt && mount -t tmpfs none /tmp && chmod 1777 /tmp && cd /mnt && exec setpriv '
-    inside += f"--reuid {NOBODY} --regid {NOBODY} --clear-groups env RUNTESTS=1 HOME=/mnt halrun -f run.hal"
-    apart = ["unshare", "--ipc", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
-    done = subprocess.run([*apart, "bash", "-c", inside, "_", str(folder)], capture_output=True, text=True, timeout=120)
+    words = apart(folder, folder, "env", "HOME=/mnt", "halrun", "-f", "run.hal")
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
     trace = folder / "trace.txt"
     assert trace.exists(), done.stderr[-400:]
     return np.loadtxt(trace)

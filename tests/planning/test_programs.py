@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
 from math import isclose
@@ -20,7 +21,7 @@ from hypothesis import strategies as st
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.export.bench import Program as Bench
-from fric.export.bench import run_program
+from fric.export.bench import Recording, run_program
 from fric.export.motion import DIALECTS, Arc, Move
 from fric.planning.choose import Limits, Plan, choose
 from fric.results.plan import PlanResult
@@ -183,21 +184,29 @@ def test_linuxcnc_reads_its_programs(tmp_path: Path) -> None:
     not (shutil.which("linuxcnc") and shutil.which("halcompile") and os.geteuid() == 0),
     reason="LinuxCNC is not installed, or this is not root",
 )
-@pytest.mark.parametrize("name", ["constant-velocity-15", "sliding-sine"])
-def test_linuxcnc_runs_its_programs_inside_the_limits(name: str, tmp_path: Path) -> None:
-    """Its planner, from the first block to the last; on a busy computer blocks come late, and the motion waits."""
-    limits = Limits(0.3, 0.1, 5.0)
-    one = next(one for one in plan_of(limits).moves if one.name == name)
-    (text,) = DIALECTS["linuxcnc"].move(one).values()
-    machine = read_machine(Path("xy-table"))
-    bench = Bench(text, limits.feed, limits.acceleration, 0.5 * limits.stroke)
-    found = run_program(machine, bench, tmp_path)
-    z, v, a = (found.channel(channel, 0) for channel in ("reference", "velocity", "acceleration"))
-    middle = 0.5 * (one.reference.position.max() + one.reference.position.min())
-    assert z.max() == pytest.approx(one.reference.position.max() - middle, abs=1e-8)
-    assert z.min() == pytest.approx(one.reference.position.min() - middle, abs=1e-8)
-    assert np.abs(v).max() <= limits.feed * (1 + SLACK)
-    assert np.abs(v).max() == pytest.approx(np.abs(one.reference.velocity).max(), rel=5e-3)
-    assert np.quantile(np.abs(a), 0.9999) <= limits.acceleration * (1 + 1e-3)  # where blocks meet it may take both
-    reached = found.channel("position", 0)
-    assert np.abs(reached - z).max() < 1e-3
+def test_linuxcnc_runs_its_programs_inside_the_limits(tmp_path: Path) -> None:
+    """Its planner, from the first block to the last, two at a time: neither touches the other's components.
+
+    On a busy computer blocks come late, and the motion waits.
+    """
+    limits, machine = Limits(0.3, 0.1, 5.0), read_machine(Path("xy-table"))
+    moves = [one for one in plan_of(limits).moves if one.name in {"constant-velocity-15", "sliding-sine"}]
+
+    def run(one: Move) -> Recording:
+        (text,) = DIALECTS["linuxcnc"].move(one).values()
+        bench = Bench(text, limits.feed, limits.acceleration, 0.5 * limits.stroke)
+        return run_program(machine, bench, tmp_path / one.name)
+
+    with ThreadPoolExecutor(len(moves)) as pool:
+        records = list(pool.map(run, moves))
+    for one, found in zip(moves, records, strict=True):
+        z, v, a = (found.channel(channel, 0) for channel in ("reference", "velocity", "acceleration"))
+        middle = 0.5 * (one.reference.position.max() + one.reference.position.min())
+        assert z.max() == pytest.approx(one.reference.position.max() - middle, abs=1e-8)
+        assert z.min() == pytest.approx(one.reference.position.min() - middle, abs=1e-8)
+        assert np.abs(v).max() <= limits.feed * (1 + SLACK)
+        assert np.abs(v).max() == pytest.approx(np.abs(one.reference.velocity).max(), rel=5e-3)
+        # where blocks meet it may take both
+        assert np.quantile(np.abs(a), 0.9999) <= limits.acceleration * (1 + 1e-3)
+        reached = found.channel("position", 0)
+        assert np.abs(reached - z).max() < 1e-3

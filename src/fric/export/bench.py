@@ -8,6 +8,7 @@ plant computes in sub-steps of nominal length, so that the jitter of the compute
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 from dataclasses import dataclass, replace
@@ -95,18 +96,16 @@ class Recording:
 
 
 def require_linuxcnc() -> None:
-    """Raise a `FricError` where LinuxCNC is not installed, or its components may not be."""
+    """Raise a `FricError` where LinuxCNC is not installed, or this is not root."""
     for word, package in (("linuxcnc", "linuxcnc-uspace"), ("halcompile", "linuxcnc-uspace-dev")):
         if shutil.which(word) is None:
             raise FricError(f"a trial needs {word}, which is not installed", hint=f"apt-get install {package}.")
     if os.geteuid() != 0:
-        raise FricError(
-            "a trial installs components into LinuxCNC's own folder, which needs root", hint="Run it with sudo."
-        )
+        raise FricError("a trial runs LinuxCNC in namespaces of its own, which needs root", hint="Run it with sudo.")
 
 
 def build_bench(machine: Machine, exported: Scheme, program: Program, folder: Path) -> None:
-    """Write a bench into a folder, and install its components: both axes and their compensation, and what runs them.
+    """Write a bench into a folder, and build its components: both axes and their compensation, and what runs them.
 
     Raises
     ------
@@ -141,10 +140,40 @@ def build_bench(machine: Machine, exported: Scheme, program: Program, folder: Pa
     for file, content in (files | {"program.ngc": program.text, "bench.tbl": "", "bench.var": ""}).items():
         (folder / file).write_bytes(content if isinstance(content, bytes) else content.encode())
     for component in sorted(folder.glob("*.comp")):
-        done = subprocess.run(["halcompile", "--install", component.name], cwd=folder, capture_output=True, text=True)
+        done = subprocess.run(["halcompile", "--compile", component.name], cwd=folder, capture_output=True, text=True)
         if done.returncode:
             told = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
             raise FricError(f"halcompile refuses the component: {told}", where=str(component))
+
+
+def apart(place: Path, built: Path, *command: str) -> list[str]:
+    """Return the words that run a command of LinuxCNC in a folder as nobody, apart from every other LinuxCNC.
+
+    In a process namespace of its own, for LinuxCNC ends every other one that it sees; and with modules of its own:
+    those of LinuxCNC, and the components built for it, which another bench would write over in LinuxCNC's own folder
+    while they run.
+
+    Parameters
+    ----------
+    place
+        The folder, which is ``/mnt`` there.
+    built
+        Where the components were compiled.
+    command
+        The command.
+    """
+    makefile = subprocess.run(
+        ["halcompile", "--print-modinc"], capture_output=True, text=True, check=True
+    ).stdout.strip()
+    modules = re.findall(r"^RTLIBDIR := (\S+)$", Path(makefile).read_text(), re.MULTILINE)[-1]
+    script = (
+        'mount -t tmpfs none /mnt && cp "$1"/*.so /mnt && cp "$2"/*.so /mnt && mount --bind /mnt "$1" && '
+        'mount --bind "$3" /mnt && '
+        "mount -t tmpfs none /tmp && chmod 1777 /tmp && cd /mnt && shift 3 && exec setpriv "
+        f'--reuid {NOBODY} --regid {NOBODY} --clear-groups env RUNTESTS=1 "$@"'
+    )
+    spaces = ["unshare", "--ipc", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
+    return [*spaces, "bash", "-c", script, "_", modules, str(built.resolve()), str(place.resolve()), *command]
 
 
 def run_session(machine: Machine, on: Scheme, exported: Scheme, folder: Path) -> Recording:
@@ -169,14 +198,8 @@ def run_session(machine: Machine, on: Scheme, exported: Scheme, folder: Path) ->
     ]
     for one in [place, *place.rglob("*")]:
         os.chown(one, int(NOBODY), int(NOBODY))
-    # In a process namespace of its own: LinuxCNC ends every other LinuxCNC that it sees.
-    script = (
-        'mount --bind "$1" /mnt && mount -t tmpfs none /tmp && chmod 1777 /tmp && cd /mnt && exec setpriv '
-        f"--reuid {NOBODY} --regid {NOBODY} --clear-groups env -u DISPLAY RUNTESTS=1 HOME=/mnt/home "
-        f'FRIC_SECONDS={STILL:g} FRIC_PINS="$2" linuxcnc /mnt/bench.ini'
-    )
-    words = ["unshare", "--ipc", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
-    words += ["bash", "-c", script, "_", str(place.resolve()), ",".join(pins)]
+    settings = ["HOME=/mnt/home", f"FRIC_SECONDS={STILL:g}", f"FRIC_PINS={','.join(pins)}"]
+    words = apart(place, folder, "env", "-u", "DISPLAY", *settings, "linuxcnc", "/mnt/bench.ini")
     done = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True)
     (place / "log.txt").write_text(done.stdout + done.stderr)
     lost, trace = place / "lost.txt", place / "trace.txt"
