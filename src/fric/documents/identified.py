@@ -50,6 +50,12 @@ class Identified:
     widened: Mapping[str, tuple[Notice, ...]]
     warnings: tuple[str, ...]
 
+    def drawn(self) -> dict[str, Any]:
+        """Return what a study draws its machines from."""
+        return {
+            "intervals": self.intervals, "covariances": self.covariances, "discrepancies": self.discrepancies
+        }  # fmt: skip
+
 
 def read_identified(path: Path, *, nominal_files: Iterable[str] = (), **instead: Any) -> Identified:
     """Read a machine file with the intervals of what was identified of it.
@@ -114,8 +120,8 @@ def read_identified(path: Path, *, nominal_files: Iterable[str] = (), **instead:
     return Identified(replace(machine, axes=axes), intervals, covariances, beyond, widened, tuple(warnings))
 
 
-def machine_to_predict(path: Path) -> tuple[Machine, Mapping[str, Intervals] | None]:
-    """Read a machine file as what is known of the machine: as identified, with intervals where it has them.
+def machine_to_predict(path: Path) -> tuple[Machine, Identified | None]:
+    """Read a machine file as what is known of the machine: as identified, where it has intervals.
 
     Raises
     ------
@@ -128,7 +134,7 @@ def machine_to_predict(path: Path) -> tuple[Machine, Mapping[str, Intervals] | N
         if error.what != NO_INTERVAL:
             raise
         return read_machine(path), None
-    return found.machine, found.intervals
+    return found.machine, found
 
 
 def _merged(of_machine: FrictionDocument, identified: FrictionDocument) -> FrictionDocument:

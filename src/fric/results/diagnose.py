@@ -177,9 +177,10 @@ def diagnose(
     if machine is None:
         return DiagnosisResult(found)
     wanted = schemes_of("diagnose", scheme or found.test.scheme or "a", known)[0]
-    subject, intervals = machine_to_predict(Path(path_of("diagnose", "a machine file", machine)))
-    advance(0, total=circles_to_predict(intervals))
-    predicted, limits = predict(found, subject, wanted, intervals, done=advance)
+    subject, identified = machine_to_predict(Path(path_of("diagnose", "a machine file", machine)))
+    drawn = identified.drawn() if identified else None
+    advance(0, total=circles_to_predict(drawn))
+    predicted, limits = predict(found, subject, wanted, drawn, done=advance)
     step = max(axis.encoder.resolution for axis in subject.axes.values())
     return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step))
 

@@ -68,13 +68,7 @@ class Evidence:
 
     def drawn(self) -> dict[str, Any]:
         """Return what a study draws its machines from."""
-        known = self.identified
-        return {
-            "intervals": known.intervals,
-            "covariances": known.covariances,
-            "discrepancies": known.discrepancies,
-            "completion": self.left,
-        }
+        return self.identified.drawn() | {"completion": self.left}
 
     def prediction(self, many: MonteCarlo) -> Prediction:
         """Return what the machines that were run say of the schemes, and whether that may be trusted."""

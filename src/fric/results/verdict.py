@@ -11,7 +11,7 @@ from fric.documents.provenance import provenance
 from fric.notice import Notice
 from fric.simulate.contour_run import ContourRun
 from fric.simulate.machine import Machine
-from fric.simulate.prediction import Prediction
+from fric.simulate.prediction import SETTLED, Prediction
 from fric.verdict.evidence import Candidate, Evidence
 
 Runs = Sequence[ContourRun[Any, Any]]
@@ -60,7 +60,10 @@ def evidence_of(
         compared, disagreements = True, [str(one) for one in distrust if one.code == "model-disagrees"]
     if compared:
         distrust = tuple(one for one in distrust if one.code != "no-measured-circle")
-    coded = made.get("warnings_coded", ())
+    coded = [Notice(one["text"], one["code"], one["severity"]) for one in made.get("warnings_coded", ())]
+    notices = more.pop("notices", coded)
+    if prediction and prediction.measured:
+        notices = [one for one in notices if one.code not in SETTLED]
     file = str(made.get("origin", {}).get("path", ""))
     return Evidence(
         candidates=candidates,
@@ -71,11 +74,8 @@ def evidence_of(
         compared=compared,
         disagreements=disagreements,
         distrust=distrust,
-        **{
-            "machine": machine_name(file) if file else "MACHINE.yaml",
-            "notices": [Notice(one["text"], one["code"], one["severity"]) for one in coded],
-        }
-        | more,
+        notices=notices,
+        **{"machine": machine_name(file) if file else "MACHINE.yaml"} | more,
     )
 
 

@@ -19,6 +19,19 @@ if TYPE_CHECKING:
     from fric.estimate import Interval
     from fric.simulate.monte_carlo import MonteCarlo, Study
 
+SETTLED = frozenset(
+    {
+        "force-over-position",
+        "friction-over-position",
+        "directions-differ",
+        "force-drifts",
+        "level-differs",
+        "strokes-unsettled",
+        "F_c-at-bound",
+    }
+)
+"""Warnings of friction's level, which a measured circle settles: every drawn machine has the level of that one."""
+
 
 @dataclass(frozen=True)
 class Predicted:

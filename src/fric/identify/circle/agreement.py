@@ -11,14 +11,12 @@ import numpy as np
 
 from fric.contour import QUADRANTS
 from fric.control.scheme import Scheme
-from fric.errors import FricError
 from fric.identify.circle.diagnose import Diagnosis, diagnose
 from fric.identify.circle.glitches import Glitch, Pulse, smoothed
 from fric.identify.circle.measured import measured_from_run
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
-from fric.simulate.intervals import Intervals
-from fric.simulate.spread import draw_machine
+from fric.simulate.monte_carlo import Study
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -84,15 +82,15 @@ def predict(
     measured: Diagnosis,
     machine: Machine,
     scheme: Scheme,
-    intervals: Mapping[str, Intervals] | None = None,
+    known: Mapping[str, Any] | None = None,
     *,
     draws: int = DRAWS,
     done: Callable[[], object] = lambda: None,
 ) -> tuple[Diagnosis, dict[str, tuple[float, float]] | None]:
     """Return what a machine would show on the circle that was measured, and between what its glitches lie.
 
-    The interval is that of machines drawn from the intervals of what was identified, about the machine itself, each
-    widened by a step of the encoder.
+    The interval is that of machines drawn from all that is open about what was identified, as for any prediction, about
+    the machine itself, widened by a step of the encoder.
 
     Parameters
     ----------
@@ -102,8 +100,8 @@ def predict(
         The machine, as identified.
     scheme
         The compensation that was switched on.
-    intervals
-        95 % intervals by axis and parameter; None where the machine file has none.
+    known
+        What machines are drawn from, as arguments of `Study`; None where the machine file has no intervals.
     draws
         Machines that are drawn.
     done
@@ -119,17 +117,14 @@ def predict(
     run = run_circle(machine, scheme, circle)
     found = diagnose([measured_from_run(run)])
     done()
-    if not intervals:
+    if not known:
         return found, None
-    drawn = []
+    study, drawn = Study(machine, (scheme,), circle, accuracy=1e-8, **known), []
     for n in range(draws):
-        try:
-            other, _ = draw_machine(machine, n, spreads={}, intervals=intervals)
-            drawn.append(run_circle(other, scheme, circle, accuracy=1e-8).circularity.quadrants)
-        except FricError:  # one that is not stable, or needs more voltage than there is
-            continue
-        finally:
-            done()
+        quadrants = study(n).quadrants[0]
+        if np.isfinite(quadrants).all():  # else it is not stable, or needs more voltage than there is
+            drawn.append(quadrants)
+        done()
     if len(drawn) < draws // 2:
         return found, None
     around = np.quantile(np.array(drawn), [0.025, 0.975], axis=0) - np.array(run.circularity.quadrants)
@@ -144,9 +139,9 @@ def predict(
     return found, limits
 
 
-def circles_to_predict(intervals: Mapping[str, Intervals] | None) -> int:
+def circles_to_predict(known: Mapping[str, Any] | None) -> int:
     """Return how many circles `predict` runs; for a progress bar."""
-    return 1 + (DRAWS if intervals else 0)
+    return 1 + (DRAWS if known else 0)
 
 
 def agreement(

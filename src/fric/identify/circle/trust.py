@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,9 @@ from fric.identify.circle.next_circle import measured_quadrants
 from fric.identify.circle.voltage import refined
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
+from fric.simulate.machine import Machine
+from fric.simulate.prediction import SETTLED
+from fric.simulate.spread import Spread, draw_machine
 from fric.simulate.stated import against_stated
 
 if TYPE_CHECKING:
@@ -22,20 +26,8 @@ if TYPE_CHECKING:
 
     from fric.identify.circle.measured import MeasuredCircle
     from fric.identify.circle.voltage import VoltageRecord
-    from fric.simulate.machine import Axis, Machine
+    from fric.simulate.machine import Axis
 
-SETTLED = frozenset(
-    {
-        "force-over-position",
-        "friction-over-position",
-        "directions-differ",
-        "force-drifts",
-        "level-differs",
-        "strokes-unsettled",
-        "F_c-at-bound",
-    }
-)
-"""Warnings of friction's level, which a measured circle settles: every machine drawn has the level of that circle."""
 UNSEEN = frozenset({"plant-from-motion", "T_d-assumed", "observer-assumed"})
 """Warnings that the response of the axis was not measured: an observer acts on what it leaves open."""
 APART, SHARE_APART = 5e-7, 0.03
@@ -43,6 +35,8 @@ APART, SHARE_APART = 5e-7, 0.03
 FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
 """How far from the plant's another delay is looked for [s], how much better it must explain a circle's voltages, and by
 what share of the delay it must differ."""
+SOFTER, STIFFER = Spread(0.5, 0.5), Spread(2.0, 2.0)
+"""Friction whose stiffness is not that of the logs, which shifts a reversal as a delay does."""
 OTHER_FEED = 2.0
 """Ratio of feeds, and of radii, beyond which a measured circle tells little of another."""
 
@@ -137,13 +131,17 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
 def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     """Yield what is wrong where another delay than that of the logs explains a circle's voltages far better.
 
-    For each delay the voltage is balanced by inertia, damping, friction and a constant, each times what fits.
+    For each delay the voltage is balanced by inertia, damping, a constant and friction (as it is, softer, stiffer),
+    each times what fits: friction that has changed is no delay.
     """
     plant = axis.plant
     model = axis.friction.model if isinstance(axis.friction, Completed) else axis.friction
     own = refined(record, model, plant.T_d, (1 / plant.B, plant.A / plant.B, axis.constant_load / plant.K_f), plant.K_f)
     used = own.used
-    parts = [own.inertia[used], own.damping[used], own.friction(model), np.ones(np.count_nonzero(used))]
+    alone = Machine("", {axis.name: replace(axis, friction=model)})
+    others = [draw_machine(alone, 0, spreads={"stiffness": one})[0].axes[axis.name] for one in (SOFTER, STIFFER)]
+    frictions = [own.friction(one) for one in (model, *(other.friction for other in others))]
+    parts = [own.inertia[used], own.damping[used], np.ones(np.count_nonzero(used)), *frictions]
     basis = np.linalg.qr(np.column_stack(parts))[0]
 
     def left(delay: float) -> float:
