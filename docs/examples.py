@@ -51,17 +51,16 @@ def write_files(page: Path, folder: Path) -> None:
         (folder / name).write_text(text)
 
 
-def run(command: str, folder: Path) -> tuple[int, str]:
+def run(command: str, folder: Path, environ: dict[str, str] | None = None) -> tuple[int, str]:
     """Run a command as a reader would, in a folder with data and configs; return its status and what it printed."""
+    environ = environ or environment()
     for name in ("data", "configs"):
         link = folder / name
         if not link.exists():
             link.symlink_to(ROOT / name)
     script = command.startswith("import fric\n")
-    words: Any = [sys.executable, "-c", command] if script else command
-    done = subprocess.run(
-        words, shell=not script, cwd=folder, env=environment(), capture_output=True, text=True, check=False
-    )
+    words: Any = [shutil.which("python", path=environ["PATH"]), "-c", command] if script else command
+    done = subprocess.run(words, shell=not script, cwd=folder, env=environ, capture_output=True, text=True, check=False)
     return done.returncode, plain(done.stdout + done.stderr)
 
 

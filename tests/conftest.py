@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import pytest
@@ -25,6 +27,16 @@ class Turn(NamedTuple):
 
 
 TURN = pytest.StashKey[Turn | None]()
+
+
+@pytest.fixture(scope="session")
+def warm() -> Iterator[dict[str, str]]:
+    """An environment in which a shell's `fric` and `python -c` need no start (`tests/warm.py`)."""
+    from docs.examples import environment
+    from tests.warm import on_path
+
+    with TemporaryDirectory() as folder, on_path(Path(folder), environment()) as found:
+        yield found
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -62,7 +62,7 @@ def test_commands_page_is_fresh(tmp_path):
 
 
 @pytest.mark.parametrize("page", [*map(_marked, SHOWING)], ids=[page.name for page in SHOWING])
-def test_examples_run_and_print_what_is_shown(page, tmp_path):
+def test_examples_run_and_print_what_is_shown(page, tmp_path, warm):
     for word in NEEDED.get(page.stem, ()):
         if shutil.which(word) is None:
             pytest.skip(f"{word} is not installed")
@@ -71,7 +71,7 @@ def test_examples_run_and_print_what_is_shown(page, tmp_path):
         if examples.is_make(command):
             assert re.search(rf"^{command.split()[1]}:", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
             continue
-        status, printed = examples.run(command, tmp_path)
+        status, printed = examples.run(command, tmp_path, warm)
         assert status == 0, f"$ {command}\n{printed}"
         if shown and not shown.endswith("…"):
             assert examples.alike(printed, shown), f"$ {command}: refresh by `make docs`\n{printed}"
