@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,18 +32,15 @@ def _marked(page: Path) -> object:
     return pytest.param(page, marks=pytest.mark.long) if page.stem in LONG else page
 
 
-def _commands(group: typer.Typer, path: tuple[str, ...] = ("fric",)) -> Iterator[tuple[tuple[str, ...], str]]:
-    for command in group.registered_commands:
-        assert command.callback is not None
-        name = command.name or command.callback.__name__.replace("_", "-")
-        yield (*path, name), command.help or command.callback.__doc__ or ""
-    for sub in group.registered_groups:
-        assert sub.typer_instance is not None
-        name = str(sub.typer_instance.info.name)
-        yield from _commands(sub.typer_instance, (*path, name))
+def _commands(group: Any, path: tuple[str, ...] = ("fric",)) -> Iterator[tuple[tuple[str, ...], str]]:
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from _commands(command, (*path, name))
+        else:
+            yield (*path, name), command.help or ""
 
 
-COMMANDS = dict(_commands(app))
+COMMANDS = dict(_commands(typer.main.get_command(app)))
 
 
 @pytest.mark.parametrize("path", COMMANDS, ids=" ".join)

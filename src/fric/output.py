@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import secrets
 import stat
 import time
 from collections.abc import Iterator, Mapping
@@ -90,7 +89,7 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
     path = Path(path)
     refuse_existing(path, force=force)
     target = _target(path)
-    draft, lock = target.with_name(f".{target.stem}-{secrets.token_hex(4)}{target.suffix}"), -1
+    draft, lock = target.with_name(f".{target.stem}-{os.urandom(4).hex()}{target.suffix}"), -1
     try:  # from here on, so that an interrupt at any moment finds the name of what it must remove
         _remove_leftovers(target)
         while lock < 0:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import codecs
-import json
 import os
 import re
 import signal
@@ -152,6 +151,8 @@ def named(plot: Path | None) -> tuple[str | None, Path | None]:
 
 def print_json(document: Mapping[str, Any]) -> None:
     """Print one JSON object on standard output."""
+    import json
+
     sys.stdout.write(json.dumps(document, ensure_ascii=False, indent=2, allow_nan=False) + "\n")
 
 

@@ -11,37 +11,23 @@ from types import FrameType
 import typer
 
 import fric
-from fric.cli import (
-    auto,
-    compare,
-    design,
-    diagnose,
-    example,
-    export,
-    identify,
-    ingest,
-    inspect,
-    learn,
-    manual,
-    plan,
-    report,
-    reproduce,
-    schema,
-    simulate,
-    tune,
-    validate,
-)
 from fric.cli.console import ERR, prepare_streams
-from fric.cli.group import Group
+from fric.cli.group import group
 from fric.errors import FricError
 
-app = typer.Typer(
-    name="fric",
-    cls=Group,
-    help="Identify a drive's friction from its logs; see which compensation leaves how large a glitch.",
-    no_args_is_help=True,
-    rich_markup_mode=None,  # Rich's help costs 80 ms
-    pretty_exceptions_enable=False,
+ALONE = (
+    "auto", "ingest", "inspect", "report", "schema", "reproduce", "plan", "compare", "diagnose", "tune", "learn",
+    "validate", "export", "example",
+)  # fmt: skip
+"""Commands that stand for themselves, each in the file of its name."""
+
+app = group(
+    "fric",
+    "Identify a drive's friction from its logs; see which compensation leaves how large a glitch.",
+    {name: f"fric.cli.{name}:{name}" for name in ALONE}
+    | {"help": "fric.cli.manual:manual"}
+    | {name: f"fric.cli.{name}:app" for name in ("design", "identify", "simulate")},
+    add_completion=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
@@ -50,26 +36,6 @@ def _version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"fric {fric.__version__}")
         raise typer.Exit
-
-
-app.command()(auto.auto)
-app.command()(ingest.ingest)
-app.command()(inspect.inspect)
-app.command()(report.report)
-app.command()(schema.schema)
-app.command()(reproduce.reproduce)
-app.command()(plan.plan)
-app.add_typer(design.app)
-app.add_typer(identify.app)
-app.command()(compare.compare)
-app.command()(diagnose.diagnose)
-app.command()(tune.tune)
-app.command()(learn.learn)
-app.command()(validate.validate)
-app.add_typer(simulate.app)
-app.command()(export.export)
-app.command()(example.example)
-app.command("help")(manual.manual)
 
 
 @app.callback()

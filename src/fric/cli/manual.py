@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from pydoc import pager
 from typing import Annotated
 
 import typer
@@ -28,6 +27,8 @@ def manual(
             typer.echo(f"{name:{wide}}{title}", nl=False)
         return
     if sys.stdout.isatty():
+        from pydoc import pager  # costs as much as all commands' own files
+
         pager(bundled.page(topic))
     else:
         typer.echo(bundled.page(topic), nl=False)
