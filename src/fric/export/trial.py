@@ -108,7 +108,7 @@ def try_in_linuxcnc(
         advance()
         return arcs
 
-    with ThreadPoolExecutor(2) as pool:
+    with ThreadPoolExecutor(len(chosen)) as pool:  # a session waits for its own clock, and takes little of a processor
         return [arc for arcs in pool.map(session, chosen) for arc in arcs]
 
 
