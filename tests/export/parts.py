@@ -16,6 +16,8 @@ from fric.export.base import Part, Role
 from fric.export.c import c_files
 from fric.export.select import compensation_of
 from fric.friction import FrictionModel, models
+from fric.friction.directed import Directed
+from fric.friction.stribeck import StaticMap
 from fric.reference import circle
 from fric.simulate.axis import run_axis
 
@@ -46,8 +48,19 @@ def scheme_part(scheme: str | Scheme = "f", axis: str = "x") -> Part:
     return compensation_of(read_machine(MACHINE), axis, chosen)
 
 
+DIRECTED = {"static by direction": "static", "gms by direction": "gms", "lugre by direction": "lugre"}
+"""Models with a map of their own backwards."""
+
+
 def exportable() -> list[str]:
-    return [name for name in models() if name not in REFUSED]
+    return [*(name for name in models() if name not in REFUSED), *DIRECTED]
+
+
+def typical(name: str) -> FrictionModel:
+    """A typical friction model by its name; by direction, with less and narrower friction backwards."""
+    if name not in DIRECTED:
+        return models()[name].typical()
+    return Directed(typical(DIRECTED[name]), StaticMap(F_c=80.0, F_s=131.0, v_s=2e-3, delta=1.4, sigma=25.0))
 
 
 def motions(samples: int = SAMPLES) -> dict[str, tuple[np.ndarray, np.ndarray]]:

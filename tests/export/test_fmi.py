@@ -22,6 +22,7 @@ from tests.export.parts import (
     part,
     replayed,
     scheme_part,
+    typical,
 )
 
 fmpy = pytest.importorskip("fmpy")
@@ -72,7 +73,7 @@ class Unit:
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("name", exportable())
 def test_a_unit_gives_the_librarys_force(name: str, version: int, samples: int, tmp_path: Path) -> None:
-    model = models()[name].typical()
+    model = typical(name)
     unit = Unit(part(model, lead=0.0), version, tmp_path)
     for motion, (dz, v) in motions(samples).items():
         z = np.cumsum(dz)

@@ -14,8 +14,7 @@ import pytest
 from fric.export.base import Part
 from fric.export.bench import apart
 from fric.export.linuxcnc import linuxcnc_files
-from fric.friction import models
-from tests.export.parts import EXPORTED, InC, exportable, part, scheme_part
+from tests.export.parts import EXPORTED, InC, exportable, part, scheme_part, typical
 
 pytestmark = pytest.mark.skipif(
     not (shutil.which("halrun") and shutil.which("halcompile") and shutil.which("cc") and os.geteuid() == 0),
@@ -108,7 +107,7 @@ def _in_c(one: Part, rows: np.ndarray, folder: Path) -> np.ndarray:
 
 @pytest.mark.long
 def test_the_components_of_every_model_and_block_give_what_the_exported_c_gives(tmp_path: Path) -> None:
-    parts = {f"m{n}": part(models()[name].typical()) for n, name in enumerate(exportable())}
+    parts = {f"m{n}": part(typical(name)) for n, name in enumerate(exportable())}
     parts |= {f"s{n}": scheme_part(scheme) for n, scheme in enumerate(EXPORTED)}
     folder = tmp_path / "hal"
     folder.mkdir()

@@ -12,7 +12,6 @@ from fric.control import blocks
 from fric.errors import FricError
 from fric.export.c import c_files
 from fric.export.st import st_files
-from fric.friction import models
 from tests.export.parts import (
     EXPORTED,
     NOT_EXPORTED,
@@ -26,6 +25,7 @@ from tests.export.parts import (
     part,
     replayed,
     scheme_part,
+    typical,
 )
 from tests.export.structured_text import Program
 
@@ -36,7 +36,7 @@ needs_compiler = pytest.mark.skipif(not shutil.which("cc"), reason="no C compile
 @pytest.mark.parametrize("name", sorted(REFUSED))
 def test_what_no_controller_can_run_is_refused_with_the_reason(name: str) -> None:
     with pytest.raises(FricError, match=REFUSED[name]):
-        c_files(part(models()[name].typical()))
+        c_files(part(typical(name)))
 
 
 @pytest.mark.parametrize("scheme", sorted(NOT_EXPORTED))
@@ -53,7 +53,7 @@ def test_every_block_is_exported_or_refused_here() -> None:
 @needs_compiler
 @pytest.mark.parametrize("name", exportable())
 def test_c_gives_the_librarys_forces_in_double_and_in_single_precision(name: str, tmp_path: Path) -> None:
-    model = models()[name].typical()
+    model = typical(name)
     level = float(np.max(np.abs(replayed(model, *motions(4000)["100 mm/s"]))))
     double, single = InC(part(model), tmp_path), InC(part(model), tmp_path, single=True)
     for motion, (dz, v) in motions().items():
@@ -68,16 +68,16 @@ def test_c_gives_the_librarys_forces_in_double_and_in_single_precision(name: str
 def test_strict_compilers_have_nothing_to_say(compiler: str, role: str, tmp_path: Path) -> None:
     for single in (False, True):
         for name in exportable():
-            InC(part(models()[name].typical(), role), tmp_path, single=single, compiler=compiler)  # type: ignore[arg-type]
+            InC(part(typical(name), role), tmp_path, single=single, compiler=compiler)  # type: ignore[arg-type]
         if role == "compensation":
             InC(scheme_part("f"), tmp_path, single=single, compiler=compiler)
 
 
 @pytest.mark.parametrize("name", exportable())
 def test_structured_text_gives_the_librarys_forces(name: str) -> None:
-    model = models()[name].typical()
+    model = typical(name)
     (text,) = st_files(part(model)).values()
-    step = Program(str(text)).names[f"fric_x_{name}_step"]
+    step = Program(str(text)).names[f"fric_x_{model.name}_step"]
     for motion, (dz, v) in motions(100_000 if name == "gms" else 20_000).items():
         state, parameters = model.initial_state().tolist(), model.packed().tolist()
         found = [step(a, b, 1 / SAMPLING, state, parameters) for a, b in zip(dz.tolist(), v.tolist(), strict=True)]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from fric.errors import FricError
 from fric.export.translate.program import Program
 from fric.export.translate.reader import Entry, read_program
+from fric.friction.directed import Directed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -92,7 +93,10 @@ class Part:
     @property
     def parameters(self) -> NDArray[Any]:
         """The friction model's parameters as its step reads them."""
-        return self.model.packed()
+        packed = self.model.packed()
+        if isinstance(self.model, Directed):
+            packed[0] = 0.0  # where a step lies in this process
+        return packed
 
     @property
     def initial_state(self) -> NDArray[Any]:
@@ -118,7 +122,8 @@ class Part:
     def program(self) -> Program:
         """The steps of friction model and blocks as a program; raise a `FricError` with the reason where that fails."""
         model = self.model
-        entries = [Entry(self.step, type(model).step, self.initial_state.size, self.parameters.size)]
+        inner = type(model.model).step if isinstance(model, Directed) else None
+        entries = [Entry(self.step, type(model).step, self.initial_state.size, self.parameters.size, inner)]
         entries += [Entry(one.name, one.step, one.state.size, one.parameters.size) for one in self.blocks]
         names = [f"friction model '{model.name}'", *(f"block '{one.title}'" for one in self.blocks)]
         for what, entry in zip(names, entries, strict=True):

@@ -10,6 +10,7 @@ from typing import Any
 import fric
 from fric.export.base import Files, Part
 from fric.friction import FrictionModel
+from fric.friction.directed import Directed
 from fric.notice import Notice
 from fric.units import Motion, si_unit
 
@@ -61,6 +62,9 @@ def manifest_text(content: Mapping[str, Any]) -> str:
 
 def friction_values(model: FrictionModel, motion: str) -> dict[str, Any]:
     """Return the parameters of a model by section and name, each with its unit."""
+    if isinstance(model, Directed):
+        backwards = friction_values(model.negative, motion)["static"]
+        return friction_values(model.model, motion) | {"static_negative": backwards}
     found: dict[str, Any] = {"model": model.name}
     parts = {name: value for name, value in vars(model).items() if isinstance(value, FrictionModel)}
     holders: dict[str, Any] = {model.name: model} | parts

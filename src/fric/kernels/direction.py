@@ -17,7 +17,9 @@ def directed_step(dz: float, v: float, dt: float, state: NDArray[np.float64], pa
     negative one; ``state`` is the inner model's.
     """
     own = (parameters.size - 1) // 2
-    start = 1 + own if dz < 0.0 or (dz == 0.0 and v < 0.0) else 1
     inner = step_at(parameters[0])
-    force: float = inner(dz, v, dt, state, parameters[start : start + own])
+    if dz < 0.0 or (dz == 0.0 and v < 0.0):
+        force: float = inner(dz, v, dt, state, parameters[1 + own :])
+    else:
+        force = inner(dz, v, dt, state, parameters[1 : 1 + own])
     return force

@@ -23,6 +23,7 @@ from fric.export.translate.program import (
     Statement,
     Type,
 )
+from fric.kernels.inner import step_at
 
 MOST_TURNS = 64
 """Turns of a loop that is written out, at most."""
@@ -138,6 +139,11 @@ class Body(Expressions):
         if isinstance(value, ast.Call) and is_group(group := self.known(value.func)):
             filled = self.filled(self.place(target, self.reader.group(group)), value.args)
             return [*self.flush(), *filled]
+        if isinstance(target, ast.Name) and isinstance(value, ast.Call) and self.known(value.func) is step_at:
+            if self.reader.inner is None:
+                raise self.refuse("its step calls another, which is not known", value)
+            self.steps[target.id] = self.reader.inner
+            return []
         if isinstance(target, ast.Name) and (part := self.part(value)) is not None:
             self.variables[target.id] = part
             return []

@@ -46,6 +46,9 @@ _INTRINSICS: dict[object, str] = {
 class Routines(Protocol):
     """What a body asks of the reader of the whole program: other routines, and types."""
 
+    inner: Any
+    """The step that stands behind an address in the parameters; None where there is none."""
+
     def routine(self, function: Any, given: tuple[Array | None, ...]) -> Routine:
         """Return a function that is called as a routine."""
 
@@ -64,6 +67,7 @@ class Expressions:
         self.fixed: dict[str, Constant] = {}  # whole numbers that are known: sizes of arrays, and what is made of them
         self.before: list[Statement] = []  # what must be done before the expression that is being read
         self.temporaries = 0
+        self.steps: dict[str, Any] = {}  # names that stand for a step of which the parameters hold the address
 
     def refuse(self, what: str, node: ast.AST) -> FricError:
         """Return the error of a step that cannot be exported, with the line that is why."""
@@ -110,6 +114,8 @@ class Expressions:
 
     def known(self, node: ast.expr) -> Any:
         """Return what a name or a dotted name stands for outside the function; None for a variable."""
+        if isinstance(node, ast.Name) and node.id in self.steps:
+            return self.steps[node.id]
         if isinstance(node, ast.Name) and node.id not in self.variables:
             return self.python.__globals__.get(node.id, getattr(builtins, node.id, None))
         if isinstance(node, ast.Attribute):

@@ -27,6 +27,9 @@ from fric.export.translate.program import (
     Type,
 )
 
+INTERFACE = ("init", "reset", "step")
+"""Names that the exported part itself has."""
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -40,12 +43,15 @@ class Entry:
         The step as `fric.kernels.signatures` compiles it.
     states, parameters
         Sizes of its two arrays.
+    inner
+        The step whose address the parameters hold, where this one calls another.
     """
 
     name: str
     step: Any
     states: int
     parameters: int
+    inner: Any = None
 
 
 def read_program(*entries: Entry) -> Program:
@@ -57,7 +63,7 @@ def read_program(*entries: Entry) -> Program:
         When a step does what a controller's program cannot, or must not: a loop whose length depends on the data, a
         function that controllers do not have, a look at what will be asked of the axis.
     """
-    reader = _Reader(names={entry.name for entry in entries})
+    reader = _Reader(names={*INTERFACE, *(entry.name for entry in entries)})
     routines: list[Routine] = []
     for entry in entries:
         if not isinstance(entry.step, Dispatcher):
@@ -65,6 +71,7 @@ def read_program(*entries: Entry) -> Program:
         sizes = {"state": entry.states, "parameters": entry.parameters}
         names = inspect.signature(entry.step.py_func).parameters
         given = tuple(Array.of(one, sizes[one]) if one in sizes else None for one in names)
+        reader.inner = entry.inner
         whole = reader.routine(entry.step, given)
         routines += [one for one in reader.routines.values() if one is not whole and one not in routines]
         routines.append(replace(whole, name=entry.name))
@@ -77,6 +84,7 @@ class _Reader:
     routines: dict[tuple[Any, tuple[Array | None, ...]], Routine] = field(default_factory=dict)
     records: dict[Any, Record] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
+    inner: Any = None
 
     def routine(self, function: Any, given: tuple[Array | None, ...]) -> Routine:
         """Return a function as a routine on the arrays, or parts of them, that it is given, in place of its own."""
