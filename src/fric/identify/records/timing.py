@@ -30,6 +30,8 @@ WINDOW = 32
 """Samples over which noise is compared with speed."""
 ABOVE = 7.0
 """Noise by jitter, over that of the encoder's step, from which on it is told: an encoder that errs makes less."""
+SMALL = 1e-3
+"""Jitter in sampling intervals that spoils nothing: the digits that a position was printed with do as much."""
 SURE = 5.0
 """Standard errors from which on noise grows with speed."""
 COUNTS = 8.0
@@ -119,7 +121,8 @@ def _jitter(z: NDArray[np.float64], t: NDArray[np.float64], encoder: float) -> T
     found = float(np.median(tau2))
     error = 1.2533 * 1.4826 * float(np.median(np.abs(tau2 - found))) / np.sqrt(moving.sum())
     displaced = float(np.sqrt(np.median(v2[moving]) * max(found, 0.0)))
-    if found < SURE * error or displaced < ABOVE * encoder / np.sqrt(12.0):
+    small = found < (SMALL * float(np.median(np.diff(t)))) ** 2
+    if small or found < SURE * error or displaced < ABOVE * encoder / np.sqrt(12.0):
         return Timing(speed=float(np.sqrt(np.median(v2[moving]))))
     return Timing(float(np.sqrt(found)), displaced, speed=float(np.sqrt(np.median(v2[moving]))))
 
