@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import time
 from collections.abc import Iterator
@@ -72,6 +73,11 @@ def in_turn(items: list[pytest.Item], day: int) -> list[pytest.Item]:
     files: list[Path] = list(dict.fromkeys(item.path for item in late))
     turned = {path: (place - day) % len(files) for place, path in enumerate(files)}
     return [item for item in items if item not in late] + sorted(late, key=lambda item: turned[item.path])
+
+
+def pytest_collection_finish() -> None:
+    """Keep what is there from the collector of garbage: it would look at a million things again and again."""
+    gc.freeze()
 
 
 @pytest.hookimpl(tryfirst=True)

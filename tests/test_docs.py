@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[1]
 SHOWING = [page for page in examples.PAGES if examples.examples(page)]
 
 
-LONG = {"tutorial", "plan", "data-quality", "gallery", "target-linuxcnc", "target-sinumerik"}
+LONG = {"target-linuxcnc"}
 
 NEEDED = {"target-linuxcnc": ["linuxcnc", "halcompile"], "target-c": ["cc"], "target-fmi": ["cc"]}
 """What must be installed for a page's examples."""

@@ -4,7 +4,6 @@ import os
 import resource
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -242,7 +241,7 @@ def test_unreadable_folder(tmp_path, log):
 
 
 def command(*arguments):
-    return [sys.executable, "-m", "fric", "ingest", *map(str, arguments)]
+    return ["fric", "ingest", *map(str, arguments)]
 
 
 @pytest.fixture(scope="module")
@@ -257,14 +256,14 @@ def long_log(tmp_path_factory):
 
 
 @pytest.mark.parametrize("room", [2_000, 300_000])
-def test_full_disk(tmp_path, long_log, room):
+def test_full_disk(tmp_path, long_log, room, warm):
     """A limit on the size of files is to a process what a full disk is: a write that fails in the middle."""
     out = tmp_path / "out"
     out.mkdir()
     done = subprocess.run(
         command(long_log, "-o", out / "log.h5"),
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)),
-        capture_output=True, text=True, check=False, timeout=120,
+        env=warm, capture_output=True, text=True, check=False, timeout=120,
     )  # fmt: skip
     assert done.returncode == 1, done.stderr
     assert "cannot be written: File too large" in done.stderr
@@ -274,10 +273,10 @@ def test_full_disk(tmp_path, long_log, room):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("written", [0, 1, 1_000_000])
-def test_interrupt_in_the_middle(tmp_path, long_log, number, written):
+def test_interrupt_in_the_middle(tmp_path, long_log, number, written, warm):
     out = tmp_path / "out"
     out.mkdir()
-    running = subprocess.Popen(command(long_log, "-o", out / "log.h5"), stderr=subprocess.PIPE, text=True)
+    running = subprocess.Popen(command(long_log, "-o", out / "log.h5"), env=warm, stderr=subprocess.PIPE, text=True)
     try:
         deadline = time.monotonic() + 60
         while time.monotonic() < deadline and running.poll() is None:

@@ -1,20 +1,16 @@
 """Models compared on a reciprocating contact that was measured by others."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.command import fric
 
 ROOT = Path(__file__).parents[2]
 RECORD = ROOT / "../shared/data/tribometer/reciprocating-first-75s.txt"
 
 pytestmark = [pytest.mark.real, pytest.mark.skipif(not RECORD.exists(), reason="the tribometer record is not here")]
-
-
-def fric(*words):
-    return subprocess.run([sys.executable, "-m", "fric", *map(str, words)], check=True, capture_output=True, text=True)
 
 
 def test_slip_blocks_fitted_to_five_loops_hold_for_the_rest(tmp_path):

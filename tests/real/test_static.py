@@ -1,11 +1,11 @@
 """The static map of a real screw drive, and what a real ball screw's log is, from the command line."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.command import fric
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -18,16 +18,15 @@ pytestmark = [
 ]
 
 
-def fric(*words):
-    done = [sys.executable, "-m", "fric", *map(str, words), "--json"]
-    return json.loads(subprocess.run(done, check=True, capture_output=True, text=True, timeout=120).stdout)
+def told(*words):
+    return json.loads(fric(*words, "--json").stdout)
 
 
 @pytest.fixture(scope="module")
 def screwdrive(tmp_path_factory):
     log = tmp_path_factory.mktemp("screwdrive") / "log.h5"
     files = sorted((DATA / "screwdrive1/steady_state/0.096kg").glob("*.csv"))
-    assert len(fric("ingest", *files, "--map", ROOT / "configs/mappings/screwdrive1.yaml", "-o", log)["records"]) == 32
+    assert len(told("ingest", *files, "--map", ROOT / "configs/mappings/screwdrive1.yaml", "-o", log)["records"]) == 32
     return log
 
 
@@ -35,7 +34,7 @@ def screwdrive(tmp_path_factory):
     ("options", "rmse"), [(["--average", "median", "--weights", "equal"], 37.2e-6), ([], 40e-6)], ids=["equal", "error"]
 )
 def test_screwdrive_gives_its_known_map(screwdrive, tmp_path, options, rmse):
-    found = fric("identify", "static", screwdrive, "-o", tmp_path / "map.yaml", *options)
+    found = told("identify", "static", screwdrive, "-o", tmp_path / "map.yaml", *options)
     if options:
         assert {name: found["static"][name]["value"] for name in KNOWN} == pytest.approx(KNOWN, rel=0.01)
         assert found["fit"]["rmse"]["value"] == pytest.approx(rmse, abs=0.05e-6)
@@ -50,8 +49,8 @@ def test_screwdrive_gives_its_known_map(screwdrive, tmp_path, options, rmse):
 
 def test_emps_through_its_mapping_is_a_motion_with_seven_reversals(tmp_path):
     log = tmp_path / "log.h5"
-    fric("ingest", DATA / "emps/DATA_EMPS.mat", "--map", ROOT / "configs/mappings/emps.yaml", "-o", log)
-    (record,) = fric("inspect", log)["records"]
+    told("ingest", DATA / "emps/DATA_EMPS.mat", "--map", ROOT / "configs/mappings/emps.yaml", "-o", log)
+    (record,) = told("inspect", log)["records"]
     assert (record["kind"], record["stated"], record["samples"]) == ("motion", False, 24841)
     assert record["sampling"] == pytest.approx(1000, rel=1e-4)
     assert len(record["reversals"]) == 7

@@ -1,21 +1,17 @@
 """The EMPS benchmark in closed loop: no worse than published (Janot, Gautier, Brunot 2019)."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.command import fric
 
 ROOT = Path(__file__).parents[2]
 RECORD = ROOT / "../shared/data/emps/DATA_EMPS.mat"
 PUBLISHED = {"position": 0.01375e-2, "velocity": 0.229e-2, "acceleration": 8.60e-2, "force": 5.85e-2}
 
 pytestmark = [pytest.mark.real, pytest.mark.skipif(not RECORD.exists(), reason="the EMPS record is not here")]
-
-
-def fric(*words):
-    return subprocess.run([sys.executable, "-m", "fric", *map(str, words)], check=True, capture_output=True, text=True)
 
 
 @pytest.fixture(scope="module")
