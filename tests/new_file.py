@@ -3,7 +3,6 @@
 import os
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -18,12 +17,18 @@ def place(folder: Path, page: str, package: str, file: str, plugin: str) -> str:
     return text
 
 
-def python(folder: Path, *words: str) -> str:
-    """Run Python with the folder on its path; return what it printed."""
+def python(warm: dict[str, str], folder: Path, code: str, *words: str) -> str:
+    """Run code in a Python (of the fixture `warm`) with the folder on its path; return what it printed."""
     path = os.pathsep.join([str(folder), str(ROOT / "src"), str(ROOT)])
     done = subprocess.run(
-        [sys.executable, *words], cwd=ROOT, env=os.environ | {"PYTHONPATH": path, "COLUMNS": "200"},
+        ["python", "-c", code, *words], cwd=ROOT, env=warm | {"PYTHONPATH": path, "COLUMNS": "200"},
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
+
+
+def shared_tests(warm: dict[str, str], folder: Path, plugin: str, *words: str) -> str:
+    """Run tests of this suite with a plugin; return what pytest told."""
+    code = "import sys, pytest; sys.exit(pytest.main(sys.argv[1:]))"
+    return python(warm, folder, code, "-p", plugin, "-p", "no:xdist", *words)

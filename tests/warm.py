@@ -102,6 +102,7 @@ def serve(address: str) -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, limit)
     os.environ.clear()
     os.environ.update(environment)
+    sys.path[:0] = [folder, *environment.get("PYTHONPATH", "").split(os.pathsep)]
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         errors = "backslashreplace" if name == "stderr" else "strict"
         number = ("stdin", "stdout", "stderr").index(name)

@@ -10,22 +10,23 @@ import pytest
 from typer.testing import CliRunner
 
 import fric
+from fric.cli import main
 from fric.cli.main import app
 from fric.documents import bundled
 from fric.documents.yaml import read_document
 from fric.errors import FricError
+from fric.identify.gms import identify
 
 ROOT = Path(__file__).parents[2]
-FRIC = "import sys; sys.argv[0] = 'fric'; from fric.cli.main import main; main()"
 RUN = CliRunner()
 
 
 def run(*words, **given):
-    return subprocess.run([sys.executable, "-c", FRIC, *words], text=True, stderr=subprocess.PIPE, check=False, **given)
+    return subprocess.run(["fric", *words], text=True, stderr=subprocess.PIPE, check=False, **given)
 
 
-def completed(*words):
-    environment = os.environ | {
+def completed(warm, *words):
+    environment = warm | {
         "_FRIC_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(["fric", *words]), "COMP_CWORD": str(len(words)),
     }  # fmt: skip
     return run(stdout=subprocess.PIPE, env=environment, cwd=ROOT).stdout.split()
@@ -44,8 +45,8 @@ def completed(*words):
         (["simulate", "experiment", "no-such-machine", "--axis", ""], []),
     ],
 )  # fmt: skip
-def test_completion(words, found):
-    assert completed(*words) == found
+def test_completion(words, found, warm):
+    assert completed(warm, *words) == found
 
 
 def test_the_example_goes_where_it_is_told_and_is_whole(tmp_path):
@@ -77,14 +78,12 @@ def test_pages_are_listed_shown_and_guessed():
 
 
 @pytest.mark.parametrize("words", [["schema", "friction"], ["ingest", "--list"]])
-def test_a_full_standard_output_is_told_in_a_line(words):
+def test_a_full_standard_output_is_told_in_a_line(words, warm):
     with Path("/dev/full").open("w") as full:
-        done = run(*words, stdout=full)
+        done = run(*words, stdout=full, env=warm)
         assert done.returncode == 1
         assert done.stderr == "error: standard output cannot be written: No space left on device\n"
-        assert (
-            subprocess.run([sys.executable, "-c", FRIC, *words], stdout=full, stderr=full, check=False).returncode == 1
-        )
+        assert subprocess.run(["fric", *words], stdout=full, stderr=full, env=warm, check=False).returncode == 1
 
 
 @pytest.mark.parametrize(
@@ -110,23 +109,27 @@ def test_an_ending_that_means_another_format_is_refused_before_any_work(tmp_path
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("words", [
-    ["simulate", "circle", "xy-table", "--scheme", "f", "--monte-carlo", "4000", "--workers", "1"],
-    ["identify", "gms", str(ROOT / "data/presliding-sine.h5"), "--blocks", "6", "-o", "friction.yaml"],
-])  # fmt: skip
-def test_ctrl_c_ends_with_130(tmp_path, words):
-    code = FRIC.replace("main()", "print('on', flush=True); main()")
-    process = subprocess.Popen(
-        [sys.executable, "-c", code, *words], cwd=tmp_path, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
-    assert process.stdout.readline() == "on\n"
+def test_ctrl_c_ends_with_130(tmp_path, monkeypatch, capsys):
+    """The real signal through the real handler, in the middle of a fit: before its blocks are counted."""
+    begun = []
+
+    def interrupting(*_, **__):
+        begun.append(os.kill(os.getpid(), signal.SIGINT))
+        pytest.fail("it went on")
+
+    words = ["identify", "gms", ROOT / "data/presliding-sine.h5", "--blocks", "6", "-o", tmp_path / "friction.yaml"]
+    monkeypatch.setattr(sys, "argv", ["fric", *map(str, words)])
+    monkeypatch.setattr(identify, "_blocks", interrupting)
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        process.wait(2.5)  # it is at work
-    except subprocess.TimeoutExpired:
-        process.send_signal(signal.SIGINT)
-    _, told = process.communicate(timeout=60)
-    assert process.returncode == 130, told
-    assert "interrupted" in told
+        with pytest.raises(SystemExit) as ended:
+            main.main()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    assert begun == []  # the signal came within the call
+    assert ended.value.code == 130
+    assert "interrupted" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 

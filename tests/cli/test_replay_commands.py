@@ -102,9 +102,9 @@ def test_what_cannot_be_done_is_told(tmp_path, monkeypatch, words, told):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_process_ends_with_status_1_and_no_traceback(tmp_path):
+def test_a_process_ends_with_status_1_and_no_traceback(tmp_path, warm):
     words = ["identify", "lugre", LOOPS, "-o", tmp_path / "x.yaml", "--fix", "n=1"]
-    done = subprocess.run([sys.executable, "-m", "fric", *map(str, words)], check=False, capture_output=True, text=True)
+    done = subprocess.run(["fric", *map(str, words)], env=warm, check=False, capture_output=True, text=True)
     assert done.returncode == 1
     assert "no parameter 'n'" in done.stderr
     assert "Traceback" not in done.stderr

@@ -11,7 +11,7 @@ from fric.errors import FricError
 from fric.figures.views import views
 from tests.figures.cases import SUBJECTS
 from tests.figures.drawn import labels
-from tests.new_file import place, python
+from tests.new_file import place, python, shared_tests
 
 ROOT = Path(__file__).parents[2]
 FRIC = "import sys, new_figure_plugin; from fric.cli.main import main; sys.exit(main())"
@@ -53,17 +53,9 @@ def folder(tmp_path_factory):
     return folder
 
 
-def test_a_new_figure_is_drawn_by_the_command_and_held_by_the_shared_tests(folder):
-    words = [
-        "identify",
-        "static",
-        "data/constant-velocity.h5",
-        "-o",
-        str(folder / "map.yaml"),
-        "--plot",
-        f"residuals={folder / 'scores.png'}",
-    ]
-    assert "wrote" in python(folder, "-c", FRIC, *words)
+def test_a_new_figure_is_drawn_by_the_command_and_held_by_the_shared_tests(folder, warm):
+    words = ["identify", "static", "data/constant-velocity.h5", "-o", str(folder / "map.yaml")]
+    assert "wrote" in python(warm, folder, FRIC, *words, "--plot", f"residuals={folder / 'scores.png'}")
     assert (folder / "scores.png").read_bytes()[1:4] == b"PNG"
-    words = ["-m", "pytest", "-p", "new_figure_plugin", "-p", "no:xdist", "tests/figures/test_views.py"]
-    assert "1 passed" in python(folder, *words, "-k", "draws_what_it_is_of and static_fit")
+    words = ["tests/figures/test_views.py", "-k", "draws_what_it_is_of and static_fit"]
+    assert "1 passed" in shared_tests(warm, folder, "new_figure_plugin", *words)

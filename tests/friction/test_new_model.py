@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from fric.cli.identify.by_replay import models_in
-from tests.new_file import place, python
+from tests.new_file import place, python, shared_tests
 
 ROOT = Path(__file__).parents[2]
 FIT = """
@@ -37,14 +37,11 @@ def test_the_command_line_finds_it(folder):
     assert models_in(folder)["bouc_wen"].startswith("The Bouc-Wen model")
 
 
-@pytest.mark.long
-def test_it_passes_the_shared_tests_unasked(folder):
-    words = ["-m", "pytest", "-p", "new_model_plugin", "tests/friction", "-k", "bouc_wen", "-p", "no:xdist"]
-    told = python(folder, *words)
+def test_it_passes_the_shared_tests_unasked(folder, warm):
+    told = shared_tests(warm, folder, "new_model_plugin", "tests/friction", "-k", "bouc_wen")
     assert int(re.search(r"(\d+) passed", told)[1]) > 20
     assert "failed" not in told
 
 
-@pytest.mark.long
-def test_it_is_fitted_as_any_other(folder):
-    python(folder, "-c", FIT)
+def test_it_is_fitted_as_any_other(folder, warm):
+    python(warm, folder, FIT)

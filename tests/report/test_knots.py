@@ -6,7 +6,6 @@ import http.client
 import json
 import re
 import subprocess
-import sys
 from threading import Thread
 from typing import Any
 
@@ -78,12 +77,12 @@ def test_it_answers_this_computer_alone_behind_its_token_and_names_no_file(page:
 
 
 @pytest.mark.skipif(not (BROWSER and DRIVER), reason="there is no Chromium with its driver here")
-def test_a_knot_is_dragged_tried_and_saved_as_knots_would_be(tmp_path: Any) -> None:
+def test_a_knot_is_dragged_tried_and_saved_as_knots_would_be(tmp_path: Any, warm: dict[str, str]) -> None:
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    words = [sys.executable, "-m", "fric", "identify", "gms", str(LOG), "--no-refine", "-o"]
+    words = ["fric", "identify", "gms", str(LOG), "--no-refine", "-o"]
     command = subprocess.Popen(
         [*words, str(tmp_path / "by-hand.yaml"), "--interactive", "--knots", "0.9 um, 26 um, 80 um"],
-        stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        env=warm, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     driver = None
     try:
@@ -118,7 +117,9 @@ def test_a_knot_is_dragged_tried_and_saved_as_knots_would_be(tmp_path: Any) -> N
         if driver is not None:
             driver.quit()
     assert 26 < float(given.split(",")[1].split()[0]) < 60
-    subprocess.run([*words, str(tmp_path / "knots.yaml"), "--knots", given], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [*words, str(tmp_path / "knots.yaml"), "--knots", given], env=warm, check=True, stdout=subprocess.DEVNULL
+    )
     one, other = (read_tree(tmp_path / name) for name in ("by-hand.yaml", "knots.yaml"))
     for tree in (one, other):
         for name in ("created", "command"):
@@ -126,11 +127,11 @@ def test_a_knot_is_dragged_tried_and_saved_as_knots_would_be(tmp_path: Any) -> N
     assert one == other
 
 
-def test_ctrl_c_on_the_page_ends_with_130_and_writes_nothing(tmp_path: Any) -> None:
+def test_ctrl_c_on_the_page_ends_with_130_and_writes_nothing(tmp_path: Any, warm: dict[str, str]) -> None:
     import signal
 
-    words = ["-m", "fric", "identify", "gms", str(LOG), "-o", str(tmp_path / "a.yaml"), "--interactive"]
-    command = subprocess.Popen([sys.executable, *words], stderr=subprocess.PIPE, text=True)
+    words = ["fric", "identify", "gms", str(LOG), "-o", str(tmp_path / "a.yaml"), "--interactive"]
+    command = subprocess.Popen(words, env=warm, stderr=subprocess.PIPE, text=True)
     assert command.stderr is not None
     assert "move the knots at" in command.stderr.readline()
     command.send_signal(signal.SIGINT)
