@@ -17,8 +17,11 @@ from fric.errors import FricError
 from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.measured import AxisTrace, MeasuredCircle, measured_from_run
 from fric.identify.circle.tune import tune, tune_axis
-from fric.identify.circle.tune_fit import Balance, at
-from fric.identify.circle.voltage import voltage_record
+from fric.identify.circle.tune_fit import Balance, at, fit
+from fric.identify.circle.tune_identifiability import alike_warnings, groups_alike
+from fric.identify.circle.tune_instruments import instrumented
+from fric.identify.circle.tune_intervals import tuned_estimates
+from fric.identify.circle.voltage import refined, voltage_record
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.spread import draw_machine
 
@@ -184,6 +187,51 @@ def test_directions_with_own_levels_are_found(drawn):
     ratio = found.friction.negative.F_c / found.friction.model.static.F_c
     assert ratio == pytest.approx(0.93, abs=0.01)
     assert "direction" in {warning.code for warning in found.warnings}
+
+
+def test_friction_that_falls_while_a_circle_runs_is_told(tuned):
+    machine = fric.read_machine(ROOT / "configs/reality/drift.yaml")
+    tests = [measured_from_run(run_circle(machine, F, Circle(feed=feed), accuracy=1e-8)) for feed in (0.1, 0.01)]
+    told = [str(warning) for warning in tune(machine, tests).warnings if warning.code == "friction-drifts"]
+    # -15 % with 60 s, of which the circle at 10 mm/s takes 38: 7 %
+    assert len(told) == 1
+    assert "axis x: friction falls by " in told[0]
+    assert float(told[0].split("falls by ")[1].split("%")[0]) == pytest.approx(7, abs=1)
+    assert "friction-drifts" not in {warning.code for warning in tuned.warnings}
+
+
+def test_instruments_take_off_what_counts_pull_the_delay_by(drawn, circles):
+    """Of both axes of two machines, where least squares makes the delay longer on average."""
+    other = draw_machine(fric.read_machine(ROOT / "configs/xy-table.yaml"), 7, seed=21)[0]
+    tests = [measured_from_run(run_circle(other, F, Circle(feed=feed), accuracy=1e-8)) for feed in (0.1, 0.01)]
+    plain, moved = [], []
+    for machine, seen in ((drawn, circles), (other, tests)):
+        for name, axis in machine.axes.items():
+            records = tuple(voltage_record(test, name) for test in seen)
+            truth = Coordinates.of(axis.friction, axis.plant.T_d)
+            K_f, plant = axis.plant.K_f, (1 / axis.plant.B, axis.plant.A / axis.plant.B, 0.0)
+            finer = tuple(refined(one, axis.friction, axis.plant.T_d, plant, K_f) for one in records)
+            found = fit(Balance(finer, truth, K_f), [np.zeros(4)])
+            plain.append(found.x[truth.names.index("T_d")])
+            moved.append(instrumented(instrumented(found)).x[truth.names.index("T_d")])
+    assert abs(np.mean(moved)) < abs(np.mean(plain))
+
+
+def test_intervals_hold_the_truth_of_blocks_that_slip_alike(drawn, circles):
+    axis = drawn.axes["x"]
+    full = Coordinates.of(axis.friction, axis.plant.T_d).full()
+    records = tuple(voltage_record(test, "x") for test in circles)
+    found = fit(Balance(records, full, axis.plant.K_f), [np.zeros(len(full.names))])
+    assert [1, 2] in groups_alike(found)  # 27.5 and 25.9 µm
+    m, a = found.plant[:2]
+    plant = fric.Plant(A=float(a / m), B=float(1 / m), T_d=full.delay(found.x), K_f=axis.plant.K_f)
+    estimates = tuned_estimates(found, plant)
+    for key in ("alpha", "k"):
+        for n, (low, high) in enumerate(estimates.gms[key].ci95):
+            assert low <= getattr(axis.friction, key)[n] <= high
+            assert (high > 1.5 * low) == (n in (1, 2))
+    (told,) = alike_warnings(axis, found, estimates)
+    assert "2, 3 together have alpha = 0.39" in told
 
 
 def test_files_of_a_tuning_are_a_machine_again(drawn, tuned, tmp_path):

@@ -14,24 +14,24 @@ from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
 from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.next_circle import NextCircle, circles_ahead, measured_glitch, next_circles, worse_ahead
+from fric.identify.circle.tune_bootstrap import explained
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
-from fric.identify.circle.tune_identifiability import identifiability_warnings
+from fric.identify.circle.tune_identifiability import alike_warnings, identifiability_warnings
+from fric.identify.circle.tune_instruments import instrumented
 from fric.identify.circle.tune_intervals import TunedEstimates, tuned_estimates
-from fric.identify.circle.voltage import VoltageRecord, refined, voltage_record
+from fric.identify.circle.voltage import refined, voltage_record
 from fric.identify.records.flaws import clock_flaws
 from fric.identify.records.timing import timing
 from fric.notice import Notice
 from fric.simulate.machine import NominalFriction
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fric.friction import FrictionModel
     from fric.identify.circle.measured import MeasuredCircle
     from fric.simulate.machine import Axis, Machine
 
-SHAPE = 1.1
-"""Times the noise of the log that four parameters may leave; above it the full shape is fitted."""
+SHAPE = 1.3
+"""Times what noise and encoder explain that four parameters may leave; above it the full shape is fitted."""
 GAIN = 0.97
 """Share of what four parameters leave that the full shape must leave at most, to be believed."""
 
@@ -110,20 +110,20 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     starts = [start + np.array([0.0, np.log(stiffness), np.log(C), 0.0]) for stiffness, C in STARTS]
     found = fit(Balance(records, few, nominal.K_f), starts)
     done()
-    found, moved = _again(found, nominal.K_f)
+    found = _again(found, nominal.K_f)
     done()
     full = False
-    noise = found.noise()
-    if noise is None or found.rms > SHAPE * noise:
+    if found.rms > SHAPE * explained(found):
         for shape in (few.full(), None):
             richer = shape or found.balance.coordinates.sided()
             start = richer.moved(found.balance.coordinates, found.x)
             other = fit(replace(found.balance, coordinates=richer), [start], found.rms)
-            other, further = _again(other, nominal.K_f)
+            other = _again(other, nominal.K_f)
             compared = at(replace(found.balance, records=other.balance.records), found.x)
             if other.rms < GAIN * compared.rms:
-                moved = richer.moved(found.balance.coordinates, moved) + further
                 found, full = other, full or shape is not None
+    for _ in range(AGAIN if found.plant[0] > 0 else 0):
+        found = instrumented(found)
     done()
     coordinates = found.balance.coordinates
     friction, T_d = coordinates.belief(found.x), coordinates.delay(found.x)
@@ -133,7 +133,8 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     if not physical:
         return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
     plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)
-    estimates = tuned_estimates(found, plant, moved)
+    estimates = tuned_estimates(found, plant)
+    warnings += alike_warnings(axis, found, estimates)
     improves = found.rms < before.rms
     new = with_belief(axis, friction, plant) if improves else axis
     return TunedAxis(new, friction, plant, before, found, estimates, full, improves, tuple(warnings))
@@ -154,27 +155,30 @@ def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
     return replace(axis, nominal_friction=NominalFriction(models, 1.0, "auto"), nominal=plant, observer=observer)
 
 
-def _again(found: Fitted, K_f: float) -> tuple[Fitted, NDArray[np.float64]]:
-    """Return the fit along the motion that the fit itself tells more finely, and by how much its point moved at last.
+def _again(found: Fitted, K_f: float) -> Fitted:
+    """Return the fit along the motion that the fit itself tells more finely.
 
     Each time the delay's error falls to a fifth: it is repeated until it rests.
     """
-    moved = np.zeros(len(found.x))
     for _ in range(AGAIN):
-        coordinates = found.balance.coordinates
-        model, T_d = coordinates.belief(found.x), coordinates.delay(found.x)
-        m, a = (float(value) for value in found.plant[:2])
-        if not m > 0:
+        if not found.plant[0] > 0:
             break
-        records: tuple[VoltageRecord, ...] = tuple(
-            refined(record, model, T_d, (m, a, float(found.plant[2 + n])), K_f)
-            for n, record in enumerate(found.balance.records)
-        )
-        again = fit(replace(found.balance, records=records), [found.x], found.rms, 5)
-        found, moved = again, again.x - found.x
-        if np.abs(moved).max() < RESTS:
+        again = fit(_finer(found, K_f), [found.x], found.rms, 5)
+        moved, found = np.abs(again.x - found.x).max(), again
+        if moved < RESTS:
             break
-    return found, moved
+    return found
+
+
+def _finer(found: Fitted, K_f: float) -> Balance:
+    """Return the balance along the motion that a fit tells more finely."""
+    coordinates, (m, a) = found.balance.coordinates, (float(value) for value in found.plant[:2])
+    model, T_d = coordinates.belief(found.x), coordinates.delay(found.x)
+    records = tuple(
+        refined(record, model, T_d, (m, a, float(found.plant[2 + n])), K_f)
+        for n, record in enumerate(found.balance.records)
+    )
+    return replace(found.balance, records=records)
 
 
 @dataclass(frozen=True)

@@ -3,24 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.identify.circle.tune_fit import at
+from fric.identify.circle.tune_instruments import Instruments
+from fric.identify.circle.voltage import COMPARED
+from fric.identify.plant.covariance import hac_covariance
+from fric.identify.records.energy import CHANGES
 from fric.notice import Notice
 
 if TYPE_CHECKING:
     from fric.identify.circle.measured import MeasuredCircle
     from fric.identify.circle.tune_fit import Fitted
+    from fric.identify.circle.tune_intervals import TunedEstimates
     from fric.simulate.machine import Axis
 
 APART = 3.0
 """Ratio of the feeds of two circles from which they tell different things."""
 LATE = 0.25
 """Relative distance of the delay found from that believed, from which it is told."""
-ALIKE = 0.3
-"""Distance of two blocks' slip displacements, in the logarithm, below which they are not told apart."""
+ALIKE = 0.5
+"""Distance of two blocks' slip displacements, in the logarithm, below which they are not told apart: what is left has
+several least points there, whose alpha and k differ by up to 20 %."""
+REACH = 2.31
+"""Half-width of a 95 % interval in standard deviations that a bootstrap of eight draws tells (Student's t)."""
 MISFIT = 3.0
 """Times the noise that a result may leave."""
 
@@ -69,25 +78,13 @@ def identifiability_warnings(
             "not repeat: friction differs in shape from GMS (with position, direction or time), or the log has a flaw",
             "circle-misfit", "doubt",
         )  # fmt: skip
+    yield from _drifts(axis, found)
     side = found.balance.coordinates.sides(found.x)
     if "side" in found.balance.coordinates.names:
         yield Notice(
             f"axis {axis.name}: friction is {abs(side):.1%} higher in the {'positive' if side > 0 else 'negative'} "
             "direction of motion: each has its own map",
             "direction", "note",
-        )  # fmt: skip
-    model = found.balance.coordinates.friction(found.x)
-    slips = [alpha / k for alpha, k in zip(model.alpha, model.k, strict=True)]
-    alike = [
-        f"{i} and {j}"
-        for i, j in combinations(range(1, len(slips) + 1), 2)
-        if abs(np.log(slips[i - 1] / slips[j - 1])) < ALIKE
-    ]
-    if alike and any(name.startswith("alpha") for name in found.balance.coordinates.names):
-        yield Notice(
-            f"axis {axis.name}: blocks {', '.join(alike)} slip at about one displacement, and circles do not tell what "
-            "each of them has: alpha and k of both together hold, their own values and intervals do not",
-            "blocks-alike", "note",
         )  # fmt: skip
     bounds = np.minimum(6.0 * found.balance.coordinates.priors, 3.5)
     at_end = [
@@ -101,3 +98,87 @@ def identifiability_warnings(
             "off, or the circles do not tell it",
             "tuned-at-bound", "doubt",
         )  # fmt: skip
+
+
+def _drifts(axis: Axis, found: Fitted) -> Iterator[Notice]:
+    """Yield the circles in which the level of friction changes with time: by its line, the fit's parameters apart."""
+    instruments = Instruments.of(found)
+    level, start = instruments.J[:, found.balance.coordinates.names.index("level")], 0
+    for record, part in zip(found.balance.records, found.parts(), strict=True):
+        own = slice(start, start + len(part))
+        start += len(part)
+        time = record.time[record.used]
+        along = np.zeros(len(level))
+        along[own] = level[own] * (time - time.mean()) / np.ptp(time)
+        apart = along - instruments.J @ np.linalg.lstsq(instruments.J, along, rcond=1e-9)[0]
+        every = max(int(record.rate / (8 * COMPARED)), 1)
+        thin, rest = apart[own][::every, None], (instruments.weights * found.residual)[own][::every]
+        change = -float(apart @ (instruments.weights * found.residual) / (apart @ apart))
+        half = 2.0 * float(np.sqrt(hac_covariance(thin, rest)[0, 0]))
+        if abs(change) > max(half, CHANGES):
+            yield Notice(
+                f"axis {axis.name}: friction {'rises' if change > 0 else 'falls'} by {abs(change):.1%} (± {half:.1%}) "
+                f"over the circle at {record.feed * 1e3:g} mm/s: its mean is found, and a circle that begins colder or "
+                "warmer may be no better than before. Run the axis warm, and record again",
+                "friction-drifts", "doubt",
+            )  # fmt: skip
+
+
+def groups_alike(found: Fitted) -> list[list[int]]:
+    """Return the blocks that slip at about one displacement, group by group, counted from 0."""
+    if not any(name.startswith("alpha") for name in found.balance.coordinates.names):
+        return []
+    model = found.balance.coordinates.friction(found.x)
+    slips = np.log(np.array(model.alpha) / np.array(model.k))
+    groups: list[list[int]] = []
+    for n in map(int, np.argsort(slips)):
+        if groups and slips[n] - slips[groups[-1][-1]] < ALIKE:
+            groups[-1].append(n)
+        else:
+            groups.append([n])
+    return [sorted(group) for group in groups if len(group) > 1]
+
+
+def merged(found: Fitted) -> Fitted | None:
+    """Return a fit with what it leaves, and the derivatives where blocks that slip alike slip at one displacement.
+
+    There nothing tells one of them from the other, and neither does the fit: the distance that it found is the noise's.
+    None where no blocks slip alike.
+    """
+    groups = groups_alike(found)
+    if not groups:
+        return None
+    names, x = found.balance.coordinates.names, found.x.copy()
+    model = found.balance.coordinates.friction(found.x)
+    for group in groups:
+        slip = sum(model.alpha[n] for n in group) / sum(model.k[n] for n in group)
+        for n in group:
+            x[names.index(f"k_{n + 1}")] += np.log(model.alpha[n] / model.k[n] / slip)
+    return replace(at(found.balance, x), residual=found.residual)
+
+
+def alike_warnings(axis: Axis, found: Fitted, estimates: TunedEstimates) -> Iterator[Notice]:
+    """Yield which blocks slip alike, and what holds of all of them together."""
+    groups = groups_alike(found)
+    if not groups:
+        return
+    coordinates, covariance = found.balance.coordinates, estimates.coordinates
+    model = coordinates.friction(found.x)
+    together = []
+    for group in groups:
+        texts = []
+        for name, unit, values in (("alpha", "", model.alpha), ("k", " N/m", model.k)):
+            total, slope = sum(values[n] for n in group), np.zeros(len(coordinates.names))
+            for n in group:
+                slope[coordinates.names.index(f"{name}_{n + 1}")] = values[n] / total
+            if name == "alpha":  # shares of all
+                own = [coordinates.names.index(f"alpha_{n + 1}") for n in range(len(values))]
+                slope[own] -= np.array(values)
+            half = REACH * max(float(slope @ covariance @ slope), 0.0) ** 0.5
+            texts.append(f"{name} = {total:.4g} ({total * np.exp(-half):.4g} to {total * np.exp(half):.4g}){unit}")
+        together.append(f"{', '.join(str(n + 1) for n in group)} together have {' and '.join(texts)}")
+    yield Notice(
+        f"axis {axis.name}: blocks slip at about one displacement, and circles do not tell what each of them has: "
+        f"{'; '.join(together)}, each of them what its interval says",
+        "blocks-alike", "note",
+    )  # fmt: skip

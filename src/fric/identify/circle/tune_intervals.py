@@ -10,8 +10,11 @@ from scipy.special import stdtrit
 
 from fric.estimate import Covariance, Estimate, Interval
 from fric.identify.circle.belief import parameters
+from fric.identify.circle.tune_bootstrap import recorded_again
+from fric.identify.circle.tune_identifiability import merged
+from fric.identify.circle.tune_instruments import Instruments
 from fric.identify.circle.voltage import COMPARED
-from fric.identify.plant.covariance import hac_covariance
+from fric.identify.plant.covariance import score_covariance
 from fric.identify.records.resolution import lattice_step
 
 if TYPE_CHECKING:
@@ -21,11 +24,11 @@ if TYPE_CHECKING:
     from fric.identify.circle.tune_fit import Fitted
 
 STEP = 1e-4
-MISFIT = 2.5
-"""Times the standard errors of the noise: what the model of the motion is off by repeats, and is no noise. Set by how
-often the intervals held on machines of `configs/spread.yaml`."""
-SEEN = 0.12
-"""Share of an encoder's step to which the motion behind a reversal is known."""
+MISFIT = 1.3
+"""Times the standard errors of noise and encoder: no loop answers to the counts that are recorded again. Set by how often intervals held on machines of `configs/spread.yaml` and
+`configs/spread-shape.yaml` (seed 21)."""
+SEEN = 0.06
+"""Share of an encoder's step to which the slip of a block is known."""
 UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
 
 
@@ -52,8 +55,8 @@ class TunedEstimates:
     coordinates: NDArray[np.float64]
 
 
-def tuned_estimates(found: Fitted, plant: Plant, moved: NDArray[np.float64]) -> TunedEstimates:
-    """Return what was found with intervals: of the noise, however it hangs together, and of the motion's smoothing.
+def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
+    """Return what was found with intervals: of the noise, however it hangs together, and of what the encoder shows.
 
     Parameters
     ----------
@@ -61,21 +64,19 @@ def tuned_estimates(found: Fitted, plant: Plant, moved: NDArray[np.float64]) -> 
         The fit.
     plant
         The plant that it found.
-    moved
-        By how much the coordinates moved when the motion was told more finely, shape (p,): half of it is taken for
-        the standard deviation of what is still missing.
     """
-    covariance = MISFIT**2 * _covariance(found)
+    left = recorded_again(found)
+    covariance = _covariance(found, left)
     names = found.balance.coordinates.names
     p = len(names)
-    covariance[:p, :p] += np.outer(moved, moved) / 4.0 + np.diag(_of_the_encoder(found))
-    weakened = _of_the_counts(found)
-    covariance += np.outer(weakened, weakened)
-    freedom = max(len(found.residual) * 2 * COMPARED * _period(found) - len(found.x) - 2, 4.0)
-    reach = float(stdtrit(freedom, 0.975))
+    reach = float(stdtrit(len(left), 0.975))
     slope, labels = _logarithms(found)
     spread = slope @ covariance @ slope.T
-    half = reach * np.sqrt(np.maximum(np.diag(spread), 0.0))
+    # blocks that slip alike are told apart by nothing but where they were found: what tells of each where they do not
+    wide, at_one = spread, merged(found)
+    if at_one is not None:
+        wide = slope @ _covariance(at_one, left) @ slope.T
+    half = reach * np.sqrt(np.maximum(np.maximum(np.diag(spread), np.diag(wide)), 0.0))
     halves = dict(zip(labels, half, strict=True))
 
     def within(name: str, value: float) -> Interval:
@@ -132,6 +133,43 @@ def _scaled(one: Estimate, shift: float, wider: float) -> Estimate:
     return replace(one, value=value, ci95=(low * (1 - wider), high * (1 + wider)))
 
 
+def _covariance(about: Fitted, left: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return the covariance of coordinates and plant, shape (p + 2 + circles,) square.
+
+    Samples are thinned to four a period of the filter's corner: between them nothing new is told. Scores hang together
+    (Newey and West), and the priors are off by what they allow. To that comes what the encoder shows.
+
+    Parameters
+    ----------
+    about
+        The fit, or a point beside it, whose derivatives count.
+    left
+        What circles leave that are recorded again.
+    """
+    instruments = Instruments.of(about)
+    weighed = instruments.weights * about.residual
+    rows, residuals, lengths, start = [], [], [], 0
+    for record, part in zip(about.balance.records, about.parts(), strict=True):
+        every = max(int(record.rate / (8 * COMPARED)), 1)
+        chosen = slice(start, start + len(part), every)
+        # as many samples fewer weigh as much more
+        rows.append(np.sqrt(every) * instruments.Z[chosen])
+        residuals.append(np.sqrt(every) * weighed[chosen])
+        lengths.append(len(residuals[-1]))
+        start += len(part)
+    Z = np.vstack(rows)
+    scale = np.linalg.norm(Z, axis=0)
+    scale[scale == 0] = 1.0
+    scores = np.outer(scale, scale) * score_covariance(Z / scale, np.concatenate(residuals), lengths)
+    scores += np.diag(instruments.power * instruments.prior)
+    errors = np.array([instruments.error(one) for one in left])
+    noise = instruments.solved(instruments.solved(scores).T)
+    covariance = MISFIT**2 * (noise + errors.T @ errors / len(errors))
+    p = len(about.x)
+    covariance[:p, :p] += np.diag(_of_the_encoder(about))
+    return np.asarray(covariance)
+
+
 def _of_the_encoder(found: Fitted) -> NDArray[np.float64]:
     """Return variances of the stiffnesses' logarithms, shape (p,): a slip is as long as the encoder tells it."""
     coordinates = found.balance.coordinates
@@ -145,69 +183,6 @@ def _of_the_encoder(found: Fitted) -> NDArray[np.float64]:
         elif name.startswith("k_"):
             variances[n] = shares[int(name[2:]) - 1] ** 2
     return variances
-
-
-def _of_the_counts(found: Fitted) -> NDArray[np.float64]:
-    """Return by how much encoder counts, noise in z̈, weaken m and move all else, shape (p + 2 + circles,).
-
-    Least squares with a noise of variance σ² in the regressor of m is off by ``-(JᵀJ)⁻¹·n·σ²·m``. White counts of a
-    step q at a rate f_s give behind the filter of corner f_c ``σ² = q²/12·(2/f_s)·(2π)⁴·f_c⁵·∫x⁴/(1 + x⁴)²dx``, and the
-    integral is 0.2777.
-    """
-    J, p = found.gradient, len(found.x)
-    noise, start = 0.0, 0
-    rows = np.empty(len(J))
-    for record, part, weight in zip(found.balance.records, found.parts(), found.balance.weights, strict=True):
-        step = lattice_step(record.raw[2]) or 0.0
-        variance = step**2 / 12 * 2 * record.sampled * (2 * np.pi) ** 4 * COMPARED**5 * 0.2777
-        noise += weight**2 * len(part) * variance
-        rows[start : start + len(part)] = weight
-        start += len(part)
-    own = rows[:, None] * J
-    information = own.T @ own
-    information[:p, :p] += found.rms**2 * np.diag(1.0 / found.balance.coordinates.priors**2)
-    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    pull = np.zeros(len(information))
-    pull[p] = -noise * found.plant[0]
-    return np.asarray(np.linalg.pinv(information / np.outer(size, size)) @ (pull / size) / size)
-
-
-def _period(found: Fitted) -> float:
-    """Return the mean time between samples [s]."""
-    return float(np.mean([1.0 / record.rate for record in found.balance.records]))
-
-
-def _covariance(found: Fitted) -> NDArray[np.float64]:
-    """Return the covariance of coordinates and plant, shape (p + 2 + circles,) square.
-
-    Samples are thinned to four a period of the filter's corner: between them nothing new is told. Scores hang together
-    (Newey and West), and the priors count as what they are.
-    """
-    weights = found.balance.weights
-    rows, residuals, lengths = [], [], []
-    start = 0
-    for record, part, weight in zip(found.balance.records, found.parts(), weights, strict=True):
-        every = max(int(record.rate / (8 * COMPARED)), 1)
-        chosen = slice(start, start + len(part), every)
-        # as many samples fewer weigh as much more
-        rows.append(weight * np.sqrt(every) * found.gradient[chosen])
-        residuals.append(weight * np.sqrt(every) * found.residual[chosen])
-        lengths.append(len(residuals[-1]))
-        start += len(part)
-    J, r = np.vstack(rows), np.concatenate(residuals)
-    p = len(found.x)
-    scale = np.linalg.norm(J, axis=0)
-    scale[scale == 0] = 1.0
-    plain = hac_covariance(J / scale, r, lengths) / np.outer(scale, scale)
-    # with the prior: (C⁻¹ + P)⁻¹ on the coordinates
-    prior = np.zeros(len(plain))
-    prior[:p] = 1.0 / found.balance.coordinates.priors**2
-    plain = plain + 1e-14 * np.diag(np.diag(plain))
-    root = np.sqrt(np.diag(plain))
-    information = np.linalg.pinv(plain / np.outer(root, root)) / np.outer(root, root)
-    total = information + np.diag(prior)
-    size = np.sqrt(np.diag(total))
-    return np.asarray(np.linalg.pinv(total / np.outer(size, size)) / np.outer(size, size))
 
 
 def _logarithms(found: Fitted) -> tuple[NDArray[np.float64], list[str]]:

@@ -31,10 +31,19 @@ def hac_covariance(
     lengths
         Rows of each record, in order, where several are stacked: nothing is shared between records.
     """
-    n, p = regressors.shape
     # Orthonormal regressors: the scores are then of one size, and the inverse is that of R alone.
     q, r = np.linalg.qr(regressors)
-    scores = q * residual[:, None]
+    back = np.linalg.inv(r)
+    covariance: NDArray[np.float64] = back @ score_covariance(q, residual, lengths) @ back.T
+    return covariance
+
+
+def score_covariance(
+    regressors: NDArray[np.float64], residual: NDArray[np.float64], lengths: Sequence[int] | None = None
+) -> NDArray[np.float64]:
+    """Return the long-run covariance (p, p) of the sum of the scores ``x_i·e_i``; arguments as `hac_covariance`."""
+    n, p = regressors.shape
+    scores = regressors * residual[:, None]
     ends = np.cumsum(lengths if lengths is not None else [n])
     parts = np.split(scores, ends[:-1])
     rho = np.clip([_autoregression([part[:, j] for part in parts]) for j in range(p)], -0.97, 0.97)
@@ -47,10 +56,7 @@ def hac_covariance(
         for lag in range(1, min(int(bandwidth), len(part) - 1) + 1):
             cross = (1 - lag / (bandwidth + 1)) * part[lag:].T @ part[:-lag]
             middle += cross + cross.T
-    middle /= np.outer(1 - rho, 1 - rho)
-    back = np.linalg.inv(r)
-    covariance: NDArray[np.float64] = back @ middle @ back.T * n / (n - p)
-    return covariance
+    return np.asarray(middle / np.outer(1 - rho, 1 - rho) * n / (n - p))
 
 
 def _autoregression(parts: Sequence[NDArray[np.float64]]) -> float:
