@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 STEP = 1e-4
 MISFIT = 1.3
 """Times the standard errors of noise and encoder: no loop answers to the counts that are recorded again. Set by how
-often intervals held on machines of `configs/spread.yaml` and `configs/spread-shape.yaml` (seed 21), and in poor logs."""
+often intervals held on machines of `configs/spread.yaml` and `configs/spread-shape.yaml`, and in poor logs."""
 SEEN = 0.06
 """Share of an encoder's step to which the slip of a block is known."""
 UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
