@@ -37,6 +37,21 @@ def test_what_cannot_run_is_left_out_and_said():
     assert any("could not run on 1 of 2 circles" in text for text in over.warnings)
 
 
+def test_what_is_done_when_it_is_interrupted_is_kept(found):
+    asked = iter([False, True])
+    part = fric.circle_map(
+        "xy-table", "a,c", feeds=FEEDS, radii=RADII, workers=1, interrupted=lambda: next(asked)
+    )  # fmt: skip
+    assert part.cut_short
+    assert np.isfinite(part.found.glitches[:, 0]).all()
+    assert np.isnan(part.found.glitches[:, 1]).all()
+    np.testing.assert_array_equal(part.found.of("c")[0], found.found.of("c")[0])
+    assert "interrupted: 2 of 4 circles were run, the others are empty" in part.warnings
+    assert part.document["schemes"]["c"]["glitch"][1] == [None, None]
+    part.report()
+    part.figure()
+
+
 def test_the_document_is_typed_and_tells_what_blocks_gain(found):
     tree = found.document
     read = document_types()["circle-map"].model_validate(json.loads(json.dumps(tree)))

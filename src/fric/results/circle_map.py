@@ -37,16 +37,26 @@ class CircleMapResult(Result):
     ----------
     found
         What was found.
+    done
+        Circles that were run: the first ones, where it was interrupted.
     """
 
     found: CircleMap
+    done: int
+
+    @property
+    def cut_short(self) -> bool:
+        """Whether fewer circles were run than were asked for."""
+        return self.done < len(self.found.cells)
 
     @property
     def warnings(self) -> Sequence[str]:
         """What the machine's files warn of, and where schemes could not run."""
-        told = []
+        told: list[str] = []
+        if self.cut_short:
+            told.append(f"interrupted: {self.done} of {len(self.found.cells)} circles were run, the others are empty")
         for scheme in self.found.grid.schemes:
-            failed = [cell for cell in self.found.cells if scheme.name in cell.failures]
+            failed = [cell for cell in self.found.cells[: self.done] if scheme.name in cell.failures]
             if failed:
                 why = failed[0].failures[scheme.name]
                 of = f"{len(failed)} of {len(self.found.cells)} circles"
@@ -149,7 +159,7 @@ def circle_map(
     Raises
     ------
     FricError
-        When the machine has no two axes for a circle, or it was interrupted.
+        When the machine has no two axes for a circle, or no circle was done.
     """
     subject = machine_of("circle_map", machine)
     pair(subject)
@@ -164,5 +174,9 @@ def circle_map(
             cells.append(cell)
             advance()
             if interrupted():
-                raise FricError("interrupted before all circles were run", hint="Nothing was written.")
-    return CircleMapResult(CircleMap(grid, cells))
+                break
+    if not cells:
+        raise FricError("no circle was done", hint="Nothing was written.")
+    done = len(cells)
+    cells += [grid.not_run(n) for n in range(done, len(grid))]
+    return CircleMapResult(CircleMap(grid, cells), done)

@@ -57,6 +57,10 @@ class Grid:
         row, column = divmod(index, len(self.feeds))
         return Circle(self.radii[row], self.feeds[column], revolutions=1)
 
+    def not_run(self, index: int) -> Cell:
+        """Return the cell of a circle that was never begun."""
+        return Cell(self.circle(index), np.full(len(self.schemes), np.nan), {})
+
     def __call__(self, index: int) -> Cell:
         """Run all schemes on one circle; one that cannot run leaves no glitch, and says why."""
         circle, glitches, why = self.circle(index), np.full(len(self.schemes), np.nan), {}

@@ -46,7 +46,7 @@ def circle_map(
 ) -> None:
     """Run circles of many feeds and radii: where GMS beats the static map, by how much, where the observer spoils."""
     with interruption() as interrupted:
-        finish(
+        made = finish(
             lambda advance: fric.circle_map(
                 fric.read_machine(machine, nominal_files=friction or (), gain=gain, lead=lead_given(lead)),
                 scheme, feeds=feeds, radii=radii, points=points, known=schemes, accuracy=accuracy, workers=workers,
@@ -54,3 +54,5 @@ def circle_map(
             ),
             output, plot, json=json, force=force, doing="circles",
         )  # fmt: skip
+    if made.cut_short:
+        raise typer.Exit(interrupted.status)
