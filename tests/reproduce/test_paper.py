@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import html
 import os
 import re
 from pathlib import Path
@@ -111,8 +112,13 @@ def test_a_second_run_makes_nothing_and_the_page_is_whole(paper):
     assert done.made in {0, done.steps}  # here, or all of them by another worker
     assert reproduce_paper(folder).made == 0
     page = done.page.read_text()
-    assert not re.search(r"""(?:src|href)=["']https?:""", page)
-    assert page.count("data:image/png;base64,") == 2 + 2 * 4
+    shown = re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
+    assert not re.search(r"""(?:src|href)=["']https?:""", shown)
+    assert shown.count("data:image/png;base64,") == 2 + 2 * 4
+    decision, circles = page.index('id="advice"'), page.index('id="feed-1"')
+    assert decision < page.index("At the reversal of axis x") < circles
+    assert page.count("Switch on (f)") >= 2
+    assert '--velocity "10 mm/s"' in html.unescape(page)
     for name in TABLE_2:
         glitch = _glitches(done, 0.1)[name]
         assert f"<strong>{glitch:.1f}</strong>" in page

@@ -5,7 +5,7 @@ from __future__ import annotations
 from base64 import b64encode
 from functools import cache
 from math import isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bokeh.embed import json_item
 from bokeh.resources import Resources
@@ -15,7 +15,7 @@ from markupsafe import Markup
 import fric
 from fric.io.report import REPORT_MARK
 from fric.report.collect import as_data
-from fric.report.view import view
+from fric.report.view import View, view
 from fric.units import readable, significant
 
 if TYPE_CHECKING:
@@ -83,20 +83,24 @@ def render_report(inputs: ReportInput, title: str = "") -> str:
     title
         Heading of the page; by the machine and its axes where not given.
     """
-    seen = view(inputs)
-    figures = {drawn.id: json_item(drawn.model) for drawn in seen.figures()}
+    return render_view(view(inputs), inputs, title or _title(inputs))
+
+
+def render_view(seen: View, inputs: ReportInput, title: str, template: str = "report.html.j2", **more: Any) -> str:
+    """Return what a page tells by the report's template, or by one that extends it and takes more."""
     return (
         environment()
-        .get_template("report.html.j2")
+        .get_template(template)
         .render(
             view=seen,
             maps=inputs.maps,
-            title=title or _title(inputs),
+            title=title,
             bokeh=Markup("\n".join(library().js_raw)),
-            figures=figures,
+            figures={drawn.id: json_item(drawn.model) for drawn in seen.figures()},
             settings={drawn.id: dict(drawn.settings) for drawn in seen.figures() if drawn.settings},
             data=as_data(inputs),
             mark=Markup(REPORT_MARK),
+            **more,
         )
     )
 

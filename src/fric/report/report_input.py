@@ -14,6 +14,7 @@ from fric.documents.circle_map import CircleMapDocument
 from fric.documents.friction import FrictionDocument
 from fric.notice import Notice
 from fric.results.verdict import evidence_of, machine_name
+from fric.units import readable
 from fric.verdict.decide import decide
 from fric.verdict.evidence import Candidate, Verdict
 
@@ -230,6 +231,10 @@ class ReportInput:
         """Return what to switch on, by one test and all measured circles."""
         held = [one for one in self.circles if one.result.held is not None]
         more = {"machine": machine_name(self.machine)} if self.machine else {}
+        file = self.machine or str(test.provenance.get("origin", {}).get("path", ""))
+        if test.radius and file and not str(test.provenance.get("command", "")).startswith("fric simulate "):
+            circle = f'--radius "{readable(test.radius, "m")}" --velocity "{readable(test.feed, "m/s")}"'
+            more["command"] = f"fric simulate circle {machine_name(file)} {circle} -o run.h5"
         given = evidence_of(
             test.provenance, test.contours, test.prediction, compared=bool(held), tolerance=self.tolerance,
             disagreements=[text for one in held for text in one.disagreements()],

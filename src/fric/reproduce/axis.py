@@ -42,6 +42,11 @@ class AxisFiles:
         """Return the log of one kind of experiment."""
         return self.folder / f"{kind}.h5"
 
+    @property
+    def learned(self) -> tuple[Path, ...]:
+        """Return the documents that were identified and designed."""
+        return self.plant, self.controller, self.observer, self.friction
+
     def __getattr__(self, name: str) -> Path:
         endings = {
             "plant": "yaml", "static": "yaml", "friction": "yaml", "controller": "yaml", "observer": "yaml",

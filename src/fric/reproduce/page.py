@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fric.documents.controller import ControllerDocument
@@ -11,10 +11,11 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.machine import MachineDocument
 from fric.documents.observer import ObserverDocument
 from fric.documents.plant import PlantDocument
-from fric.documents.provenance import provenance
 from fric.documents.yaml import read_document
 from fric.output import staged
-from fric.report.page import environment
+from fric.report.collect import collect
+from fric.report.page import render_view
+from fric.report.view import view
 from fric.reproduce.axis import AxisFiles
 from fric.reproduce.compare import (
     Row,
@@ -36,7 +37,6 @@ class AxisPage:
     name: str
     tables: Mapping[str, Sequence[Row]]
     figures: Mapping[str, bytes]
-    warnings: Sequence[str]
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,13 @@ class CirclePage:
 
 
 def write_page(
-    page: Path, machine: Path, files: Mapping[str, AxisFiles], runs: Mapping[float, tuple[list[CircleRun], Path]]
+    page: Path,
+    machine: Path,
+    files: Mapping[str, AxisFiles],
+    runs: Mapping[float, tuple[list[CircleRun], Path]],
+    run_files: Sequence[Path],
 ) -> None:
-    """Write the page of a reproduction: self-contained, opens from disk.
+    """Write the page of a reproduction: the report of what was learned and run, and the paper beside it.
 
     Parameters
     ----------
@@ -64,6 +68,8 @@ def write_page(
         What is known of each axis.
     runs
         Runs and figure of the circles, by feed [m/s].
+    run_files
+        The files of these runs.
     """
     document = read_document(machine, MachineDocument)
     subject = document.machine()
@@ -71,17 +77,12 @@ def write_page(
     for feed, (found, figure) in runs.items():
         rows = scheme_rows(found, subject.published_glitches(found[0].circle.radius, feed))
         circles.append(CirclePage(feed, rows, largest_difference(rows), figure.read_bytes()))
-    text = (
-        environment()
-        .get_template("reproduce.html.j2")
-        .render(
-            machine=subject,
-            published=bool(subject.published),
-            axes=[_axis(name, one, document, bool(subject.published)) for name, one in files.items()],
-            circles=circles,
-            provenance=provenance(),
-        )
-    )
+    inputs = collect([*(path for one in files.values() for path in one.learned), *run_files])
+    text = render_view(
+        replace(view(inputs), axes=()), inputs, f"{subject.name}: the paper from end to end", "reproduce.html.j2",
+        published=bool(subject.published), circles=circles,
+        axes=[_axis(name, one, document, bool(subject.published)) for name, one in files.items()],
+    )  # fmt: skip
     with staged(page, force=True) as draft:
         draft.write_text(text, encoding="utf-8")
 
@@ -103,5 +104,4 @@ def _axis(name: str, files: AxisFiles, document: MachineDocument, published: boo
         "Fig. 7 – how far the Q-filter may reach": files.fig_7.read_bytes(),
         "The plant's frequency response": files.fig_plant.read_bytes(),
     }
-    words = [text for one in (plant, friction, observer) for text in one.warnings]
-    return AxisPage(name, tables, figures, list(dict.fromkeys(words)))
+    return AxisPage(name, tables, figures)

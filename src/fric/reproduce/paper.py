@@ -28,6 +28,7 @@ from fric.results.base import Result
 from fric.results.circle import CircleResult
 from fric.results.given import Advance, silent
 from fric.results.text import Piece
+from fric.results.verdict import facts
 from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
@@ -135,7 +136,7 @@ def reproduce_paper(
         made += ran
         advance()
     files = {name: AxisFiles(folder / name) for name in names}
-    learned = [path for one in files.values() for path in (one.plant, one.controller, one.observer, one.friction)]
+    learned = [path for one in files.values() for path in one.learned]
     identified = folder / "machine.yaml"
     make = partial(_identified_machine, machine, files, identified)
     ran = shop.step("machine", make, reads=[machine, *learned], leaves=[identified])
@@ -157,7 +158,8 @@ def reproduce_paper(
     figures = [path for one in files.values() for path in (one.fig_plant, one.fig_2, one.fig_4_5, one.fig_7)]
     reads = [machine, *learned, *figures, *(path for feed in FEEDS for path in circle_files(folder, feed))]
     shown = {feed: (found, circle_files(folder, feed)[1]) for feed, found in runs.items()}
-    ran = shop.step("page", lambda: write_page(page, machine, files, shown), reads=reads, leaves=[page])
+    run_files = [circle_files(folder, feed)[0] for feed in FEEDS]
+    ran = shop.step("page", lambda: write_page(page, machine, files, shown, run_files), reads=reads, leaves=[page])
     made += ran
     advance()
     return Reproduction(subject, page, runs, reproduction_steps(len(names)), made)
@@ -203,5 +205,5 @@ def _circle(machine: Path, feed: float, run_file: Path, figure: Path) -> None:
     runs = [run_circle(subject, scheme, test) for scheme in choose_schemes("all")]
     if not runs:
         raise FricError("there is no scheme to run")
-    write_runs(run_file, runs, json.dumps(provenance()), most_samples=MOST_SAMPLES, force=True)
+    write_runs(run_file, runs, json.dumps(facts(subject, runs)), most_samples=MOST_SAMPLES, force=True)
     save_figure(polar_figure(runs), figure, force=True)

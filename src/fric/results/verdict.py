@@ -70,12 +70,11 @@ def evidence_of(
         axes=tuple(map(str, made.get("axes", ()))),
         resolution=float(made.get("resolution", 0.0)),
         exact=bool(made.get("exact", False)),
-        command=str(made.get("command", "")),
         compared=compared,
         disagreements=disagreements,
         distrust=distrust,
         notices=notices,
-        **{"machine": machine_name(file) if file else "MACHINE.yaml"} | more,
+        **{"machine": machine_name(file) if file else "MACHINE.yaml", "command": str(made.get("command", ""))} | more,
     )
 
 
