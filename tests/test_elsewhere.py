@@ -10,11 +10,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 HIDDEN = """
-import multiprocessing, os, sys
+import importlib, multiprocessing, os, pkgutil, sys
 
-# what others import of these on this system is theirs to know
-import distributed, h5py, matplotlib.figure, nlopt, numba, pandas, scipy.signal, bokeh.embed  # noqa
-import importlib, pkgutil
+import {others}  # what others import of these on this system is theirs to know
 
 for name in ("resource", "fcntl", "pwd", "grp", "termios", "multiprocessing.forkserver"):
     sys.modules[name] = None
@@ -25,8 +23,8 @@ multiprocessing.get_all_start_methods = lambda: ["spawn"]
 """
 
 
-def run(code: str, folder: Path) -> str:
-    (folder / "script.py").write_text(HIDDEN + code, encoding="utf-8")
+def run(code: str, folder: Path, others: str) -> str:
+    (folder / "script.py").write_text(HIDDEN.replace("{others}", others) + code, encoding="utf-8")
     path = f"{ROOT / 'src'}{os.pathsep}{ROOT}"
     environment = os.environ | {"PYTHONPATH": path}
     words = [sys.executable, "script.py"]
@@ -45,6 +43,7 @@ for name in found:
 print(len(found))
 """,
         tmp_path,
+        "distributed, h5py, matplotlib.figure, nlopt, numba, pandas, scipy.signal, bokeh.embed",
     )
     assert int(said) > 150
 
@@ -60,5 +59,6 @@ if __name__ == "__main__":
     print(len(one.many))
 """,
         tmp_path,
+        "numba",
     )
     assert said == "2\n"

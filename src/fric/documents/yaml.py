@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping, Sequence
-from functools import cache
+from copy import deepcopy
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -44,7 +45,7 @@ def read_document(path: Path, model: type[D]) -> D:
         When the file cannot be read, is no YAML, is of another type, or a value does not fit: with its line.
     """
     path = located(Path(path), model.type)
-    tree = read_tree(path)
+    tree = _read(path)
     if not isinstance(tree, CommentedMap):
         raise FricError("is no YAML document", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
     found = tree.get("fric")
@@ -62,10 +63,21 @@ def read_document(path: Path, model: type[D]) -> D:
 
 def read_tree(path: Path) -> Any:
     """Read a YAML file as it stands, with line numbers kept."""
+    return deepcopy(_read(path))
+
+
+@lru_cache(maxsize=64)
+def _tree(text: str) -> Any:
+    """Return what a YAML text says; a machine with its parts is read many times, and the parser is slow."""
+    return _yaml().load(text)
+
+
+def _read(path: Path) -> Any:
+    """Read a YAML file; what comes is not to be changed."""
     path = regular(Path(path), MOST_BYTES)
     try:
         with foreign(path, "Mend it, or make it again."):
-            return _yaml().load(path.read_text(encoding="utf-8"))
+            return _tree(path.read_text(encoding="utf-8"))
     except FricError as error:
         cause = error.__context__
         if isinstance(cause, UnicodeDecodeError):
