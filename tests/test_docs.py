@@ -29,7 +29,7 @@ NEEDED = {"target-linuxcnc": ["linuxcnc", "halcompile"], "target-c": ["cc"], "ta
 
 
 def _marked(page: Path) -> object:
-    return pytest.param(page, marks=pytest.mark.long) if page.stem in LONG else page
+    return pytest.param(page, marks=pytest.mark.long(400)) if page.stem in LONG else page
 
 
 def _commands(group: Any, path: tuple[str, ...] = ("fric",)) -> Iterator[tuple[tuple[str, ...], str]]:

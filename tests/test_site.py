@@ -79,7 +79,7 @@ def test_the_search_works_from_a_file(site, tmp_path):
         page.get((site / "api.html").as_uri())
         page.execute_script("document.querySelector('[data-md-toggle=search]').click()")
         page.find_element("css selector", "input.md-search__input").send_keys("with_belief")
-        page.set_script_timeout(30)
+        page.set_script_timeout(600)
         found = page.execute_async_script(
             "const done = arguments[0]; const wait = () => { const hits = [...document.querySelectorAll("
             "'.md-search-result__item')].map((hit) => hit.textContent); "

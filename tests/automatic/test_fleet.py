@@ -104,7 +104,7 @@ def test_what_has_no_limit_tells_of_no_change() -> None:
     assert probability(Change("v_s", "m/s", 1.0, 1.0, (0.5, 1.5), (0.5, 1.5)), 10) == pytest.approx(1.0)
 
 
-@pytest.mark.long
+@pytest.mark.long(40)
 def test_the_same_digits_in_two_processes_and_on_a_dask_cluster(logs: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     alone = fric.auto(logs, output=tmp_path / "alone", workers=1, run=run_here)

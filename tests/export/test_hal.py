@@ -66,7 +66,7 @@ def _run(rows: np.ndarray, folder: Path, parts: dict[str, Part], sampled: list[t
     for one in [folder, *folder.iterdir()]:
         os.chown(one, NOBODY, NOBODY)
     words = apart(folder, folder, "env", "HOME=/mnt", "halrun", "-f", "run.hal")
-    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(words, capture_output=True, text=True, timeout=600)
     trace = folder / "trace.txt"
     assert trace.exists(), done.stderr[-400:]
     return np.loadtxt(trace)

@@ -95,9 +95,9 @@ def test_what_is_declared_and_not_stored_is_refused_at_once(log):
         for name in ("time", "position", "force"):
             del file[f"records/a/{name}"]
             file["records/a"].create_dataset(name, (100_000_000,), "f8", chunks=(1_000_000,)).attrs["unit"] = "s"
-    start = time.monotonic()
+    start = time.process_time()
     refused(log, "declares 800 MB and stores 0 MB")
-    assert time.monotonic() - start < 5
+    assert time.process_time() - start < 5
 
 
 @pytest.mark.parametrize(
@@ -152,10 +152,10 @@ def test_references_in_a_circle_end(tmp_path):
 
 @pytest.mark.parametrize("unit", ["9**9**9**9 m", "m**(9**9**9)", "m^9^9^9", "m" * 5000, "(" * 3000, "m**99999999999"])
 def test_units_that_would_be_worked_out_for_years(unit):
-    start = time.monotonic()
+    start = time.process_time()
     with pytest.raises(FricError, match="not a unit"):
         factor(unit, "position")
-    assert time.monotonic() - start < 2
+    assert time.process_time() - start < 2
     for known, kind in (("m/s^2", "acceleration"), ("m/s**2", "acceleration"), ("N*s*m**-1", "viscous")):
         assert factor(known, kind) == 1
 
@@ -191,10 +191,10 @@ def bomb(depth: int) -> str:
 def test_yaml_that_is_made_to_hurt(tmp_path, text, match):
     path = tmp_path / "plant.yaml"
     path.write_text(text)
-    start = time.monotonic()
+    start = time.process_time()
     with pytest.raises(FricError, match=match) as caught:
         read_document(path, PlantDocument)
-    assert time.monotonic() - start < 20
+    assert time.process_time() - start < 20
     assert len(str(caught.value).splitlines()) <= 2
     assert all(one.isprintable() or one == "\n" for one in str(caught.value))
 
@@ -233,10 +233,10 @@ def test_names_are_taken_apart_without_backtracking():
 
     fields = mapping("{axis}_{speed}mmps-{run}").fields({"stem": "x_20mmps-3-b"}, "here")
     assert (fields["axis"], fields["speed"], fields["run"]) == ("x", "20", "3-b")
-    start = time.monotonic()
+    start = time.process_time()
     with pytest.raises(FricError, match="is not made like"):
         mapping("".join(f"{{f{n}}}a" for n in range(12)) + "b").fields({"stem": "a" * 250}, "here")
-    assert time.monotonic() - start < 5
+    assert time.process_time() - start < 5
 
 
 def test_messages_are_two_short_lines_whatever_the_file_says():

@@ -47,7 +47,7 @@ def test_known_faults_are_found(both):
         assert sum(one[name] for one in found) >= 4, name
 
 
-@pytest.mark.long
+@pytest.mark.long(110)
 def test_known_faults_are_found_in_93_percent_of_200_seeds():
     found = [held(seed, both=seed % 2 == 0) for seed in range(200)]
     for name in found[0]:

@@ -35,7 +35,7 @@ def noisy(kind, seed):
     return made
 
 
-@pytest.mark.long
+@pytest.mark.long(50)
 def test_every_seed_is_within_one_newton_and_three_blocks():
     errors = []
     for seed in range(20):
@@ -46,7 +46,7 @@ def test_every_seed_is_within_one_newton_and_three_blocks():
     assert max(errors) < 1.0
 
 
-@pytest.mark.long
+@pytest.mark.long(10)
 def test_C_within_a_fifth_and_covered():
     logs = [*noisy("presliding-sine", 0), *noisy("sliding-sine", 0)]
     fit = identify_gms(logs, static=PAPER, plant=axis().plant)
@@ -55,7 +55,7 @@ def test_C_within_a_fifth_and_covered():
     assert float(fit.C) == pytest.approx(TABLE_1.C, rel=0.2)
 
 
-@pytest.mark.long
+@pytest.mark.long(10)
 def test_noise_free_and_unquantised_the_virgin_curve_is_exact_to_a_thousandth():
     ideal = replace(axis(), encoder=Encoder(0.0), force_noise=0.0)
     fit = identify_gms(list(experiment(ideal, "presliding-sine")), static=PAPER, plant=ideal.plant)
@@ -64,7 +64,7 @@ def test_noise_free_and_unquantised_the_virgin_curve_is_exact_to_a_thousandth():
     assert rms_error(fit.model) < 1e-3 * PAPER.F_s
 
 
-@pytest.mark.long
+@pytest.mark.long(60)
 def test_fewer_blocks_than_the_machine_has_hold_their_own_mean_and_the_curve_is_in_its_band():
     """Ten blocks in closed loop: alpha and k held their own mean in 37 to 47 %, the curve its band in 21 %."""
     slip, share = np.geomspace(0.6e-6, 85e-6, 10), np.array([20, 16, 13, 11, 10, 9, 8, 6, 4, 3]) / 100

@@ -60,7 +60,7 @@ THREE_RUNS = 2.0
 SUBJECTS = [("xy-table", "x", None), ("xy-table", "y", None), ("virtual-rig", "x", None), ("xy-table", "x", 3)]
 
 
-@pytest.mark.long
+@pytest.mark.long(60)
 @pytest.mark.parametrize(("name", "axis", "draw"), SUBJECTS)
 def test_half_widths_are_as_expected(name: str, axis: str, draw: int | None) -> None:
     """Planned from what is true of the axis; from what was identified of it docs/plan.md tells how far they miss."""

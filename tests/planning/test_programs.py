@@ -168,7 +168,7 @@ def test_linuxcnc_reads_its_programs(tmp_path: Path) -> None:
         dialect = DIALECTS["linuxcnc"]
         ((name, text),) = (dialect.arc(one) if isinstance(one, Arc) else dialect.move(one)).items()
         (tmp_path / name).write_text(text)
-        done = subprocess.run(["rs274", "-g", name], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+        done = subprocess.run(["rs274", "-g", name], cwd=tmp_path, capture_output=True, text=True, timeout=600)
         assert done.returncode == 0, done.stderr
         assert "error" not in done.stderr.lower()
         feeds = [tuple(map(float, m.groups())) for m in re.finditer(r"STRAIGHT_FEED\((\S+), (\S+), ", done.stdout)]

@@ -51,7 +51,7 @@ def page(files: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory) -> It
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
     try:
-        driver.set_script_timeout(120)
+        driver.set_script_timeout(600)
         yield opened(driver, folder / "report.html")
     finally:
         driver.quit()

@@ -36,7 +36,7 @@ def page(records: Any) -> KnotPage:
 
 
 def asked(page: KnotPage, method: str, path: str, body: Any = None, **headers: str) -> tuple[int, Any]:
-    connection = http.client.HTTPConnection(HOST, page.port, timeout=30)
+    connection = http.client.HTTPConnection(HOST, page.port, timeout=600)
     content = json.dumps(body).encode() if body is not None else b""
     given = {"Content-Type": "application/json", "Host": f"{HOST}:{page.port}", "Content-Length": str(len(content))}
     connection.putrequest(method, path, skip_host=True)
@@ -68,7 +68,7 @@ def test_it_answers_this_computer_alone_behind_its_token_and_names_no_file(page:
     for wrong in ({"knots": []}, {"knots": ["x"]}, {"knots": [-1.0]}, [1], {"knots": [1e-6] * 13}, {"knots": [5.0]}):
         assert "error" in json.loads(asked(page, "POST", f"{right}try", wrong)[1])
     status, text = asked(page, "POST", f"{right}save", {"knots": [80e-6, 0.9e-6, 26e-6]})
-    serving.join(10)
+    serving.join(600)
     assert saved == [KNOTS]
     found, once = json.loads(text), fric.identify_gms(LOG, knots=KNOTS, refine=False).document
     assert found["alpha"] == once["gms"]["alpha"]["value"]
@@ -100,7 +100,7 @@ def test_a_knot_is_dragged_tried_and_saved_as_knots_would_be(tmp_path: Any, warm
         before = driver.find_element("css selector", "#blocks tbody").text
         webdriver.ActionChains(driver).click_and_hold(knots[1]).move_by_offset(30, 0).release().perform()
         wait = "const done = arguments[0]; const wait = () => document.documentElement.dataset.asked ? done() : "
-        driver.set_script_timeout(30)
+        driver.set_script_timeout(600)
         driver.execute_async_script(wait + "setTimeout(wait, 50); wait();")
         after = driver.find_element("css selector", "#blocks tbody").text
         assert after.split()[0] == before.split()[0]  # the first knot stays
@@ -109,7 +109,7 @@ def test_a_knot_is_dragged_tried_and_saved_as_knots_would_be(tmp_path: Any, warm
         driver.save_screenshot(str(tmp_path / "page.png"))
         driver.find_element("css selector", "#save").click()
         assert [entry for entry in driver.get_log("browser") if entry["level"] in {"SEVERE", "WARNING"}] == []
-        _, told = command.communicate(timeout=60)
+        _, told = command.communicate(timeout=600)
         assert command.returncode == 0, told
         (given,) = re.findall(r"--knots '([^']+)'", told)
     finally:
@@ -135,6 +135,6 @@ def test_ctrl_c_on_the_page_ends_with_130_and_writes_nothing(tmp_path: Any, warm
     assert command.stderr is not None
     assert "move the knots at" in command.stderr.readline()
     command.send_signal(signal.SIGINT)
-    command.communicate(timeout=30)
+    command.communicate(timeout=600)
     assert command.returncode == 130
     assert not list(tmp_path.iterdir())

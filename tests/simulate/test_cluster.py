@@ -78,10 +78,10 @@ def test_dask_that_is_not_installed_is_told(monkeypatch):
         pass
 
 
-@pytest.mark.long
+@pytest.mark.long(15)
 def test_workers_in_processes_of_their_own_give_the_same_digits():
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as found,
-        cluster_outcomes(STUDY, 4, found.scheduler_address, timeout=60) as there,
+        cluster_outcomes(STUDY, 4, found.scheduler_address, timeout=600) as there,
     ):
         assert np.array_equal(monte_carlo(STUDY, 4).quadrants, [outcome.quadrants for outcome in there])
