@@ -23,7 +23,8 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.circle.belief import parameters
 from fric.identify.circle.measured import AxisTrace, MeasuredCircle
-from fric.identify.circle.tune import Tuned, TunedAxis, tune, with_belief
+from fric.identify.circle.tune import Tuned, tune, with_belief
+from fric.identify.circle.tuned import TunedAxis
 from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.machine import Axis, Machine
 from fric.simulate.reality.trace import logged

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
 
 import numpy as np
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fric.control.cascade import Cascade
     from fric.drive.plant import LinearPlant
     from fric.friction import FrictionModel, Parameter
     from fric.kernels.block import BlockStep
@@ -33,6 +32,25 @@ observer
 """
 
 ROLES = {"controller": CONTROLLER, "feedforward": FEEDFORWARD, "observer": OBSERVER}
+
+
+class Gains(Protocol):
+    """The axis' cascade (`fric.control.cascade.Cascade`) as other blocks see it: gains, sampling and limit."""
+
+    @property
+    def K_v(self) -> float: ...  # noqa: D102
+    @property
+    def K_p(self) -> float: ...  # noqa: D102
+    @property
+    def K_i(self) -> float: ...  # noqa: D102
+    @property
+    def velocity_filter(self) -> float: ...  # noqa: D102
+    @property
+    def sampling(self) -> float: ...  # noqa: D102
+    @property
+    def limit(self) -> float: ...  # noqa: D102
+    @property
+    def T_s(self) -> float: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +86,7 @@ class Setting:
     """
 
     plant: LinearPlant
-    cascade: Cascade
+    cascade: Gains
     friction: FrictionModel | None = None
     models: Mapping[str, FrictionModel] = field(default_factory=dict)
     gain: float = 1.0

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.control.cascade import Cascade
 from fric.design.margins import Loop, decibel
 from fric.design.observer import PEAK_SENSITIVITY, WholeLoop, largest_that_keeps
 from fric.design.perturbation import model_perturbation
@@ -85,7 +86,7 @@ def design_block(
 
     def whole(block: ControlBlock) -> tuple[WholeLoop, tuple[ControlBlock, ...]]:
         controller, blocks = (block, ()) if block.kind == "controller" else (None, (block,))
-        return WholeLoop(setting.plant, setting.cascade, Delta, controller, setting), blocks
+        return WholeLoop(setting.plant, Cascade.designed(setting), Delta, controller, setting), blocks
 
     def keeps(value: float) -> bool:
         loop, blocks = whole(kind.tuned_to(value, setting))

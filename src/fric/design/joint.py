@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.control.cascade import Cascade
 from fric.design.blocks import BlockDesign, design_block
 from fric.design.observer import PEAK_SENSITIVITY, WholeLoop
 from fric.design.perturbation import model_perturbation
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.control import ControlBlock, Setting
-    from fric.control.cascade import Cascade
     from fric.design.perturbation import Perturbation
 
 GAINS = (0.25, 6.0)
@@ -107,7 +107,7 @@ def design_jointly(
 
     if not kind.tuned or kind.kind == "feedforward":
         raise FricError(f"'{kind.name}' does not feed back: there is nothing to share with the cascade")
-    own, Delta = setting.cascade, perturbation or model_perturbation(setting.plant, setting.sampling / 2)
+    own, Delta = Cascade.designed(setting), perturbation or model_perturbation(setting.plant, setting.sampling / 2)
     tuned = next(one for one in kind.parameters if one.name == kind.tuned)
 
     def cascade(x: NDArray[np.float64]) -> Cascade:

@@ -19,7 +19,6 @@ from fric.log import Log, Record
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    from fric.documents.given_friction import GivenStatic
     from fric.drive.plant import Plant
     from fric.identify.gms.fit import GMSFit
     from fric.identify.replay.replay_fit import ReplayFit
@@ -161,7 +160,7 @@ def _quality(fit: MapFit, unit: str) -> dict[str, Any]:
     }
 
 
-def gms_tree(fit: GMSFit, logs: Sequence[Log], given: GivenStatic | None = None) -> dict[str, Any]:
+def gms_tree(fit: GMSFit, logs: Sequence[Log], given: FrictionDocument | None = None) -> dict[str, Any]:
     """Return the friction document of an identified GMS model, the static map carried over."""
     force = si_unit("force", fit.motion)
     records = [
@@ -185,10 +184,10 @@ def gms_tree(fit: GMSFit, logs: Sequence[Log], given: GivenStatic | None = None)
     } | _used(fit.records[0].record.done.plant, fit.motion, "inertia", "damping")
     text |= known(covariance=fit.covariance)
     content = {"axis": fit.axis, "motion": fit.motion} | (
-        given.document.content("static", "static_negative", "fit") if given else {"static": _plateau(fit)}
+        given.content("static", "static_negative", "fit") if given else {"static": _plateau(fit)}
     )
     content |= {"gms": {"alpha": fit.alpha, "k": fit.k, "C": fit.C}, "gms_fit": text}
-    return _built_upon(given.document if given else None, content, fit.warnings, logs)
+    return _built_upon(given, content, fit.warnings, logs)
 
 
 def _built_upon(

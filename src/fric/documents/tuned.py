@@ -17,7 +17,8 @@ from fric.output import refuse_existing
 
 if TYPE_CHECKING:
     from fric.identify.circle.measured import MeasuredCircle
-    from fric.identify.circle.tune import Tuned, TunedAxis
+    from fric.identify.circle.tune import Tuned
+    from fric.identify.circle.tuned import TunedAxis
 
 
 def tuned_files(found: Tuned, folder: Path) -> list[Path]:

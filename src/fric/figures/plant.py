@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.plant.identify import PlantFit, ResponseFit
+    from fric.identify.plant.fit import PlantFit, ResponseFit
     from fric.identify.plant.rigid_body import MotionFit
 
 MARKERS = "osD^v"

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.records.inspection import Inspected, Inspection
+    from fric.identify.records.inspected import Inspection
+    from fric.identify.records.inspection import Inspected
 
 POINTS = 4000
 """Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest."""

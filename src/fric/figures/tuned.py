@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fric.identify.circle.tune import TunedAxis
+    from fric.identify.circle.tuned import TunedAxis
 
 AROUND = np.radians(25.0)
 """Half of what is shown around a reversal, as an angle on the circle [rad]."""

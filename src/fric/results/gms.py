@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fric.documents.friction import gms_tree
-from fric.documents.given_friction import GivenStatic, given_static
+from fric.documents.friction import FrictionDocument, gms_tree
+from fric.documents.given_friction import given_static
 from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.identify.gms.fit import GMSFit
@@ -37,12 +37,12 @@ class GMSResult(IdentifiedFriction):
     logs
         The records that it was found from.
     given
-        The static map that it stands on, and what of its file is carried over.
+        The file of the static map that it stands on, which is carried over.
     """
 
     fit: GMSFit
     logs: Sequence[Log]
-    given: GivenStatic | None = None
+    given: FrictionDocument | None = None
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -139,7 +139,7 @@ def identify_gms(
         **({"most_blocks": most} if most else {}),
     )
     doubtful += settled(of_gms(found))
-    return GMSResult(replace(found, warnings=(*found.warnings, *doubtful)), records, given)
+    return GMSResult(replace(found, warnings=(*found.warnings, *doubtful)), records, kept)
 
 
 def of_gms(fit: GMSFit) -> Iterator[Finding]:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, overload
 from fric.documents.records import inspection_tree
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
-from fric.identify.records.inspection import Inspected, Inspection
+from fric.identify.records.inspected import Inspection
+from fric.identify.records.inspection import Inspected
 from fric.identify.records.inspection import inspect as inspect_record
 from fric.io.hdf5 import write_logs
 from fric.log import CHANNELS, ForceVelocity, FrequencyResponse, Log, Record

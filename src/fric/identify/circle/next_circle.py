@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fric.identify.circle.measured import MeasuredCircle
-    from fric.identify.circle.tune import TunedAxis
+    from fric.identify.circle.tuned import TunedAxis
     from fric.simulate.machine import Axis
 
 DRAWS = 6

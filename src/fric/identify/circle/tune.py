@@ -18,7 +18,8 @@ from fric.identify.circle.tune_bootstrap import explained
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
 from fric.identify.circle.tune_identifiability import alike_warnings, identifiability_warnings
 from fric.identify.circle.tune_instruments import instrumented
-from fric.identify.circle.tune_intervals import TunedEstimates, tuned_estimates
+from fric.identify.circle.tune_intervals import tuned_estimates
+from fric.identify.circle.tuned import TunedAxis
 from fric.identify.circle.voltage import refined, voltage_record
 from fric.identify.records.flaws import clock_flaws
 from fric.identify.records.timing import timing
@@ -39,39 +40,6 @@ DISPLACED = 0.5e-6
 """By how much a clock that jitters may move the position [m]: more is more than what is to be compensated."""
 AGAIN, RESTS = 3, 0.01
 """How often the motion is refined and the fit repeated at most, and the move in the logarithm below which it rests."""
-
-
-@dataclass(frozen=True)
-class TunedAxis:
-    """What circles say of one axis.
-
-    Parameters
-    ----------
-    axis
-        The axis with its new belief; as it was, where the belief is refused.
-    friction, nominal
-        The friction and the plant that were found.
-    before, after
-        What belief and result leave of the recorded voltages.
-    estimates
-        Both with their intervals; None where the result is no machine.
-    full
-        Whether the full shape was fitted.
-    improves
-        Whether the result is better than what was believed.
-    warnings
-        What the circles cannot tell.
-    """
-
-    axis: Axis
-    friction: FrictionModel
-    nominal: Plant
-    before: Fitted
-    after: Fitted
-    estimates: TunedEstimates | None
-    full: bool
-    improves: bool
-    warnings: tuple[Notice, ...]
 
 
 def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None) -> TunedAxis:

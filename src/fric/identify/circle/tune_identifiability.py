@@ -18,7 +18,7 @@ from fric.notice import Notice
 if TYPE_CHECKING:
     from fric.identify.circle.measured import MeasuredCircle
     from fric.identify.circle.tune_fit import Fitted
-    from fric.identify.circle.tune_intervals import TunedEstimates
+    from fric.identify.circle.tuned import TunedEstimates
     from fric.simulate.machine import Axis
 
 APART = 3.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ from fric.identify.circle.belief import parameters
 from fric.identify.circle.tune_bootstrap import recorded_again
 from fric.identify.circle.tune_identifiability import merged
 from fric.identify.circle.tune_instruments import Instruments
+from fric.identify.circle.tuned import TunedEstimates
 from fric.identify.circle.voltage import COMPARED
 from fric.identify.plant.covariance import score_covariance
 from fric.identify.records.resolution import lattice_step
@@ -30,29 +31,6 @@ often intervals held on machines of `configs/spread.yaml` and `configs/spread-sh
 SEEN = 0.06
 """Share of an encoder's step to which the slip of a block is known."""
 UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
-
-
-@dataclass(frozen=True)
-class TunedEstimates:
-    """Friction and plant with their 95 % intervals.
-
-    Parameters
-    ----------
-    static, negative, gms, plant
-        Parameters by name; ``offset`` is among those of the static map. ``negative`` is the map of the negative
-        direction, where it has its own.
-    covariance
-        How the parameters that were fitted err together, in their logarithms.
-    coordinates
-        Covariance of the coordinates that were searched, shape (p, p).
-    """
-
-    static: dict[str, Estimate]
-    negative: dict[str, Estimate] | None
-    gms: dict[str, Estimate]
-    plant: dict[str, Estimate]
-    covariance: Covariance
-    coordinates: NDArray[np.float64]
 
 
 def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:

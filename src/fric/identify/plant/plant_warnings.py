@@ -12,7 +12,7 @@ from fric.units import readable
 
 if TYPE_CHECKING:
     from fric.estimate import Estimate
-    from fric.identify.plant.identify import FrictionInfluence, ResponseFit
+    from fric.identify.plant.fit import FrictionInfluence, ResponseFit
     from fric.identify.plant.response_fit import Solution
 
 UNSURE, FALSE = 0.02, 0.1

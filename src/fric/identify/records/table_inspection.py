@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fric.identify.records.uses import Use
+from fric.identify.records.inspected import Use
 from fric.log import FORCE_VELOCITY, ForceVelocity, FrequencyResponse, Kind
 from fric.notice import Notice
 

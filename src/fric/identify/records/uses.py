@@ -2,26 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
+from fric.identify.records.inspected import Inspection, Use
 from fric.identify.records.judgement import RISES, STEPS
 from fric.identify.records.recognition import RISING_SHARE
 
-if TYPE_CHECKING:
-    from fric.identify.records.inspection import Inspection
-
 BRANCH = 20
 """Samples that a branch between reversals has at least."""
-
-
-@dataclass(frozen=True)
-class Use:
-    """Whether a record is good for an identification, and why."""
-
-    purpose: str
-    good: bool
-    why: str
 
 
 def found_uses(found: Inspection) -> tuple[Use, ...]:
