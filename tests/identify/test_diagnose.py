@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 NEAR = 0.2e-6
 
 
-def held(seed: int, *, both: bool) -> dict[str, bool]:
+def held(seed: int, *, both: bool, near: float = NEAR) -> dict[str, bool]:
     rng = np.random.default_rng(seed)
     faults = drawn_faults(rng)
     tests = [circle(faults, rng, direction=s) for s in ((1, -1) if both else (1,))]
@@ -33,10 +33,10 @@ def held(seed: int, *, both: bool) -> dict[str, bool]:
     for name, truth in truths(faults).items():
         one = found.geometry[name]
         low, high = one.ci95
-        result[name] = bool(abs(one.value - truth) * lengths[one.unit] <= NEAR or low <= truth <= high)
+        result[name] = bool(abs(one.value - truth) * lengths[one.unit] <= near or low <= truth <= high)
     for name, truth in zip(QUADRANTS, faults.glitch, strict=True):
         low, high = found.glitches[name].ci95
-        result[f"glitch {name}"] = bool(abs(found.glitches[name].value - truth) <= NEAR or low <= truth <= high)
+        result[f"glitch {name}"] = bool(abs(found.glitches[name].value - truth) <= near or low <= truth <= high)
     return result
 
 
@@ -48,10 +48,15 @@ def test_known_faults_are_found(both):
 
 
 @pytest.mark.long(110)
-def test_known_faults_are_found_in_93_percent_of_200_seeds():
-    found = [held(seed, both=seed % 2 == 0) for seed in range(200)]
-    for name in found[0]:
-        assert np.mean([one[name] for one in found]) >= 0.93, name
+def test_the_intervals_alone_hold_known_faults_in_93_to_98_percent_of_200_seeds():
+    found = [held(seed, both=seed % 2 == 0, near=0.0) for seed in range(200)]
+    both = found[::2]  # one direction leaves these two open
+    told = {
+        name: np.mean([one[name] for one in (both if name in {"mismatch", "squareness"} else found)])
+        for name in found[0]
+    }  # fmt: skip
+    assert 0.93 <= np.mean(list(told.values())) <= 0.98
+    assert min(told.values()) >= 0.90, told
 
 
 def test_without_noise_everything_is_exact():

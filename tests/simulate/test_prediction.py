@@ -17,6 +17,7 @@ from fric.identify.circle.left_over import LeftOver
 from fric.identify.circle.measured import measured_from_run
 from fric.identify.circle.trust import distrusts
 from fric.notice import Notice
+from fric.results.verdict import evidence_of
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.prediction import predicted as predicted_of
 from fric.simulate.prediction import prediction_of
@@ -142,6 +143,22 @@ def test_what_the_circle_contradicts_is_not_trusted(identified, change, code):
 
 def test_friction_that_differs_is_no_contradiction(identified, test_of_risen):
     assert _contradicted(identified, test_of_risen) is None
+
+
+def test_friction_that_has_fallen_is_no_other_delay(identified):
+    """It reaches its level sooner, as of a shorter delay: without softer and stiffer friction beside it, a longer one
+    left 2.3 times less of the circle's voltage."""
+    fallen = measured_from_run(run_circle(risen(identified, level=0.85, stiffness=1.0), PAPER_SCHEMES["a"], CIRCLE))
+    assert _contradicted(identified, fallen) != "delay-differs"
+
+
+def test_what_a_circle_settles_does_not_speak_against_the_verdict(predicted):
+    coded = [Notice("drifts", "force-drifts", "wrong").as_dict(), Notice("turned", "force-turned", "wrong").as_dict()]
+    codes = {
+        name: {one.code for one in evidence_of({"warnings_coded": coded}, (), one).notices}
+        for name, one in predicted.items()
+    }
+    assert codes == {"held": {"force-turned"}, "alone": {"force-drifts", "force-turned"}}
 
 
 def _contradicted(stated, test):

@@ -170,7 +170,9 @@ def fit_geometry(
         if np.linalg.norm(slope) > 3 * np.std(residual):  # how sure the fade is matters where there is a tail
             columns = np.column_stack([columns, slope])
         covariance = covariance_of(columns, residual, [length for _, pieces in parts for length in pieces])[:p, :p]
-    return Geometry(_names(many, both, len(lines)), values[:p], covariance, len(d) - p, tuple(lines), many, both, fade)
+    # what a tail's shape misses is alike from one reversal to the next: as many stretches as that are independent
+    freedom = min(len(d) - p, sum(len(pieces) for _, pieces in parts) - 1)
+    return Geometry(_names(many, both, len(lines)), values[:p], covariance, freedom, tuple(lines), many, both, fade)
 
 
 def _means(turns: Revolutions, used: NDArray[np.intp], every: int) -> tuple[Revolutions, list[int]]:
