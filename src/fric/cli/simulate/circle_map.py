@@ -44,7 +44,10 @@ def circle_map(
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Run circles of many feeds and radii: where GMS beats the static map, by how much, where the observer spoils."""
+    """Run circles of many feeds and radii: where GMS beats the static map, by how much, where the observer spoils.
+
+    Ctrl-C keeps the circles that are done; the others stay empty.
+    """
     with interruption() as interrupted:
         made = finish(
             lambda advance: fric.circle_map(
