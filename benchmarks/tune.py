@@ -24,6 +24,7 @@ from fric.estimate import Estimate
 from fric.identify.circle.belief import parameters
 from fric.identify.circle.measured import AxisTrace, MeasuredCircle
 from fric.identify.circle.tune import Tuned, tune, with_belief
+from fric.identify.circle.tune_loop import holding
 from fric.identify.circle.tuned import TunedAxis
 from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.machine import Axis, Machine
@@ -57,10 +58,11 @@ def tuned(source: str, spread: str, seed: int, index: int) -> dict[str, Any]:
     except FricError as error:
         return {"before": before, "error": str(error)}
     new = found.machine
+    held = replace(new, axes={**new.axes, **{name: holding(one).axis for name, one in found.axes.items()}})
     known = {name: with_belief(axis, axis.friction, axis.plant) for name, axis in machine.axes.items()}
     unseen = {} if flawed else {name: _glitch(_run(new, "f", test)) for name, test in UNSEEN.items()}
     return {
-        "before": before, "after": _four(new), "unseen": unseen,
+        "before": before, "after": _four(new), "unseen": unseen, "loop": _four(held),
         "known": {} if flawed else _four(replace(machine, axes=known)),
         "errors": {} if flawed else _errors(machine, found),
         "predicted": {f"{one.scheme}{one.feed * 1e3:g}": [one.glitch, *one.ci95] for one in found.predicted},
@@ -156,11 +158,14 @@ def _rows(kind: str, found: list[dict[str, Any]], limits: tuple[str, str]) -> li
         for scheme in "cf":
             for when, told, target in (
                 ("before", "before", ""), ("known", "all known, with lead", ""), ("after", "tuned", f"p95 ≤ {limit}"),
+                ("loop", "tuned with --loop", f"p95 ≤ {limit}"),
             ):  # fmt: skip
                 glitches = [one[when][f"{scheme}{feed}"] for one in found]
                 rows.append((f"{label}: ({scheme}) at {feed} mm/s, {told}", spread_of(glitches), target))
     for name in UNSEEN:
         rows.append((f"{label}: (f) at {name}", spread_of([one["unseen"][name] for one in found]), "p95 ≤ 0.6"))
+    anew = sum(one["after"] != one["loop"] for one in found)
+    rows.append((f"{label}: with a loop that is designed anew", str(anew), ""))
     worse = {
         key: sum(one["after"][key] > one["before"][key] for one in found) for key in ("c100", "f100", "c10", "f10")
     }

@@ -18,6 +18,10 @@ def tune(
     circles: CircleFiles,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for what is written.")],
     scheme: Annotated[str | None, typer.Option("--scheme", help="Of a run file, the scheme that is taken.")] = None,
+    loop: Annotated[
+        bool,
+        typer.Option("--loop", help="Design gains anew where friction that falls with speed makes errors grow."),
+    ] = False,
     force: Force = False,
     implausible: Implausible = "error",
     json: Json = False,
@@ -26,11 +30,12 @@ def tune(
 
     Give one fast and one slow circle, as at 100 and 10 mm/s, with reference, position and voltage of both axes. DIR
     gets machine.yaml with the new belief, a friction and a plant file of each axis, and a figure of its reversals. What
-    explains the circles no better than what was believed is refused.
+    explains the circles no better than what was believed is refused. With --loop machine.yaml gets new gains too, where
+    the loop does not hold friction that falls with speed: at 10 mm/s errors would grow whatever is fed forward.
     """
 
     def run(advance: Any) -> fric.TuneResult:
-        made = fric.tune(machine, *circles, scheme=scheme, advance=advance)
+        made = fric.tune(machine, *circles, scheme=scheme, loop=loop, advance=advance)
         made.save(output, force=force)
         return made
 

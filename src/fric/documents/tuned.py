@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from fric.documents.controller import ControllerPart
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine import MachineDocument
 from fric.documents.machine_files import read_machine_document
@@ -14,6 +17,7 @@ from fric.documents.yaml import write_document
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.output import refuse_existing
+from fric.units import si_unit
 
 if TYPE_CHECKING:
     from fric.identify.circle.measured import MeasuredCircle
@@ -66,6 +70,8 @@ def write_tuned(found: Tuned, machine: Path, folder: Path, *, force: bool = Fals
         axis["feedforward"] = {"lead": "auto", "friction": f"{name}.yaml"}
         if isinstance(axis.get("observer"), dict):  # its G_n is the nominal plant
             axis["observer"] = {key: part for key, part in axis["observer"].items() if key not in ("A", "B")}
+        if one.loop:
+            axis |= _loop(one, axis)
         tree["axes"] = {**tree["axes"], name: axis}
     content = {
         key: part for key, part in tree.items() if key not in ("fric", "warnings", "warnings_coded", "provenance")
@@ -79,6 +85,20 @@ def write_tuned(found: Tuned, machine: Path, folder: Path, *, force: bool = Fals
             }  # fmt: skip
     write_document(folder / "machine.yaml", written, force=force)
     return files
+
+
+def _loop(one: TunedAxis, axis: dict[str, Any]) -> dict[str, Any]:
+    """Return the gains of a loop that was designed anew, as parts of an axis."""
+    own, watch = one.axis.cascade, one.axis.observer
+    gains = {
+        name: {"value": getattr(own, name), "unit": si_unit(kind, one.axis.motion)}
+        for name, kind in ControllerPart.dimensions.items()
+        if np.isfinite(getattr(own, name))
+    }
+    if watch is None:
+        return {"controller": gains}
+    cutoff = {"value": watch.q.cutoff, "unit": "Hz"}
+    return {"controller": gains, "observer": {"filter": watch.q.name, "cutoff": cutoff}}
 
 
 def _plain(content: dict[str, Any], folder: Path) -> dict[str, Any]:

@@ -13,8 +13,9 @@ from fric.documents.machine_files import read_machine
 from fric.documents.tuned import tuned_files, write_tuned
 from fric.estimate import estimate_rows
 from fric.identify.circle.measured import MeasuredCircle
-from fric.identify.circle.tune import Tuned, steps_of_tuning, tuned_document
+from fric.identify.circle.tune import Tuned, steps_of_tuning
 from fric.identify.circle.tune import tune as refit
+from fric.identify.circle.tune_document import tuned_document
 from fric.io.circle import choose_circles
 from fric.output import refuse_existing
 from fric.results.base import Result
@@ -118,7 +119,9 @@ class TuneResult(Result):
         self.document["files"] = list(map(str, self.files))
 
 
-def tune(machine: Any, *circles: Any, scheme: str | None = None, advance: Advance = silent) -> TuneResult:
+def tune(
+    machine: Any, *circles: Any, scheme: str | None = None, loop: bool = False, advance: Advance = silent
+) -> TuneResult:
     """Refit what the controllers of a machine believe to recorded circles: friction, plant, delay; with lead.
 
     Parameters
@@ -130,6 +133,8 @@ def tune(machine: Any, *circles: Any, scheme: str | None = None, advance: Advanc
         of both axes; one fast and one slow.
     scheme
         Of a run file with several, the scheme that is taken.
+    loop
+        Design the gains of loops anew that do not hold the falling branch of the Stribeck curve.
     advance
         Is told of each step.
 
@@ -148,4 +153,4 @@ def tune(machine: Any, *circles: Any, scheme: str | None = None, advance: Advanc
     if not tests:
         raise refused("tune", "circle tests, or their files", None)
     advance(0, total=steps_of_tuning(tests))
-    return TuneResult(refit(subject, tests, advance), source)
+    return TuneResult(refit(subject, tests, advance, loop=loop), source)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,12 +13,13 @@ from fric.errors import FricError
 from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
 from fric.identify.circle.belief import Coordinates
-from fric.identify.circle.next_circle import NextCircle, circles_ahead, measured_glitch, next_circles, worse_ahead
+from fric.identify.circle.next_circle import NextCircle, circles_ahead, next_circles, worse_ahead
 from fric.identify.circle.tune_bootstrap import explained
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
 from fric.identify.circle.tune_identifiability import alike_warnings, identifiability_warnings
 from fric.identify.circle.tune_instruments import instrumented
 from fric.identify.circle.tune_intervals import tuned_estimates
+from fric.identify.circle.tune_loop import holding, loop_warnings
 from fric.identify.circle.tuned import TunedAxis
 from fric.identify.circle.voltage import refined, voltage_record
 from fric.identify.records.flaws import clock_flaws
@@ -179,7 +180,13 @@ class Tuned:
         return any(one.improves for one in self.axes.values())
 
 
-def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None) -> Tuned:
+def tune(
+    machine: Machine,
+    tests: Sequence[MeasuredCircle],
+    done: Callable[[], object] = lambda: None,
+    *,
+    loop: bool = False,
+) -> Tuned:
     """Refit what the controllers of a machine believe to recorded circles, axis by axis.
 
     An axis whose result leaves more of the recorded voltages than what was believed keeps its belief. So do all, where
@@ -193,6 +200,8 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
         Circle tests with reference, position and voltage of both axes; one fast and one slow are asked for.
     done
         Called as often as `steps_of_tuning` says.
+    loop
+        Whether loops that do not hold their falling friction are designed anew (`fric.design.falling`).
 
     Raises
     ------
@@ -210,6 +219,7 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
                 hint="Give controller traces of the same axes.",
             )  # fmt: skip
     axes = {name: tune_axis(machine.axis(name), tests, done) for name in names}
+    axes = {name: holding(one) if loop else one for name, one in axes.items()}
     logs = [log for test in tests for log in test.logs()]
     warnings = [warning for one in axes.values() for warning in one.warnings] + clock_flaws(logs, "inspect")
     better = all(one.improves for one in axes.values())
@@ -225,7 +235,7 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
     if why:
         text = f"{why}: the result is refused, and what was believed is kept"
         warnings.append(Notice(text, "tuning-refused", "wrong"))
-        axes = {name: replace(one, axis=machine.axes[name], improves=False) for name, one in axes.items()}
+        axes = {name: replace(one, axis=machine.axes[name], improves=False, loop=False) for name, one in axes.items()}
     for name, one in axes.items():
         if not one.improves and not why:
             text = (
@@ -233,6 +243,7 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
                 f"was believed {one.before.rms * 1e3:.2f} mV: it is refused, and what was believed is kept"
             )
             warnings.append(Notice(text, "tuning-refused", "wrong"))
+    warnings += loop_warnings(axes)
     new = replace(machine, axes={**machine.axes, **{name: one.axis for name, one in axes.items()}})
     return Tuned(new, axes, tuple(tests), tuple(predicted), tuple(dict.fromkeys(warnings)))
 
@@ -240,29 +251,3 @@ def tune(machine: Machine, tests: Sequence[MeasuredCircle], done: Callable[[], o
 def steps_of_tuning(tests: Sequence[MeasuredCircle]) -> int:
     """Return how often `tune` tells that it is a step further; for a progress bar."""
     return stages(2) + circles_ahead(tests)
-
-
-def tuned_document(found: Tuned) -> dict[str, Any]:
-    """Return what was tuned as a plain document, for programs; every number in SI."""
-    axes = {}
-    for name, one in found.axes.items():
-        estimates = one.estimates
-        sections = {} if estimates is None else {**estimates.static, **estimates.gms, **estimates.plant}
-        axes[name] = {
-            "parameters": {key: value.as_dict() for key, value in sections.items()},
-            "residual": {"before": one.before.rms, "after": one.after.rms, "noise": one.after.noise()},
-            "full_shape": one.full,
-            "improves": one.improves,
-        }
-    predicted: dict[str, dict[str, Any]] = {}
-    for ahead in found.predicted:
-        text = {"glitch": ahead.glitch, "ci95": list(ahead.ci95), "radius": ahead.radius}
-        predicted.setdefault(f"{ahead.feed:g}", {})[ahead.scheme] = text
-    measured = {f"{test.feed:g}": measured_glitch(test) for test in found.tests}
-    return {
-        "axes": axes,
-        "predicted": predicted,
-        "measured": measured,
-        "warnings": list(found.warnings),
-        "warnings_coded": [warning.as_dict() for warning in found.warnings],
-    }

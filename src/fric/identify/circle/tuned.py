@@ -61,6 +61,8 @@ class TunedAxis:
         Whether the result is better than what was believed.
     warnings
         What the circles cannot tell.
+    loop
+        Whether its loop was designed anew.
     """
 
     axis: Axis
@@ -72,3 +74,4 @@ class TunedAxis:
     full: bool
     improves: bool
     warnings: tuple[Notice, ...]
+    loop: bool = False

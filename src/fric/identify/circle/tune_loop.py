@@ -1,0 +1,63 @@
+"""Whether the loop of a tuned axis holds its falling friction, and one that does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from fric.design.falling import falling_margin, hold_falling
+from fric.friction.directed import Directed
+from fric.friction.gms import GMS
+from fric.notice import Notice
+
+if TYPE_CHECKING:
+    from fric.identify.circle.tuned import TunedAxis
+
+GROWS = 0.8
+"""Margin of the falling branch below which a loop is designed anew: with more, errors grow by less than e² as an axis
+passes at 10 mm/s, and stiffer gains would cost as much in encoder counts."""
+
+
+def _margin(one: TunedAxis) -> float:
+    axis = one.axis
+    blocks = () if axis.observer is None else (axis.observer,)
+    return falling_margin(one.nominal, axis.cascade, _gms(one), blocks)
+
+
+def _gms(one: TunedAxis) -> GMS:
+    model = one.friction.model if isinstance(one.friction, Directed) else one.friction
+    assert isinstance(model, GMS)  # what circles tune
+    return model
+
+
+def holding(one: TunedAxis) -> TunedAxis:
+    """Return a tuned axis whose cascade and observer hold its falling friction; as it is, where they do."""
+    if not one.improves or _margin(one) >= GROWS:
+        return one
+    cascade, observer = hold_falling(one.nominal, one.axis.cascade, _gms(one), one.axis.observer)
+    return replace(one, axis=replace(one.axis, cascade=cascade, observer=observer), loop=True)
+
+
+def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
+    """Yield which axes' loops do not hold their falling friction, and which were designed anew for it."""
+    for name, one in axes.items():
+        if not one.improves:
+            continue
+        cascade, margin = one.axis.cascade, _margin(one)
+        if one.loop:
+            observer = one.axis.observer
+            cutoff = "" if observer is None else f", observer {observer.q.cutoff:.3g} Hz"
+            yield Notice(
+                f"axis {name}: the loop was designed anew to hold the falling branch of the Stribeck curve, which may "
+                f"now be {margin:.2g} times as steep: K_p {cascade.K_p:.4g}, K_i {cascade.K_i:.4g}, K_v "
+                f"{cascade.K_v:.4g}, velocity filter {cascade.velocity_filter:.4g} Hz{cutoff}",
+                "loop-designed", "note",
+            )  # fmt: skip
+        elif margin < GROWS:
+            yield Notice(
+                f"axis {name}: the loop does not hold the falling branch of the Stribeck curve (only one that is "
+                f"{margin:.2g} times as steep): behind a slow reversal, as at 10 mm/s, errors grow by themselves from "
+                "what the encoder does not show, whatever is fed forward. --loop designs gains that hold it",
+                "falling-friction", "note",
+            )  # fmt: skip
