@@ -432,7 +432,7 @@ def _drawn_bands(axes: Any, inside: Wanted) -> Any:
 def planned() -> Any:
     axis, limits = machine().axis("x"), Limits(0.3, 0.1, 5.0)
     chosen = choose(axis, limits)
-    return Plan(axis, limits, chosen, [1.0] * len(chosen), {"F_c": Expected(105.0, 1.05, "N")})
+    return Plan(axis, limits, chosen, [1.0] * len(chosen), {"F_c": Expected(105.0, 1.05, "N", (0.9, 1.3))})
 
 
 @case

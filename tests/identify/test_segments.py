@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from fric.errors import FricError
 from fric.identify.records.reversals import find_reversals
-from fric.identify.records.segments import steady_segments
+from fric.identify.records.segments import Segment, _leads_into, steady_segments
 from fric.log import Log
 from tests.identify.kinematics import encoder, strokes
 
@@ -184,3 +184,15 @@ def test_reversal_lies_in_the_middle_of_a_dwell_and_obeys_the_threshold():
     assert find_reversals(position, threshold=0.5).tolist() == [5, 10, 11, 13]
     assert find_reversals(np.arange(9.0)).tolist() == []
     assert find_reversals(np.zeros(9)).tolist() == []
+
+
+@pytest.mark.parametrize("builds_up", [True, False])
+def test_a_stretch_that_friction_builds_up_in_is_no_stroke_where_a_longer_one_goes_on_at_its_speed(builds_up):
+    """Two stretches at one speed are two strokes where the force is the same in both."""
+    n, rng = 4000, np.random.default_rng(3)
+    force = COULOMB * (1.0 - 0.6 * np.exp(-np.arange(n) / 300.0) * builds_up) + NOISE * rng.standard_normal(n)
+    first, second = Segment(0, 400, 5e-5, 5e-8, 0), Segment(440, n, 5.001e-5, 1e-8, 440)
+    assert _leads_into(force, first, [second]) == builds_up
+    assert not _leads_into(force, first, [replace(second, velocity=-5e-5)])
+    assert not _leads_into(force, first, [replace(second, velocity=6e-5)])
+    assert not _leads_into(force, first, [])

@@ -119,6 +119,21 @@ def test_the_drives_own_damping_is_taken_off_with_a_plant():
     assert _value(identify_static(logs), "sigma") == pytest.approx(40 + 3459, rel=0.02)
 
 
+def test_a_damping_that_is_too_large_moves_sigma_alone():
+    """Friction is what it is whatever damping is taken off; sigma ends at 0, and is known as well as that is."""
+    plant = Plant(A=28.57, B=4.526, T_d=0.65e-3, K_f=548.0)
+    logs = _logs(friction=replace(TABLE_1, sigma=0.99 * plant.damping))
+    bare, taken = identify_static(logs), identify_static(logs, plant=plant, damping_error=80.0)
+    for name in ("F_c", "F_s", "v_s", "offset"):
+        assert _value(taken, name) == pytest.approx(_value(bare, name), rel=1e-5, abs=1e-5)
+        assert _limits(taken, name) == pytest.approx(_limits(bare, name), rel=1e-3)
+    assert _value(taken, "sigma") == 0.0
+    low, high = _limits(taken, "sigma")
+    assert low == 0.0
+    assert 80.0 < high < 90.0
+    assert "A-holds-viscous" in {notice.code for notice in taken.warnings}
+
+
 def test_each_direction_gets_its_own_map():
     rng = np.random.default_rng(4)
     other = StaticMap(120.0, 150.0, 2e-3, 1.0, 80.0)

@@ -2,79 +2,87 @@
 
 from __future__ import annotations
 
-from math import exp, log
+from dataclasses import replace
+from math import log
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import fric
+from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.plan import PlanDocument
 from fric.documents.yaml import read_document
 from fric.planning.choose import Expected, Limits, choose
-from fric.results.expected import Expectation, expected, half_widths, identified
+from fric.results.expected import Expectation, anywhere, expected, half_widths, identified
 from fric.results.given import silent
 from fric.results.plan import _lacks, _more
 from fric.results.prior import prior_axis
 from fric.simulate.spread import draw_machine
 from fric.simulate.trial import runs_of
 
-WITHIN = 1.5
-"""Factor within which the half-widths achieved are those expected."""
+WITHIN = {"A": 2.5, "B": 2.5, "T_d": 2.5}
+"""Factor within which the median of three runs is the one expected, where it is not 2: single runs of a plant are twice
+as wide in one of three. `python -m benchmarks plan` holds the medians of nine against 1.5."""
 
 
 def achieved(axis, planned, blocks, seeds) -> list[dict[str, float]]:
-    """Return the half-width of each parameter by run: the plan simulated, logged, identified."""
-    runs = list(runs_of(axis, [trial for one in planned for trial in one.trials(axis)]))
-    return [
-        {name: half for name, (_, half, _) in half_widths(list(identified(
-            [trial.log(axis, run, seed) for trial, run in runs], blocks))).items()}
-        for seed in seeds
-    ]  # fmt: skip
+    """Return the half-width of each parameter by run: the plan simulated from any place, logged, identified."""
+    found = []
+    for seed in seeds:
+        trials = anywhere(axis, [trial for one in planned for trial in one.trials(axis)], seed)
+        logs = [trial.log(axis, run, seed) for trial, run in runs_of(axis, trials)]
+        found.append({name: half for name, (_, half, _) in half_widths(list(identified(logs, blocks))).items()})
+    return found
 
 
-def hold(found, got: list[dict[str, float]], within: float = WITHIN) -> None:
-    for name, one in found.items():
-        ratio = [run[name] / one.half_width for run in got]
-        assert 1 / within < exp(float(np.mean(np.log(ratio)))) < within, (name, ratio)
+def hold(expectation, got: list[dict[str, float]]) -> None:
+    for name, one in expectation.items():
+        ratio, within = [run[name] / one.half_width for run in got], WITHIN.get(name, 2.0)
+        assert 1 / within < float(np.median(ratio)) < within, (name, ratio)
+        assert one.between[0] <= one.half_width <= one.between[1]
 
 
 def test_half_widths_of_the_papers_machine_are_as_expected(tmp_path: Path) -> None:
-    plan = fric.plan(stroke="300 mm", feed="100 mm/s", machine="xy-table", draws=4)
+    plan = fric.plan(stroke="300 mm", feed="100 mm/s", machine="xy-table", draws=3)
     assert {"A", "B", "T_d", "K_f", "F_c", "F_s", "v_s", "sigma", "alpha_1", "k_1", "C"} <= set(plan.plan.expected)
     plan.save(tmp_path / "plan")
     asked = read_document(tmp_path / "plan" / "plan.yaml", PlanDocument)
     assert asked.planned() == tuple(plan.plan.planned)
     logs = fric.experiment("xy-table", plan=tmp_path / "plan", seed=101)
     assert sum(log.time[-1] for log in logs) < sum(plan.plan.lasting)
-    got = [
-        {name: half for name, (_, half, _) in half_widths(list(identified(list(one), asked.blocks or "auto"))).items()}
-        for one in (logs, *(fric.experiment("xy-table", plan=tmp_path / "plan", seed=s) for s in (102, 103)))
-    ]
-    hold(plan.plan.expected, got, THREE_RUNS)
+    blocks = asked.blocks or "auto"
+    first = {name: half for name, (_, half, _) in half_widths(list(identified(list(logs), blocks))).items()}
+    hold(plan.plan.expected, [first, *achieved(plan.plan.axis, plan.plan.planned, blocks, (102, 103))])
 
 
-THREE_RUNS = 2.0
-"""Factor for the mean of three runs: single runs of alpha_2 are down to half of what is expected; six runs hold 1.5."""
 SUBJECTS = [("xy-table", "x", None), ("xy-table", "y", None), ("virtual-rig", "x", None), ("xy-table", "x", 3)]
 
 
 @pytest.mark.long(60)
 @pytest.mark.parametrize(("name", "axis", "draw"), SUBJECTS)
-def test_half_widths_are_as_expected(name: str, axis: str, draw: int | None) -> None:
-    """Planned from what is true of the axis; from what was identified of it docs/plan.md tells how far they miss."""
+def test_half_widths_are_as_expected_of_a_friction_that_was_identified(name: str, axis: str, draw: int | None) -> None:
+    """Planned from what one run of the plan told of the axis, run on the axis itself."""
     machine = read_machine(Path(name))
     if draw is not None:
         machine, _ = draw_machine(machine, draw, seed=0)
-    subject = machine.axis(axis)
-    planned = choose(subject, Limits(0.3, 0.1, 5.0))
-    found = expected(subject, planned, silent)
-    hold(found.parameters, achieved(subject, planned, found.blocks or "auto", range(101, 107)))
+    truth, limits = machine.axis(axis), Limits(0.3, 0.1, 5.0)
+    planned = choose(truth, limits)
+    trials = [trial for one in planned for trial in one.trials(truth)]
+    logs = [trial.log(truth, run, 77) for trial, run in runs_of(truth, anywhere(truth, trials, 77))]
+    plant, *_, friction = identified(logs)
+    prior, _ = prior_axis(machine, axis, friction)
+    prior = replace(prior, plant=plant.belief)
+    planned = choose(prior, limits)
+    found = expected(prior, planned, silent, 3, FrictionDocument.model_validate(friction.document))
+    hold(found.parameters, achieved(truth, planned, found.blocks or "auto", (201, 202, 203)))
 
 
 def test_an_accuracy_takes_as_many_records_as_the_square_of_what_lacks() -> None:
-    found = Expectation({"F_s": Expected(100.0, 4.0, "N"), "k_1": Expected(1e8, 1e6, "N/m")}, 1, ())
+    found = Expectation(
+        {"F_s": Expected(100.0, 4.0, "N", (3.0, 5.0)), "k_1": Expected(1e8, 1e6, "N/m", (1e6, 1e6))}, 1, ()
+    )
     wanted = {"F_s": (0.02, True), "k": (2e6, False)}
     assert dict(_lacks(wanted, found)) == {"F_s": pytest.approx(2.0), "k": pytest.approx(0.5)}
     assert _more(wanted, found, {}) == {"constant-velocity": 4}

@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
 from io import TextIOWrapper
+from itertools import count
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from fric.errors import printable
 from fric.output import refuse_ending, refuse_existing
+from fric.progress import heard
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -171,15 +173,19 @@ def progress(description: str, total: int | None = None) -> Iterator[Any]:
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[within]}"),
+        TimeRemainingColumn(),
+    )  # fmt: skip
     with Progress(*columns, console=ERR.console, transient=True) as bar:
-        task = bar.add_task(description, total=total)
+        task, trials = bar.add_task(description, total=total, within=""), count(1)
 
         def advance(steps: int = 1, *, total: int | None = None) -> None:
             bar.update(task, total=total)
             bar.advance(task, steps)
 
-        yield advance
+        with heard(lambda: bar.update(task, within=f"{next(trials)} replays")):
+            yield advance
 
 
 class Interruption:

@@ -63,9 +63,12 @@ class ExperimentPart(Part):
 class ExpectedPart(Part):
     """What the records tell of one parameter."""
 
-    value: float = Field(description="as it is identified on average, in SI")
+    value: float = Field(description="as it is identified in the middle of several runs, in SI")
     half_width: float | None = Field(description="half the 95 % interval; null where the records set no limit")
     unit: str
+    between: tuple[float | None, float | None] | None = Field(
+        None, description="half-widths of single runs, least and largest of nine: 80 % lie between them"
+    )
 
 
 class CandidatePart(ExperimentPart):
@@ -145,6 +148,10 @@ def plan_tree(
     narrowing
         What one more record would do.
     """
+
+    def finite(half: float) -> float | None:
+        return half if half < float("inf") else None
+
     axis, motion, limits = plan.axis.name, plan.axis.motion, plan.limits
     given = {
         name: {"value": getattr(limits, name), "unit": si_unit(dimension, motion)}
@@ -158,8 +165,8 @@ def plan_tree(
         ],
         "expected": {
             name: {
-                "value": one.value, "half_width": one.half_width if one.half_width < float("inf") else None,
-                "unit": one.unit,
+                "value": one.value, "half_width": finite(one.half_width), "unit": one.unit,
+                "between": [finite(half) for half in one.between],
             }
             for name, one in plan.expected.items()
         },

@@ -107,16 +107,19 @@ class Expected:
     Parameters
     ----------
     value
-        Its value, as it is identified on average [SI].
+        Its value, as it is identified in the middle [SI].
     half_width
-        Half the width of its 95 % interval [SI]; infinite where some draw set no limit.
+        Half the width of its 95 % interval [SI], the median of several runs; infinite where most set no limit.
     unit
         SI unit.
+    between
+        The least and the largest of them.
     """
 
     value: float
     half_width: float
     unit: str
+    between: tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,18 +1,20 @@
 """The intervals that planned experiments will give: the identification itself, on records simulated at the prior.
 
 What the records tell is the Fisher information of the fits that will read them: the same records, residuals, weights
-and models. They are simulated once on the axis as it is known beforehand, logged several times with noise of other
-seeds, and identified each time; what is told is the geometric mean of the half-widths.
+and models. They are made several times on the axis as it is known beforehand, with noise of other seeds, each record
+from another place between two counts of the encoder, and identified each time; what is told is the median of the
+half-widths, and between which two they lie.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fric.documents.friction import FrictionDocument
 from fric.errors import FricError
 from fric.notice import Notice
 from fric.planning.choose import Expected, Planned
@@ -26,12 +28,17 @@ if TYPE_CHECKING:
     from fric.log import Log
     from fric.results.given import Advance
     from fric.simulate.machine import Axis
+    from fric.simulate.trial import Trial
 
-DRAWS = 8
-"""Logs of one run that are identified: the half-widths of single ones scatter by a quarter."""
+DRAWS = 9
+"""Times that a plan is run and identified: the least and the largest of nine have the next between them in 80 %."""
 
-SETTLED = 2.0
-"""Quotient of the half-widths of draws, largest over smallest, from which on an expectation is called uncertain."""
+PLACES = 64.0
+"""Counts of the encoder over which a record begins anywhere: a slow axis hunts between two by where they are."""
+
+
+TOLD = 1.2
+"""Widening by what models do not hold from which on it is told."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +81,68 @@ def half_widths(results: Sequence[Identified]) -> dict[str, tuple[float, float, 
     for result in results:
         for (_, name), value, low, high, unit, _ in result.to_frame().itertuples():
             if not np.isnan(low):
-                found[str(name)] = (float(value), 0.5 * float(high - low), str(unit))
+                half = high - value if low == 0 else 0.5 * (high - low)  # at its bound it has one side
+                found[str(name)] = (float(value), float(half), str(unit))
     return found
 
 
-def expected(axis: Axis, planned: Sequence[Planned], advance: Advance, draws: int = DRAWS) -> Expectation:
+def anywhere(axis: Axis, trials: Sequence[Trial], seed: int) -> list[Trial]:
+    """Return trials that begin anywhere between the counts of the axis' encoder, each at a place of its own."""
+    places = np.random.default_rng([seed, 1]).uniform(0.0, PLACES * axis.encoder.resolution, len(trials))
+    return [
+        replace(one, reference=replace(one.reference, position=one.reference.position + place))
+        for one, place in zip(trials, places, strict=True)
+    ]
+
+
+def left_over(known: FrictionDocument) -> dict[str, float]:
+    """Return what fits left over [N], by section: of the static map between strokes, of GMS in the virgin curve."""
+    static, gms = known.fit_of("static"), known.fit_of("gms")
+    between = static.between_strokes if static.between_strokes and static.between_strokes.value else static.rmse
+    given = {"static": between, "gms": gms.virgin_curve_rmse}
+    return {name: float(one.si("force", known.motion)) for name, one in given.items() if one is not None}
+
+
+def known_half_widths(known: FrictionDocument) -> dict[str, dict[str, float]]:
+    """Return half the width of each 95 % interval of a friction file, by section and parameter, in SI."""
+    found: dict[str, dict[str, float]] = {}
+    for section in ("static", "gms"):
+        rows = found.setdefault(section, {})
+        for name, one in known.estimates(section).items() if known.section(section) else ():
+            if one.ci95 is not None:
+                limits = np.reshape(np.array(one.ci95, float), (-1, 2))
+                names = [f"{name}_{n}" for n in range(1, len(limits) + 1)] if isinstance(one.value, tuple) else [name]
+                rows |= dict(zip(names, (0.5 * (limits[:, 1] - limits[:, 0])).tolist(), strict=True))
+    return found
+
+
+def widening(
+    known: FrictionDocument, parameters: Mapping[str, Expected], simulated: Sequence[FrictionDocument]
+) -> dict[str, float]:
+    """Return by how much to widen what is expected for what the models do not hold of a drive, 1 or more.
+
+    A fit of the drive leaves more over than any fit of the simulated axis where its friction is not of the model; that
+    will be left over again, and does not average out: the half-width is then the one that is known. It is widened by no
+    more than the residuals are larger, for one that is known of few strokes is wide by their number.
+    """
+    own = [left_over(one) for one in simulated]
+    found = {}
+    for section, rest in left_over(known).items():
+        usual = max((one[section] for one in own if section in one), default=0.0)
+        most = max(rest / usual, 1.0) if usual else 1.0
+        for name, half in known_half_widths(known)[section].items():
+            if most > 1.0 and name in parameters:
+                found[name] = min(max(half / parameters[name].half_width, 1.0), most)
+    return found
+
+
+def expected(
+    axis: Axis,
+    planned: Sequence[Planned],
+    advance: Advance,
+    draws: int = DRAWS,
+    known: FrictionDocument | None = None,
+) -> Expectation:
     """Return the intervals that planned records of an axis will give.
 
     Parameters
@@ -90,18 +154,20 @@ def expected(axis: Axis, planned: Sequence[Planned], advance: Advance, draws: in
     advance
         Is told of each record that was simulated, and of each identification.
     draws
-        Logs of the one run that are identified.
+        Times that they are run and identified.
+    known
+        The friction file that the axis is known by, which tells what its models left over.
     """
     trials = [trial for one in planned for trial in one.trials(axis)]
-    runs = []
-    for pair in runs_of(axis, trials):
-        runs.append(pair)
-        advance()
     blocks: int | None = None
     found: list[dict[str, tuple[float, float, str]]] = []
     notices: list[Notice] = []
+    documents: list[FrictionDocument] = []
     for seed in range(1, draws + 1):
-        logs = [trial.log(axis, run, seed) for trial, run in runs]
+        logs = []
+        for trial, run in runs_of(axis, anywhere(axis, trials, seed)):
+            logs.append(trial.log(axis, run, seed))
+            advance()
         results: list[Any] = []
         try:
             for result in identified(logs, blocks or "auto"):
@@ -110,19 +176,24 @@ def expected(axis: Axis, planned: Sequence[Planned], advance: Advance, draws: in
             notices.append(Notice(f"of these records no more can be identified: {error.what}", "plan-not-enough"))
         if blocks is None and results and "gms" in results[-1].document:
             blocks = len(results[-1].document["gms"]["k"]["value"])
+        if results and known is not None and "static" in results[-1].document:
+            documents.append(FrictionDocument.model_validate(results[-1].document))
         found.append(half_widths(results))
         advance()
-    shared = [name for name in found[0] if all(name in one for one in found)]
-    parameters, scattered = {}, []
-    for name in shared:
+    parameters = {}
+    for name in (name for name in found[0] if all(name in one for one in found)):
         values, half, units = zip(*(one[name] for one in found), strict=True)
-        parameters[name] = Expected(float(np.mean(values)), float(np.exp(np.mean(np.log(half)))), units[0])
-        if max(half) > SETTLED * min(half):
-            scattered.append(name)
-    if scattered:
+        middle = float(np.median(half))
+        parameters[name] = Expected(float(np.median(values)), middle, units[0], (min(half), max(half)))
+    wider = {} if known is None else widening(known, parameters, documents)
+    for name, factor in wider.items():
+        one = parameters[name]
+        least, most = one.between
+        parameters[name] = replace(one, half_width=factor * one.half_width, between=(factor * least, factor * most))
+    if told := [name for name, factor in wider.items() if factor > TOLD]:
         text = (
-            f"the intervals of {', '.join(scattered)} differ by more than a factor of {SETTLED:g} from draw to draw of "
-            "the noise: what is expected is their geometric mean"
+            f"what was identified left more over than its models make: {', '.join(told)} will be no better known "
+            "by more records of the same kind than they are"
         )
-        notices.append(Notice(text, "plan-uncertain", "note"))
+        notices.append(Notice(text, "plan-left-over", "note"))
     return Expectation(parameters, blocks, tuple(dict.fromkeys(notices)))

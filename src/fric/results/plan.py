@@ -9,6 +9,7 @@ from math import ceil, inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.documents.friction import FrictionDocument
 from fric.documents.plan import SETTINGS, plan_tree
 from fric.documents.plant import PlantPart
 from fric.documents.yaml import dump
@@ -17,10 +18,10 @@ from fric.export.motion import DIALECTS, Arc, Move
 from fric.friction import models
 from fric.notice import Notice
 from fric.output import write_folder
-from fric.planning.choose import Limits, Plan, Planned, choose, durations
+from fric.planning.choose import Expected, Limits, Plan, Planned, choose, durations
 from fric.results.base import Result
 from fric.results.expected import DRAWS, Expectation, expected
-from fric.results.given import Advance, in_si, silent
+from fric.results.given import Advance, document_of, in_si, silent
 from fric.results.prior import TYPICAL, prior_axis
 from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
@@ -78,10 +79,10 @@ class PlanResult(Result):
             for one, lasting in zip(self.plan.planned, self.plan.lasting, strict=True)
         ]
         told = [
-            (name, readable(one.value, one.unit, 4), f"± {readable(one.half_width, one.unit)}")
+            (name, readable(one.value, one.unit, 4), f"± {readable(one.half_width, one.unit)}", spread(one))
             for name, one in self.plan.expected.items()
         ]
-        table = Table(("", "value", "95 % to be expected"), told)
+        table = Table(("", "value", "95 % to be expected", "in most runs"), told)
         total = readable(sum(self.plan.lasting), "s")
         blocks = self.blocks
         with_blocks = f"; these records tell {blocks} slip blocks: identify gms --blocks {blocks}" if blocks else ""
@@ -129,6 +130,12 @@ class PlanResult(Result):
             write_folder(folder / name, files, force=force)
 
 
+def spread(one: Expected) -> str:
+    """Return between which two the half-widths of single runs lie, for people."""
+    least, most = (readable(half, one.unit, 2) for half in one.between)
+    return f"{least} … {most}"
+
+
 def settings_in_words(one: Planned, motion: Any) -> str:
     """Return what an experiment is run with, for people."""
     told = []
@@ -174,7 +181,7 @@ def plan(
     noise, encoder, like
         Force noise, rms [N], and encoder step [m] of its logs, or a typical log.
     draws
-        Logs that are identified to see what to expect.
+        Times that the plan is run and identified to see what to expect.
     advance
         Is told of each record simulated, and each identification.
 
@@ -184,6 +191,7 @@ def plan(
         When the limits leave no room, or an accuracy is of no parameter.
     """
     subject, notices = prior_axis(machine, axis, friction, noise=noise, encoder=encoder, like=like)
+    known = None if friction is None else document_of("plan", FrictionDocument, friction)
     limits = Limits(
         in_si(stroke, "position", subject.motion), in_si(feed, "velocity", subject.motion),
         in_si(acceleration, "acceleration", subject.motion),
@@ -192,7 +200,7 @@ def plan(
     times: dict[str, int] = {}
     while True:
         planned = choose(subject, limits, times)
-        found = expected(subject, planned, advance, draws)
+        found = expected(subject, planned, advance, draws, known)
         more = _more(wanted, found, times)
         if more == times:
             break

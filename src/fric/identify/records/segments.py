@@ -101,7 +101,9 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
         found.remove(min(moments, key=len))
     rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest]
     if log.force is not None and np.isfinite(log.force).all():
-        found = [_settled(path, log.force, segment) for segment in found]
+        force = log.force
+        found = [segment for n, segment in enumerate(found) if not _leads_into(force, segment, found[n + 1 : n + 2])]
+        found = [_settled(path, force, segment) for segment in found]
     return found, rests
 
 
@@ -179,6 +181,18 @@ def _lasts(
     before = max((stop for _, stop in bounds if stop <= segment.start), default=0)
     after = min((start for start, _ in bounds if start >= segment.stop), default=samples)
     return len(segment) >= 0.5 * max(segment.start - before, after - segment.stop)
+
+
+def _leads_into(force: NDArray[np.float64], segment: Segment, after: list[Segment]) -> bool:
+    """Say whether a stretch goes on at its speed in the next, longer one, where its force has yet to settle.
+
+    Friction that builds up along a slow stroke makes the axis lag by part of a count, which parts the stroke in two.
+    """
+    for later in after:
+        same = abs(segment.velocity - later.velocity) <= TREND * abs(later.velocity) + 5.0 * segment.velocity_se
+        if same and later.start - segment.stop < len(later) and len(segment) < len(later):
+            return segment.start + settled_from(force[segment.start : later.stop])[0] >= segment.stop
+    return False
 
 
 def _settled(path: Path, force: NDArray[np.float64], segment: Segment) -> Segment:

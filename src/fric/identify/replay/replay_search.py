@@ -13,6 +13,7 @@ from scipy.optimize import least_squares, nnls
 
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import Coordinates
+from fric.progress import tried
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -90,6 +91,7 @@ class Search:
 
     def residual(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return measured minus replayed force, weighted [N], of all records one after the other, shape (n,)."""
+        tried()
         model = self.coordinates.build(x)
         return self.projected([record.force - record.replay(model) for record in self.records])
 

@@ -198,7 +198,7 @@ def damping_warning(fit: MapFit, plant: Plant, motion: Motion) -> list[str]:
     used = size > 0
     inverse = np.linalg.pinv(J[:, used] / size[used], rcond=1e-7) / size[used][:, None]
     at = [name for name, one in zip(fit.problem.free, used, strict=True) if one].index("sigma")
-    short = -float(inverse[at] @ (fit.residual / fit.problem.standard_error))
+    short = -fit.solution.theta["sigma"] - float(inverse[at] @ (fit.residual / fit.problem.standard_error))
     error = 2 * float(np.linalg.norm(inverse[at]))
     words = readable(plant.damping, si_unit("viscous", motion))
     if short > max(error, TAKEN * plant.damping):

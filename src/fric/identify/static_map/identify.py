@@ -130,20 +130,20 @@ def identify_static(
         at_speed, warning = _one_speed(points, motion)
         return StaticFit(axis, motion, tuple(points), None, None, at_speed, (*amiss, warning), method, plant)
 
-    warnings = amiss + _unsettled(points, motion)
+    warnings, damping = amiss + _unsettled(points, motion), plant.damping if plant else 0.0
     positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
     if direction == "each":
         if not (positive and backward):
             raise FricError(
                 "only one direction was measured", hint="Log strokes in both directions, or use --direction both."
             )
-        both = fit_map(points, delta, weights, motion, with_offset=True, form=form)
+        both = fit_map(points, delta, weights, motion, with_offset=True, form=form, damping=damping)
         shared = _stated(load, motion) or both.estimates["offset"]
         mirrored = [replace(p, velocity=-p.velocity, force=-p.force) for p in backward]
         static, negative = (
             fit_map(
                 own, delta, weights, motion, with_offset=False, form=form, offset=sense * float(shared),
-                damping_error=damping_error,
+                damping=damping, damping_error=damping_error,
             )
             for own, sense in ((positive, 1.0), (mirrored, -1.0))
         )  # fmt: skip
@@ -179,7 +179,7 @@ def identify_static(
     known = _stated(load, motion)
     fit = fit_map(
         points, delta, weights, motion, with_offset=bool(positive and backward) and known is None, form=form,
-        offset=load or 0.0, damping_error=damping_error,
+        offset=load or 0.0, damping=damping, damping_error=damping_error,
     )  # fmt: skip
     if known is not None:
         fit = replace(fit, estimates=dict(fit.estimates) | {"offset": known})

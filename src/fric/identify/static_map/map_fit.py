@@ -12,7 +12,7 @@ from scipy.special import stdtrit
 from fric.estimate import Estimate
 from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.profile import profile_interval
-from fric.identify.static_map.scatter import solve_with_scatter, without_outliers
+from fric.identify.static_map.scatter import Fitted, solve_with_scatter, without_outliers
 from fric.identify.static_map.stribeck_fit import PARAMETERS, Solution, StribeckProblem
 from fric.units import Motion, readable, si_unit
 
@@ -98,8 +98,9 @@ class MapFit:
 
     @property
     def static_map(self) -> StaticMap:
-        """The friction map, without the offset."""
-        return StaticMap(**{name: value for name, value in self.solution.theta.items() if name != "offset"})
+        """The friction map, without the offset; sigma is 0 where more damping was taken off than there is."""
+        known = {name: value for name, value in self.solution.theta.items() if name != "offset"}
+        return StaticMap(**known | {"sigma": max(known["sigma"], 0.0)})
 
     def form_told(self, motion: Motion) -> str:
         """Say which form the map has, and why."""
@@ -142,6 +143,7 @@ def fit_map(
     with_offset: bool,
     form: Form = "auto",
     offset: float = 0.0,
+    damping: float = 0.0,
     damping_error: float = 0.0,
 ) -> MapFit:
     """Fit eq. (2) to strokes; each weighs by its own error and the scatter that all show beyond theirs.
@@ -169,8 +171,9 @@ def fit_map(
         False where the offset is not fitted.
     offset
         What it is then [N].
-    damping_error
-        Half the 95 % interval of the damping [N·s/m] that was taken off the forces.
+    damping, damping_error
+        Damping [N·s/m] that was taken off the forces, and half its 95 % interval. What is left may be below 0 where it
+        was too much: sigma is then 0, and the other parameters are what they are for any damping taken off.
     form
         ``coulomb`` for Coulomb plus viscous friction, ``stribeck`` for eq. (2), ``auto`` for what predicts better.
 
@@ -183,7 +186,7 @@ def fit_map(
     floor = 1e-9 * float(np.abs(F).max())
     own = np.full_like(F, float(np.std(F)) or 1.0) if weights == "equal" else np.maximum(own, floor)
     problem = StribeckProblem(
-        v, F, own, delta, with_offset, form != "coulomb",
+        v, F + damping * v, own, delta, with_offset, form != "coulomb",
         swing if np.any(swing > 0) and form != "coulomb" else None, offset,
     )  # fmt: skip
     fitted = without_outliers(problem, 0.0 * F if weights == "equal" else own, fixed=weights == "equal")
@@ -197,8 +200,8 @@ def fit_map(
             fitted = fitted._replace(problem=simple, solution=solution, between=between)
     left_out = tuple(point for point, used in zip(points, fitted.kept, strict=True) if not used)
     estimates, covariance = _estimates(fitted.problem, fitted.solution, motion, fixed_weights=weights == "equal")
-    if damping_error > 0:
-        estimates = _with_damping_error(estimates, fitted.problem, fitted.solution, damping_error)
+    if damping:
+        fitted, estimates = _less_damping(fitted, estimates, damping, damping_error)
     part = [point for point, used in zip(points, fitted.kept, strict=True) if used]
     standing = tuple((point, float(by)) for point, by in zip(part, fitted.beyond, strict=True) if by)
     return MapFit(fitted.problem, fitted.solution, estimates, covariance, fitted.between, left_out, held_out, standing)
@@ -227,25 +230,21 @@ def _estimates(
     return estimates, covariance
 
 
-def _with_damping_error(
-    estimates: dict[str, Estimate], problem: StribeckProblem, solution: Solution, error: float
-) -> dict[str, Estimate]:
-    """Widen the intervals by what the map moves where the damping that was taken off is off by its error."""
-    moved = [
-        replace(problem, F=problem.F + side * error * problem.v).solve(start=solution).theta for side in (-1.0, 1.0)
-    ]
-    found = {}
-    for name, one in estimates.items():
-        found[name] = one
-        if not isinstance(one.ci95, tuple) or name not in problem.free:
-            continue
-        value = float(one)
-        below, above = (abs(float(limit) - value) for limit in one.ci95)  # type: ignore[arg-type]
-        shift = max(abs(theta[name] - value) for theta in moved)
-        least = 0.0 if name != "offset" else -np.inf
-        low, high = value - float(np.hypot(below, shift)), value + float(np.hypot(above, shift))
-        found[name] = replace(one, ci95=(max(low, least), high))
-    return found
+def _less_damping(
+    fitted: Fitted, estimates: dict[str, Estimate], damping: float, error: float
+) -> tuple[Fitted, dict[str, Estimate]]:
+    """Take the damping that the plant holds off what was fitted; sigma alone knows of it, and of its error."""
+    theta, problem = dict(fitted.solution.theta), fitted.problem
+    theta["sigma"] -= damping
+    solution = replace(fitted.solution, theta=theta)
+    problem = replace(problem, F=problem.F - damping * problem.v)
+    one, value = estimates["sigma"], max(theta["sigma"], 0.0)
+    if isinstance(one.ci95, tuple):
+        below, above = (float(np.hypot(float(limit) - float(one), error)) for limit in one.ci95)  # type: ignore[arg-type]
+        one = replace(one, ci95=(max(value - below, 0.0), max(value + above, 0.0)))
+    return fitted._replace(problem=problem, solution=solution), estimates | {
+        "sigma": replace(one, value=max(value, 0.0))
+    }
 
 
 def _at_bound(problem: StribeckProblem, solution: Solution) -> tuple[str, ...]:

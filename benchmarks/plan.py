@@ -1,0 +1,54 @@
+"""Half-widths that a plan from an identified friction expects, against those achieved: medians of nine runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fric.documents.friction import FrictionDocument
+from fric.documents.machine_files import read_machine
+from fric.planning.choose import Limits, choose
+from fric.results.expected import DRAWS, expected
+from fric.results.given import silent
+from fric.results.prior import prior_axis
+from fric.simulate.spread import draw_machine
+from fric.simulate.trial import runs_of
+from tests.planning.test_expected import SUBJECTS, achieved, anywhere, identified
+
+
+def run() -> Iterator[tuple[str, str, str]]:
+    for name, axis, draw in SUBJECTS:
+        machine = read_machine(Path(name))
+        if draw is not None:
+            machine, _ = draw_machine(machine, draw, seed=0)
+        truth, limits = machine.axis(axis), Limits(0.3, 0.1, 5.0)
+        trials = anywhere(truth, [trial for one in choose(truth, limits) for trial in one.trials(truth)], 77)
+        logs = [trial.log(truth, made, 77) for trial, made in runs_of(truth, trials)]
+        plant, *_, friction = identified(logs)
+        prior, _ = prior_axis(machine, axis, friction)
+        prior = replace(prior, plant=plant.belief)
+        planned = choose(prior, limits)
+        found = expected(prior, planned, silent, known=FrictionDocument.model_validate(friction.document))
+        got = achieved(truth, planned, found.blocks or "auto", range(201, 201 + DRAWS))
+        ratios = {
+            key: np.array([one[key] for one in got]) / expectation.half_width
+            for key, expectation in found.parameters.items()
+        }
+        middle = {key: float(np.median(one)) for key, one in ratios.items()}
+        worst = max(middle, key=lambda key: abs(np.log(middle[key])))
+        inside = np.mean([
+            (one.between[0] <= run[key]) & (run[key] <= one.between[1])
+            for key, one in found.parameters.items() for run in got
+        ])  # fmt: skip
+        about = f"{name} {axis}" + (f" drawn {draw}" if draw is not None else "")
+        yield (
+            f"{about}: median achieved over expected, the worst of {len(middle)}: {worst}",
+            f"{middle[worst]:.2f}",
+            "1.5",
+        )
+        single = np.mean([(one < 1.5) & (one > 1 / 1.5) for one in ratios.values()])
+        yield f"{about}: single runs within 1.5", f"{single:.0%}", ""
+        yield f"{about}: single runs in the range told", f"{inside:.0%}", "80 %"

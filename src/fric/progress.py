@@ -1,0 +1,25 @@
+"""How far a long fit is, for whoever waits for it: each replay of a model is told to the one who listens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+_LISTENER: ContextVar[Callable[[], object] | None] = ContextVar("listener", default=None)
+
+
+def tried() -> None:
+    """Tell whoever listens that a fit tried one more set of parameters."""
+    if (listener := _LISTENER.get()) is not None:
+        listener()
+
+
+@contextmanager
+def heard(listener: Callable[[], object]) -> Iterator[None]:
+    """Have a function called whenever a fit in this block tries a set of parameters."""
+    before = _LISTENER.set(listener)
+    try:
+        yield
+    finally:
+        _LISTENER.reset(before)
