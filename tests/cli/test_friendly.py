@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,6 @@ from fric.cli.main import app
 from fric.documents import bundled
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.identify.gms import identify
 
 ROOT = Path(__file__).parents[2]
 RUN = CliRunner()
@@ -109,17 +109,32 @@ def test_an_ending_that_means_another_format_is_refused_before_any_work(tmp_path
     assert not list(tmp_path.iterdir())
 
 
-def test_ctrl_c_ends_with_130(tmp_path, monkeypatch, capsys):
-    """The real signal through the real handler, in the middle of a fit: before its blocks are counted."""
+@pytest.mark.parametrize(("words", "within"), [
+    ("identify gms data/presliding-sine.h5 --blocks 6 -o OUT", "fric.identify.gms.identify._blocks"),
+    ("plan --stroke 0.3m --feed 0.1m/s --machine xy-table -o OUT", "fric.simulate.trial.run_axis"),
+    ("learn xy-table --rounds 1 -o OUT", "fric.results.learn.learn_rounds"),
+    ("tune xy-table data/sliding-sine.h5 -o OUT", "fric.results.tune.choose_circles"),
+    ("reproduce -o OUT", "fric.simulate.trial.run_axis"),
+    ("auto data/constant-velocity.h5 -o OUT", "fric.results.static.fit_static"),
+    ("auto FLEET -o OUT --workers 1", "fric.automatic.fleet.identify_axes"),
+])  # fmt: skip
+def test_ctrl_c_ends_with_130(tmp_path, monkeypatch, capsys, words, within):
+    """The real signal through the real handler, in the middle of the work: a fit before its blocks are counted."""
     begun = []
 
     def interrupting(*_, **__):
         begun.append(os.kill(os.getpid(), signal.SIGINT))
         pytest.fail("it went on")
 
-    words = ["identify", "gms", ROOT / "data/presliding-sine.h5", "--blocks", "6", "-o", tmp_path / "friction.yaml"]
-    monkeypatch.setattr(sys, "argv", ["fric", *map(str, words)])
-    monkeypatch.setattr(identify, "_blocks", interrupting)
+    date = tmp_path / "fleet" / "machine" / "2026-01-01"
+    date.mkdir(parents=True)
+    (date / "x.h5").symlink_to(ROOT / "data/constant-velocity.h5")
+    out = tmp_path / {"identify": "friction.yaml", "learn": "run.h5"}.get(words.split()[0], "out")
+    given = {"OUT": out, "FLEET": date.parents[1]}
+    monkeypatch.setattr(sys, "argv", ["fric", *(str(given.get(one, one)) for one in words.split())])
+    monkeypatch.chdir(ROOT)
+    module, _, name = within.rpartition(".")
+    monkeypatch.setattr(import_module(module), name, interrupting)
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         with pytest.raises(SystemExit) as ended:
@@ -130,7 +145,8 @@ def test_ctrl_c_ends_with_130(tmp_path, monkeypatch, capsys):
     assert begun == []  # the signal came within the call
     assert ended.value.code == 130
     assert "interrupted" in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
+    assert not [one for one in tmp_path.rglob("*") if one.is_file() and not one.is_symlink() and out not in one.parents]
+    assert not out.is_file()
 
 
 def test_the_bundled_documents_read():
