@@ -234,6 +234,8 @@ class MonteCarlo:
 
 
 def _unused(found: MonteCarlo) -> Iterator[str]:
+    if found.study.spreads is DEFAULT_SPREADS:  # nobody asked for them
+        return
     ran = [outcome for outcome in found.outcomes if len(outcome.failures) < len(found.study.schemes)]
     drawn = {key.partition(".")[2] for outcome in ran for key in outcome.drawn}
     for name in found.study.spreads if ran else ():
