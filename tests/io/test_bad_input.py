@@ -263,7 +263,7 @@ def test_full_disk(tmp_path, long_log, room, warm):
     done = subprocess.run(
         command(long_log, "-o", out / "log.h5"),
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)),
-        env=warm, capture_output=True, text=True, check=False, timeout=6000,
+        env=warm, capture_output=True, text=True, check=False, timeout=600,
     )  # fmt: skip
     assert done.returncode == 1, done.stderr
     assert "cannot be written: File too large" in done.stderr

@@ -1,9 +1,17 @@
 """A compiled function is read from its cache, and never when a file that it is made of has changed."""
 
+import ast
+import importlib
+import inspect
 import os
 import subprocess
 import sys
 from pathlib import Path
+
+from numba.core.dispatcher import Dispatcher
+
+from fric.kernels.signatures import _sources
+from tests.warm import modules
 
 LEVEL = """
 from numba import types
@@ -44,3 +52,23 @@ def test_cache_is_warm_in_a_new_process_and_sees_every_edit(tmp_path: Path) -> N
     assert _run(tmp_path, level=2.0, model=3.0) == (6.0, True)
     assert _run(tmp_path, level=2.0, model=5.0) == (10.0, False)
     assert _run(tmp_path, level=7.0, model=5.0) == (35.0, False)  # the step's own file is untouched
+
+
+def test_the_file_of_every_number_that_is_compiled_in_is_watched():
+    """An index of a signal that had moved would be read, and written, at its old place."""
+    taken = set()
+    for module in map(importlib.import_module, modules()):
+        tree = ast.parse(inspect.getsource(module))
+        homes = {
+            name.asname or name.name: node.module
+            for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module for name in node.names
+        }  # fmt: skip
+        for made in vars(module).values():
+            if isinstance(made, Dispatcher) and made.py_func.__module__ == module.__name__:
+                for name in made.py_func.__code__.co_names:
+                    if isinstance(made.py_func.__globals__.get(name), int | float) and name in homes:
+                        home = importlib.import_module(homes[name])
+                        if home.__name__.startswith("fric."):
+                            taken.add((module.__name__, name))
+                            assert home.__file__ in _sources(made.py_func), (module.__name__, name, home.__name__)
+    assert ("fric.kernels.loop", "FRICTION") in taken

@@ -33,11 +33,15 @@ Step = Callable[[float, float, float, NDArray[np.float64], NDArray[np.float64]],
 Function = TypeVar("Function", bound=Callable[..., object])
 
 
+_HERE = {entry.path for entry in os.scandir(os.path.dirname(__file__)) if entry.name.endswith(".py")}
+"""The files of this room: a number that a function takes from one of them, as the place of a signal, is compiled in."""
+
+
 def _sources(function: FunctionType) -> set[str]:
-    """Return the files that a compiled function is made of: its own, this one, and those of what it calls."""
+    """Return the files that a compiled function is made of: its own, those of this room, and those of what it calls."""
     called = (function.__globals__.get(name) for name in function.__code__.co_names)
     callees = [callee.py_func for callee in called if isinstance(callee, Dispatcher)]
-    return {__file__, function.__code__.co_filename}.union(*map(_sources, callees))
+    return {*_HERE, function.__code__.co_filename}.union(*map(_sources, callees))
 
 
 def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Function], Function]:
