@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from fric.errors import FricError
@@ -298,5 +298,3 @@ class ForceVelocity:
 
 
 Record = Log | FrequencyResponse | ForceVelocity
-
-LOG_ATTRIBUTES = tuple(f.name for f in fields(Log) if f.name not in CHANNELS)

@@ -177,4 +177,3 @@ def test_a_text_log_of_a_shaken_axis_is_ingested_as_a_frequency_response(tmp_pat
     assert any("the force is logged 500 µs (2 samples) later" in text for text in told["warnings"])
     plant = read_document(out, PlantDocument).plant("linear")
     assert plant.force_lag == pytest.approx(2 / flawed.RATE, rel=0.05)
-    assert plant.force_delay == pytest.approx(plant.T_d - plant.force_lag)

@@ -117,11 +117,6 @@ class Plant(LinearPlant):
         return self.K_f / self.B
 
     @property
-    def force_delay(self) -> float:
-        """By how much later than it is logged a force acts on the motion, ``T_d - force_lag`` [s]."""
-        return self.T_d - self.force_lag
-
-    @property
     def damping(self) -> float:
         """Linear damping ``M·A`` [N·s/m]: what a force logged at constant velocity holds besides friction."""
         return self.M * self.A

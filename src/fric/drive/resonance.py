@@ -57,11 +57,6 @@ class Resonance:
                 f"{self.damping:g} is not physical", hint="The ratio is between 0 and 1, the others are positive.",
             )  # fmt: skip
 
-    @property
-    def antiresonance(self) -> float:
-        """Frequency at which the table holds the motor still [Hz]."""
-        return float(self.frequency * np.sqrt(1 - self.ratio))
-
     def factor(self, A: float, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Return what the second mass makes of Z/U of eq. (1) with this A [1/s], at frequencies [Hz], shape (n,)."""
         s = 2j * np.pi * np.asarray(frequency, float)

@@ -120,7 +120,7 @@ class Operation:
 
 @dataclass(frozen=True)
 class Call:
-    """A call of a routine of the program, or of a function that every language has or is given (`INTRINSICS`)."""
+    """A call of a routine of the program, or of a function that every language has or is given."""
 
     function: str
     arguments: tuple[Expression, ...]
@@ -128,9 +128,6 @@ class Call:
 
 
 Expression = Constant | Name | Element | Field | Operation | Call
-
-INTRINSICS = ("exp", "pow", "abs", "min", "max", "copysign", "log1p")
-"""What steps may call besides routines of their own."""
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ def acting_force(time: NDArray[np.float64], force: NDArray[np.float64], delay: f
     time, force
         Instants [s] and logged force [N], each of shape (n,).
     delay
-        By how much later the logged force acts [s], `fric.drive.plant.Plant.force_delay`; negative where it is
-        logged late.
+        By how much later the logged force acts [s], ``T_d - force_lag`` of a plant; negative where it is logged
+        late.
     """
     if delay == 0.0:
         return force

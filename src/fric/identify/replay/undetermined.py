@@ -77,10 +77,6 @@ def opened(
     return found, notices
 
 
-def _m(motion: str) -> str:
-    return "rad" if motion == "rotary" else "m"
-
-
 def _level(
     values: Mapping[str, Mapping[str, float | tuple[float, ...]]],
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None:
