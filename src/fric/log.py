@@ -73,8 +73,18 @@ BEYOND = 1e12
 """A value of any channel, in SI, that no machine reaches."""
 
 
+class _FromFile:
+    name: str
+    source: str
+
+    @property
+    def where(self) -> str:
+        """File and record, for messages."""
+        return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
+
+
 @dataclass(frozen=True)
-class Log:
+class Log(_FromFile):
     """One record of one axis: what was logged over time.
 
     A record holds the position, the velocity, or both; force, input and reference as they were logged.
@@ -147,11 +157,6 @@ class Log:
     def __len__(self) -> int:
         return len(self.time)
 
-    @property
-    def where(self) -> str:
-        """File and record, for messages."""
-        return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
-
     def channels(self) -> dict[str, NDArray[np.float64]]:
         """Return the channels that were logged, by name, time first."""
         found = {channel: getattr(self, channel) for channel in CHANNELS}
@@ -185,7 +190,7 @@ class Log:
 
 
 @dataclass(frozen=True)
-class FrequencyResponse:
+class FrequencyResponse(_FromFile):
     """A measured frequency response from control voltage to position, as a table.
 
     Parameters
@@ -220,14 +225,9 @@ class FrequencyResponse:
         span = f"{len(f)} frequencies from {f[0]:.4g} to {f[-1]:.4g} Hz" if len(f) else "no frequency"
         return f"<FrequencyResponse '{self.name}' of the {self.motion} axis {self.axis}: {span}>"
 
-    @property
-    def where(self) -> str:
-        """File and record, for messages."""
-        return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
-
 
 @dataclass(frozen=True)
-class ForceVelocity:
+class ForceVelocity(_FromFile):
     """Mean forces at constant velocities, as a table: what is left of strokes that were averaged before.
 
     Parameters
@@ -281,11 +281,6 @@ class ForceVelocity:
     def kind(self) -> Kind:
         """The kind of the record."""
         return FORCE_VELOCITY
-
-    @property
-    def where(self) -> str:
-        """File and record, for messages."""
-        return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
 
     def columns(self) -> dict[str, NDArray[np.float64]]:
         """Return the columns that there are, by name."""

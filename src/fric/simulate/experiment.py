@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from inspect import signature
 from math import ceil
 from typing import TYPE_CHECKING
 
@@ -14,10 +12,10 @@ from fric.errors import FricError
 from fric.log import Kind, Log
 from fric.reference import Reference, multisine, sine, sliding_sine, strokes
 from fric.simulate.reality.flaws import Excitation
-from fric.simulate.trial import Trial, logs_of
+from fric.simulate.trial import Experiment, Trial, logs_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from fric.simulate.machine import Axis
 
@@ -26,33 +24,6 @@ SPEEDS = tuple(v * 1e-3 for v in (0.01, 0.04, 0.08, 0.2, 0.4, 0.5, 1, 2, 4, 5, 8
 
 AMPLITUDES = (15e-6, 450e-6)
 """The amplitudes of Section 3.2.1 [m]."""
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """An experiment: called with an axis, a seed and its settings it returns the records; `trials` plans them alone.
-
-    Parameters
-    ----------
-    trials
-        What is asked of the axis, one trial a record, by the settings.
-    """
-
-    trials: Callable[..., list[Trial]]
-
-    def __call__(self, axis: Axis, *, seed: int = 0, **settings: object) -> list[Log]:
-        """Return the records of the axis, which begins at rest."""
-        return list(logs_of(axis, self.planned(axis, seed, **settings), seed))
-
-    def planned(self, axis: Axis, seed: int = 0, **settings: object) -> list[Trial]:
-        """Return the trials of an axis, with the seed for those that draw."""
-        drawn = {"seed": seed} if "seed" in signature(self.trials).parameters else {}
-        return self.trials(axis, **drawn, **settings)
-
-    @property
-    def settings(self) -> set[str]:
-        """Names of what can be set, besides axis and seed."""
-        return set(signature(self.trials).parameters) - {"axis", "seed"}
 
 
 @Experiment

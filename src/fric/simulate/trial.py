@@ -1,15 +1,16 @@
-"""One run of an axis in an experiment, and a session of them one after the other."""
+"""One run of an axis in an experiment, a session of them one after the other, and what plans them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from inspect import signature
 from typing import TYPE_CHECKING
 
 from fric.simulate.axis import run_axis
 from fric.simulate.reality.trace import logged
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     import numpy as np
     from numpy.typing import NDArray
@@ -73,3 +74,30 @@ def logs_of(axis: Axis, trials: Iterable[Trial], seed: int = 0) -> Iterator[Log]
     """Run trials one after the other, and yield the log of each."""
     for trial, run in runs_of(axis, trials):
         yield trial.log(axis, run, seed)
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An experiment: called with an axis, a seed and its settings it returns the records; `trials` plans them alone.
+
+    Parameters
+    ----------
+    trials
+        What is asked of the axis, one trial a record, by the settings.
+    """
+
+    trials: Callable[..., list[Trial]]
+
+    def __call__(self, axis: Axis, *, seed: int = 0, **settings: object) -> list[Log]:
+        """Return the records of the axis, which begins at rest."""
+        return list(logs_of(axis, self.planned(axis, seed, **settings), seed))
+
+    def planned(self, axis: Axis, seed: int = 0, **settings: object) -> list[Trial]:
+        """Return the trials of an axis, with the seed for those that draw."""
+        drawn = {"seed": seed} if "seed" in signature(self.trials).parameters else {}
+        return self.trials(axis, **drawn, **settings)
+
+    @property
+    def settings(self) -> set[str]:
+        """Names of what can be set, besides axis and seed."""
+        return set(signature(self.trials).parameters) - {"axis", "seed"}
