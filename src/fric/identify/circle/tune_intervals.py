@@ -25,10 +25,7 @@ if TYPE_CHECKING:
     from fric.identify.circle.tune_fit import Fitted
 
 STEP = 1e-4
-MISFIT = 1.3
-"""Times the standard errors of noise and encoder: no loop answers to the counts that are recorded again. Set by how
-often intervals held on machines of `configs/spread.yaml` and `configs/spread-shape.yaml`, and in poor logs."""
-SEEN = 0.06
+SEEN = 0.08
 """Share of an encoder's step to which the slip of a block is known."""
 UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
 
@@ -140,12 +137,21 @@ def _covariance(about: Fitted, left: list[NDArray[np.float64]]) -> NDArray[np.fl
     scale[scale == 0] = 1.0
     scores = np.outer(scale, scale) * score_covariance(Z / scale, np.concatenate(residuals), lengths)
     scores += np.diag(instruments.power * instruments.prior)
-    errors = np.array([instruments.error(one) for one in left])
-    noise = instruments.solved(instruments.solved(scores).T)
-    covariance = MISFIT**2 * (noise + errors.T @ errors / len(errors))
+    errors = _beyond(about, left) * np.array([instruments.error(one) for one in left])
+    covariance = instruments.solved(instruments.solved(scores).T) + errors.T @ errors / len(errors)
     p = len(about.x)
     covariance[:p, :p] += np.diag(_of_the_encoder(about))
     return np.asarray(covariance)
+
+
+def _beyond(about: Fitted, left: list[NDArray[np.float64]]) -> float:
+    """Return how many times what repeats of the residual exceeds what circles leave that are recorded again.
+
+    Least 1. What is more is no encoder of this step: its ripple, or friction of another shape, and errs as much more.
+    """
+    again = float(np.sqrt(np.mean([replace(about, residual=one).rms ** 2 for one in left])))
+    repeats = max(about.rms**2 - (about.noise() or 0.0) ** 2, 0.0) ** 0.5
+    return max(1.0, repeats / again) if again > 0 else 1.0
 
 
 def _of_the_encoder(found: Fitted) -> NDArray[np.float64]:
