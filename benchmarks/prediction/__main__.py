@@ -79,10 +79,9 @@ def _known(kept: Path, version: str | None) -> dict[str, Outcome]:
 
 
 def _tell(one: Outcome) -> None:
-    trust = ", ".join(one.why) or "trusted"
-    print(
-        f"{one.name}: {one.failure or f'recommended ({one.choice})' if one.choice else f'nothing recommended: {trust}'}"
-    )
+    choice = f"recommended ({one.choice})" if one.choice else "nothing recommended"
+    told = one.failure or f"{choice}, {', '.join(one.why) or 'trusted'}"
+    print(f"{one.name}: {' '.join(told.split())}")
     for pair in one.pairs:
         limits = f"{pair.low * 1e6:6.2f} … {pair.high * 1e6:6.2f}"
         held = "held" if pair.covered else "missed, and not trusted" if pair.why else "MISSED"
