@@ -133,6 +133,7 @@ def test_a_prediction_reads_as_it_was_written(predicted):
     [
         (lambda axis: replace(axis, cascade=replace(axis.cascade, K_p=0.5 * axis.cascade.K_p)), "controller-differs"),
         (lambda axis: replace(axis, plant=replace(axis.plant, T_d=1.05e-3)), "delay-differs"),
+        (lambda axis: replace(axis, nominal=replace(axis.plant, B=0.97 * axis.plant.B, A=1.1 * axis.plant.A)), None),
         (lambda axis: axis, None),
     ],
 )
