@@ -149,6 +149,17 @@ def test_ctrl_c_ends_with_130(tmp_path, monkeypatch, capsys, words, within):
     assert not out.is_file()
 
 
+def test_a_folder_hides_no_bundled_name(tmp_path, monkeypatch):
+    """`fric auto … -o emps` reads its logs with the mapping of that name."""
+    monkeypatch.chdir(tmp_path)
+    for kind, name in (("machine", "xy-table"), ("mapping", "emps")):
+        (tmp_path / name).mkdir()
+        assert bundled.located(Path(name), kind) == bundled.bundled(kind)[name]
+        (tmp_path / name).rmdir()
+        (tmp_path / name).write_text("")
+        assert bundled.located(Path(name), kind) == Path(name)
+
+
 def test_the_bundled_documents_read():
     for kind in bundled.KINDS:
         for path in bundled.bundled(kind).values():

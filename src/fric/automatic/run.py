@@ -160,7 +160,8 @@ def auto(
     session.close()
     words = {name: {"done": one["done"], "missing": one["missing"]} for name, one in axes.items()}
     failed = [f"{name}: {text}" for name, text in session.failed.items() if name.partition(":")[0] not in axes]
-    return AutoResult(folder, words, found.description + failed, session.steps, session.made, page)
+    told = list(dict.fromkeys(found.description + failed))
+    return AutoResult(folder, words, told, session.steps, session.made, page)
 
 
 def _machine(session: Session, axes: dict[str, dict[str, Any]], given: Path | None) -> Path | None:

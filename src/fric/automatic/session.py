@@ -57,7 +57,7 @@ class Session:
                 one.name, make, reads=one.reads, leaves=one.leaves, settings={"words": list(one.words)}
             )
         except FricError as error:
-            self.failed[one.name] = str(error).replace("\n", " ")
+            self.failed[one.name] = str(error).replace("\n", ". ")
             self.script.append(f"# failed: {text}")
             return False
         self.script.append(text)

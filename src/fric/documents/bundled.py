@@ -28,18 +28,18 @@ def bundled(kind: str) -> dict[str, Path]:
 
 
 def located(path: Path, kind: str) -> Path:
-    """Return a path, or the bundled document whose name was given where there is no such file.
+    """Return a path, or the bundled document whose name was given where there is no such file; a folder is none.
 
     Raises
     ------
     FricError
         When there is neither: with a name that is near.
     """
+    known = bundled(kind)
+    if str(path) in known and not path.is_file():
+        return known[str(path)]
     if path.exists():
         return path
-    known = bundled(kind)
-    if str(path) in known:
-        return known[str(path)]
     raise missing(path, tuple(known))
 
 
