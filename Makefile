@@ -14,6 +14,9 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/demo.sh
 
+# Each worker keeps BLAS to one thread: the threads of two would fight for the cores.
+test test-long: export OMP_NUM_THREADS := 1
+
 # FRIC_LONG_MINUTES says how long after its start the tests may begin one of those marked `long`: 0 begins none.
 test: $(STAMP)
 	$(MAKE) --no-print-directory --jobs 2 --output-sync=target lint warm

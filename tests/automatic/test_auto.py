@@ -75,6 +75,7 @@ def test_steps_are_commands_to_be_run_again_by_hand(first, folder):
     assert done.exit_code == 0, done.output
 
 
+@pytest.mark.long(30)
 def test_a_measured_circle_that_differs_is_told_and_the_verdict_is_not_trusted(first, folder):
     def without_tune(words):
         if words[0] == "tune":
