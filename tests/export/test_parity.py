@@ -84,10 +84,9 @@ def test_structured_text_gives_the_librarys_forces(name: str) -> None:
         assert np.abs(np.array(found) - replayed(model, dz, v)).max() <= 1e-9, motion
 
 
-@pytest.mark.parametrize("scheme", ["c", "f"])
-def test_structured_text_is_grammatical(scheme: str) -> None:
+def test_structured_text_is_grammatical() -> None:
     parse = pytest.importorskip("blark.parse").parse_source_code
-    (text,) = st_files(scheme_part(scheme)).values()
+    (text,) = st_files(scheme_part("f")).values()  # which holds all that the others do
     assert parse(str(text)).exception is None
     assert parse(str(text).replace("END_IF;", "END_IFF;", 1)).exception is not None  # it can fail
 

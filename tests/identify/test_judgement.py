@@ -138,6 +138,7 @@ def test_a_table_has_one_unit_a_row_of_numbers_that_fit():
     assert rows[1][3] == rows[2][3]
 
 
+@pytest.mark.long(20)
 def test_twelve_blocks_seen_as_fewer_hold_their_own_mean():
     """Where the model has fewer blocks than the machine, the interval is of the block that stands for several."""
     slip = np.geomspace(0.6e-6, 85e-6, 10)

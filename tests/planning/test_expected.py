@@ -44,6 +44,7 @@ def hold(expectation, got: list[dict[str, float]]) -> None:
         assert one.between[0] <= one.half_width <= one.between[1]
 
 
+@pytest.mark.long(20)
 def test_half_widths_of_the_papers_machine_are_as_expected(tmp_path: Path) -> None:
     plan = fric.plan(stroke="300 mm", feed="100 mm/s", machine="xy-table", draws=3)
     assert {"A", "B", "T_d", "K_f", "F_c", "F_s", "v_s", "sigma", "alpha_1", "k_1", "C"} <= set(plan.plan.expected)
