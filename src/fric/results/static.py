@@ -13,6 +13,7 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
+from fric.identify.static_map.map_fit import ShapeFactor
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.plausibility import Finding, of_friction, of_logs, settled
 from fric.results.friction import IdentifiedFriction
@@ -64,8 +65,9 @@ class StaticResult(IdentifiedFriction):
 def identify_static(
     *logs: Any,
     plant: Any = None,
-    delta: float | str = 1.0,
-    direction: Literal["both", "each"] = "both",
+    delta: float | str = "auto",
+    direction: Literal["auto", "both", "each"] = "auto",
+    over_position: Literal["auto", "off", "on"] = "auto",
     weights: Literal["error", "equal"] = "error",
     average: Literal["robust", "median"] = "robust",
     form: Literal["auto", "coulomb", "stribeck"] = "auto",
@@ -80,9 +82,12 @@ def identify_static(
     plant
         The plant, its file or its result: the drive's own linear damping ``K_f·(A/B)·v`` is taken off first.
     delta
-        Stribeck shape factor [1], or ``free`` to fit it.
+        Stribeck shape factor [1], ``free`` to fit it, or ``auto``: 1, or free where that predicts better.
     direction
-        ``both``: one map and an offset; ``each``: a map for each direction.
+        ``both``: one map and an offset; ``each``: a map for each direction; ``auto`` for what predicts better.
+    over_position
+        ``on``: take off the mean of each stroke what comes again at its places; ``off``: do not; ``auto`` for what
+        predicts better.
     weights
         ``error``: by standard error and scatter between strokes; ``equal``: every stroke the same.
     average
@@ -108,6 +113,7 @@ def identify_static(
         plant=known,
         delta=_shape_factor(delta),
         direction=direction,
+        over_position=over_position,
         weights=weights,
         average=average,
         form=form,
@@ -125,13 +131,13 @@ def identify_static(
     return StaticResult(replace(found, warnings=(*found.warnings, *doubtful)), records)
 
 
-def _shape_factor(given: float | str) -> float | None:
-    if given == "free":
-        return None
+def _shape_factor(given: float | str) -> ShapeFactor:
+    if given in {"free", "auto"}:
+        return given  # type: ignore[return-value]
     try:
         value = float(given)
     except (TypeError, ValueError):
         value = 0.0
     if not 0.1 <= value <= 4.0:
-        raise FricError(f"delta '{given}' is not a shape factor", hint="Give a number from 0.1 to 4, or 'free'.")
+        raise FricError(f"delta '{given}' is not a shape factor", hint="Give a number from 0.1 to 4, 'free' or 'auto'.")
     return value

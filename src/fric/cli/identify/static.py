@@ -16,10 +16,21 @@ def static(
     logs: LogFiles,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FRICTION.yaml", help="Friction file to write.")],
     plant: PlantFile = None,
-    delta: Annotated[str, typer.Option(metavar="VALUE|free", help="Stribeck shape factor, fixed or free.")] = "1",
+    delta: Annotated[
+        str,
+        typer.Option(
+            metavar="VALUE|free|auto",
+            help="Stribeck shape factor, fixed or free; auto: 1, or free where that predicts held-out strokes better.",
+        ),
+    ] = "auto",
     direction: Annotated[
-        Literal["both", "each"], typer.Option(help="One map and an offset, or a map for each direction.")
-    ] = "both",
+        Literal["auto", "both", "each"],
+        typer.Option(help="One map and an offset, a map for each direction, or what predicts held-out strokes better."),
+    ] = "auto",
+    over_position: Annotated[
+        Literal["auto", "off", "on"],
+        typer.Option(help="Whether to take off what comes again at the same places; auto: where that predicts better."),
+    ] = "auto",
     weights: Annotated[
         Literal["error", "equal"], typer.Option(help="Weigh strokes by their errors and scatter, or all the same.")
     ] = "error",
@@ -45,7 +56,7 @@ def static(
     finish(
         lambda _: fric.identify_static(
             *logs, plant=plant, delta=delta, direction=direction, weights=weights, average=average, form=form,
-            load=load,
+            load=load, over_position=over_position,
         ),
         output, plot, json=json, force=force, doing="friction map",
     )  # fmt: skip

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 from fric.identify.records.clipping import clipped_among
 from fric.identify.records.encoder_error import encoder_error
-from fric.identify.records.over_strokes import over_place, over_time
+from fric.identify.records.over_strokes import OverPlace, over_time
 from fric.identify.records.timing import timing
 from fric.notice import Notice, Severity
 from fric.units import readable
@@ -90,16 +90,22 @@ def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     return warnings
 
 
-def stroke_flaws(strokes: Strokes, *, force: float = inf, half_width: float = 0.0) -> list[Notice]:
+def stroke_flaws(
+    strokes: Strokes, place: OverPlace | None, *, force: float = inf, half_width: float = 0.0, taken_off: bool = False
+) -> list[Notice]:
     """Return what strokes at constant velocity tell of the encoder, and of what the force does over place and time.
 
     Parameters
     ----------
     strokes
         Stretches at constant velocity, each with its record.
+    place
+        What `over_place` gives of them.
     force, half_width
         Friction that was identified from them, and half of the tighter of the intervals of Coulomb friction and offset
         [N]; these say how much is too much.
+    taken_off
+        Whether what comes again at the same places was taken off the map.
     """
     if not strokes:
         return []
@@ -111,7 +117,7 @@ def stroke_flaws(strokes: Strokes, *, force: float = inf, half_width: float = 0.
             f"{readable(error.amplitude, length)}: a sub-divisional error of the encoder. Knots of that size are not "
             "of friction; adjust the reading head, or log a finer encoder.", "encoder-errs", "doubt",
         ))  # fmt: skip
-    if (place := over_place(strokes)) is not None:
+    if place is not None:
         alike = place.cogging == place.friction  # the strokes of the two directions do not meet: it may be either
         for size, code, what, hint in (
             (place.cogging, "force-over-position", "a force over position (cogging, a cable, gravity of a balance)"
@@ -122,11 +128,16 @@ def stroke_flaws(strokes: Strokes, *, force: float = inf, half_width: float = 0.
              "Log each speed over the same whole stroke"),
         ):  # fmt: skip
             if size > 0.0:
+                means = (
+                    "The map is the mean over all these places"
+                    if taken_off
+                    else "The map is that of the places where each speed was logged"
+                )
                 varies = sqrt(2.0) * size * (sqrt(2.0) if alike else 1.0)
                 warnings.append(Notice(
                     f"at the same places of {readable(place.length, length)} strokes take the same force, which varies "
-                    f"by {readable(varies, unit)}: {what}. The map is that of the places where each speed was logged. "
-                    f"{hint}.", code, _severity(varies, force, half_width),
+                    f"by {readable(varies, unit)}: {what}. {means}. {hint}.", code,
+                    _severity(varies, force, half_width),
                 ))  # fmt: skip
     if (time := over_time(strokes)) is not None:
         warnings.append(Notice(

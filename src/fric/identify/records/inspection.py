@@ -12,6 +12,7 @@ from fric.identify.records.energy import cycle_energies, energy_per_cycle, energ
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
 from fric.identify.records.inspected import Channel, Gap, Inspection, Use
 from fric.identify.records.judgement import branch_slope, excites
+from fric.identify.records.over_strokes import over_place
 from fric.identify.records.recognition import fitted_sine, force_rise, recognised_kind
 from fric.identify.records.resolution import encoder_step
 from fric.identify.records.reversals import find_reversals
@@ -69,7 +70,9 @@ def inspect(record: Record) -> Inspected:
         sine, reversals = fitted_sine(log.time, log.position), find_reversals(log.position)
     rise = force_rise(log, reversals)
     warnings = clock_flaws([log], "inspect")
-    warnings += stroke_flaws([(log, segment) for segment in segments]) if log.force is not None else []
+    if log.force is not None:
+        stretches = [(log, segment) for segment in segments]
+        warnings += stroke_flaws(stretches, over_place(stretches))
     kind = record.kind or recognised_kind(log, segments, rests, sine, rise)
     if kind not in {"constant-velocity", "motion"}:
         segments = []

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import sqrt
 from typing import TYPE_CHECKING, Literal
 
@@ -13,21 +14,28 @@ from scipy.special import stdtrit
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.records.flaws import record_flaws, stroke_flaws
+from fric.identify.records.over_strokes import OverPlace, over_place
 from fric.identify.records.segments import Segment
 from fric.identify.static_map.averages import Average
+from fric.identify.static_map.forms import FEWEST, HeldOut, directions_predict
 from fric.identify.static_map.identifiability import damping_warning, directions_differ, identifiability_warnings
-from fric.identify.static_map.map_fit import Form, MapFit, SpeedPoint, Weights, fit_map
+from fric.identify.static_map.map_fit import Form, MapFit, ShapeFactor, SpeedPoint, Weights, fit_map, solved
+from fric.identify.static_map.over_position import Profile
 from fric.identify.static_map.points import stroke_points
+from fric.identify.static_map.scatter import Fitted
 from fric.log import ForceVelocity
 from fric.notice import Notice
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from fric.drive.plant import Plant
     from fric.log import Log
 
-Direction = Literal["both", "each"]
+Direction = Literal["auto", "both", "each"]
+OverPosition = Literal["auto", "off", "on"]
 
 
 @dataclass(frozen=True)
@@ -70,8 +78,9 @@ def identify_static(
     records: Sequence[Log | ForceVelocity],
     *,
     plant: Plant | None = None,
-    delta: float | None = 1.0,
-    direction: Direction = "both",
+    delta: ShapeFactor = "auto",
+    direction: Direction = "auto",
+    over_position: OverPosition = "auto",
     weights: Weights = "error",
     average: Average = "robust",
     form: Form = "auto",
@@ -91,9 +100,13 @@ def identify_static(
     plant
         Where given, the drive's own linear damping ``K_f·(A/B)·v`` is taken off the force first.
     delta
-        Stribeck shape factor [1], or None to fit it.
+        Stribeck shape factor [1], ``free`` to fit it, or ``auto``: 1, or free where that predicts better.
     direction
-        ``both``: one map and an offset; ``each``: a map for each direction, and the offset that both share.
+        ``both``: one map and an offset; ``each``: a map for each direction, and the offset that both share; ``auto``
+        for each where that predicts held-out strokes better.
+    over_position
+        ``on``: take off the mean of each stroke what comes again at its places; ``off``: do not; ``auto`` for what
+        predicts held-out strokes better.
     weights
         ``error``: by standard error and scatter between strokes; ``equal``: every stroke the same.
     average
@@ -121,74 +134,125 @@ def identify_static(
         )  # fmt: skip
     amiss = record_flaws(logs, "static") + missing
     axis, motion = records[0].axis, records[0].motion
-    method = (
-        f"separable least squares; weights {weights}; average {average}; direction {direction}; "
-        "95 % intervals by profile likelihood"
-    )
     speeds = {round(abs(p.velocity), 12) for p in points}
     if np.ptp(np.abs([p.velocity for p in points])) <= 0.02 * max(speeds):
         at_speed, warning = _one_speed(points, motion)
+        method = f"mean of the strokes; average {average}"
         return StaticFit(axis, motion, tuple(points), None, None, at_speed, (*amiss, warning), method, plant)
 
-    warnings, damping = amiss + _unsettled(points, motion), plant.damping if plant else 0.0
+    strokes = _strokes(logs, points)
+    place = over_place([(log, segment) for _, log, segment in strokes])
+    damping = plant.damping if plant else 0.0
+    fitting = partial(
+        fit_map, delta=delta, weights=weights, motion=motion, form=form, damping=damping, damping_error=damping_error
+    )
+    points, together, other = _over_position(
+        points, strokes, place, over_position, partial(solved, delta=delta, weights=weights, form=form, damping=damping,
+                                                       offset=load or 0.0), load is None,
+    )  # fmt: skip
+    warnings = amiss + _unsettled(points, motion)
     positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
-    if direction == "each":
-        if not (positive and backward):
-            raise FricError(
-                "only one direction was measured", hint="Log strokes in both directions, or use --direction both."
-            )
-        both = fit_map(points, delta, weights, motion, with_offset=True, form=form, damping=damping)
-        shared = _stated(load, motion) or both.estimates["offset"]
+    if direction == "each" and not (positive and backward):
+        raise FricError(
+            "only one direction was measured", hint="Log strokes in both directions, or use --direction both."
+        )
+    known, negative = _stated(load, motion), None
+    fit = fitting(
+        points, with_offset=bool(positive and backward) and known is None, offset=load or 0.0, together=together,
+    )  # fmt: skip
+    fit.held_out.also |= other
+    forms = fit.held_out
+    by_direction = direction != "both" and directions_predict(fit.problem, fit.solution, fit.held_out, damping)
+    if direction == "each" or by_direction:
+        shared = known or fit.estimates["offset"]
+        text = (
+            f"what both directions share, {readable(float(shared), si_unit('force', motion))}, is the offset (gravity, "
+            "the bias of an amplifier) and no friction: strokes cannot tell it from a Coulomb friction that differs "
+            "between the directions; give --load where you know it"
+        )
+        if load is None:  # where more than the level differs, the level will too
+            warnings.append(Notice(text, "offset-shared", "wrong" if directions_differ(fit, motion) else "note"))
         mirrored = [replace(p, velocity=-p.velocity, force=-p.force) for p in backward]
-        static, negative = (
-            fit_map(
-                own, delta, weights, motion, with_offset=False, form=form, offset=sense * float(shared),
-                damping=damping, damping_error=damping_error,
+        forward = np.array([p.velocity > 0 for p in points])
+        fit, negative = (
+            _with_shared(
+                fitting(
+                    own, with_offset=False, offset=sense * float(shared),
+                    together=None if together is None else sense * together[:, forward == (sense > 0)],
+                ),
+                shared,
             )
             for own, sense in ((positive, 1.0), (mirrored, -1.0))
         )  # fmt: skip
-        static, negative = (_with_shared(one, shared) for one in (static, negative))
-        words = readable(float(shared), si_unit("force", motion))
-        text = (
-            f"what both directions share, {words}, is the offset (gravity, the bias of an amplifier) and no friction: "
-            "strokes cannot tell it from a Coulomb friction that differs between the directions; give --load where you "
-            "know it"
-        )
-        if load is None:  # where more than the level differs, the level will too
-            warnings.append(Notice(text, "offset-shared", "wrong" if directions_differ(both, motion) else "note"))
-        for name, one in (("positive", static), ("negative", negative)):
+        for name, one in (("positive", fit), ("negative", negative)):
             notices = [Notice.of(text) for text in identifiability_warnings(one, motion)]
             warnings += [Notice(f"{name} direction: {text}", text.code, text.severity) for text in notices]
-        warnings += _flaws(logs, points, static)
-        method = f"{static.form_told(motion)}; {method}"
-        return StaticFit(axis, motion, tuple(points), static, negative, {}, tuple(warnings), method, plant)
-    if not (positive and backward) and load is None:
-        warnings.append(
-            Notice(
-                "only one direction was measured: an offset of the force channel cannot be told from Coulomb friction, "
-                "and 0 is assumed. Log strokes in both directions.", "one-direction", "doubt",
-            )
-        )  # fmt: skip
-    elif plant is None and load is None and _turned(positive, backward):
-        warnings.append(
-            Notice(
-                "forward strokes took less force than backward ones: by these signs friction drives the axis, and this "
-                "map means nothing. Turn the force's `sign:` in the mapping and ingest again.", "force-turned", "wrong",
-            )
-        )  # fmt: skip
-    known = _stated(load, motion)
-    fit = fit_map(
-        points, delta, weights, motion, with_offset=bool(positive and backward) and known is None, form=form,
-        offset=load or 0.0, damping=damping, damping_error=damping_error,
-    )  # fmt: skip
-    if known is not None:
-        fit = replace(fit, estimates=dict(fit.estimates) | {"offset": known})
-    if plant is not None:
-        warnings += damping_warning(fit, plant, motion)
-    warnings += identifiability_warnings(fit, motion)
-    warnings += _flaws(logs, points, fit)
-    method = f"{fit.form_told(motion)}; {method}"
-    return StaticFit(axis, motion, tuple(points), fit, None, {}, tuple(warnings), method, plant)
+    else:
+        if not (positive and backward) and load is None:
+            warnings.append(
+                Notice(
+                    "only one direction was measured: an offset of the force channel cannot be told from Coulomb "
+                    "friction, and 0 is assumed. Log strokes in both directions.", "one-direction", "doubt",
+                )
+            )  # fmt: skip
+        elif plant is None and load is None and _turned(positive, backward):
+            warnings.append(
+                Notice(
+                    "forward strokes took less force than backward ones: by these signs friction drives the axis, and "
+                    "this map means nothing. Turn the force's `sign:` in the mapping and ingest again.",
+                    "force-turned", "wrong",
+                )
+            )  # fmt: skip
+        if known is not None:
+            fit = replace(fit, estimates=dict(fit.estimates) | {"offset": known})
+        if plant is not None:
+            warnings += damping_warning(fit, plant, motion)
+        warnings += identifiability_warnings(fit, motion)
+    warnings += _flaws(strokes, place, fit, taken_off=any(p.over_position for p in points))
+    method = (
+        f"{fit.form_told(motion, forms)}; separable least squares; weights {weights}; average {average}; "
+        f"direction {'each' if negative else 'both'}"
+        + ("; what comes again at the same places taken off" if any(p.over_position for p in points) else "")
+        + "; 95 % intervals by profile likelihood"
+    )
+    return StaticFit(axis, motion, tuple(points), fit, negative, {}, tuple(warnings), method, plant)
+
+
+def _strokes(logs: Sequence[Log], points: Sequence[SpeedPoint]) -> list[tuple[int, Log, Segment]]:
+    """Return record and steady segment of each point that is from a stroke that does not swing, with its number."""
+    named = {log.name: log for log in logs}
+    return [
+        (n, named[point.record], Segment(start, stop + 1, point.velocity, 0.0, start, point.settled))
+        for n, point in enumerate(points)
+        if not point.swing and len(named) == len(logs) and point.record in named
+        for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop])]
+    ]
+
+
+def _over_position(
+    points: list[SpeedPoint], strokes: list[tuple[int, Log, Segment]], place: OverPlace | None, asked: OverPosition,
+    solving: Callable[..., tuple[Fitted, HeldOut]], offset_open: bool,
+) -> tuple[list[SpeedPoint], NDArray[np.float64] | None, dict[str, float]]:  # fmt: skip
+    """Return the points, without what comes again at their places where that predicts better.
+
+    And how they then err together, and how well what was not chosen predicts.
+    """
+    strokes = [one for one in strokes if one[1].position is not None]
+    if asked == "off" or len(strokes) < FEWEST or (asked == "auto" and place is None):
+        return points, None, {}
+    profile = Profile(strokes, points)
+    if asked == "on":
+        return *profile.taken_off(points), {}
+    both_ways = len({np.sign(p.velocity) for p in points}) == 2
+    (plain, raw), (fitted, placed) = (
+        solving(some, with_offset=both_ways and offset_open) for some in (points, profile.held_out(points))
+    )
+    both = plain.kept & fitted.kept
+    as_logged, without = raw.errors[raw.form][both[plain.kept]], placed.errors[placed.form][both[fitted.kept]]
+    held_out = HeldOut(raw.weight[both[plain.kept]], "as logged", {"as logged": as_logged})
+    if held_out.better("without", without):
+        return *profile.taken_off(points), {"with what comes again at the same places": held_out["as logged"]}
+    return points, None, {"without what comes again at the same places": held_out["without"]}
 
 
 def steady_points(
@@ -226,19 +290,15 @@ def _with_shared(fit: MapFit, offset: Estimate) -> MapFit:
     return replace(fit, estimates=estimates)
 
 
-def _flaws(logs: Sequence[Log], points: Sequence[SpeedPoint], fit: MapFit) -> list[Notice]:
+def _flaws(
+    strokes: Sequence[tuple[int, Log, Segment]], place: OverPlace | None, fit: MapFit, *, taken_off: bool
+) -> list[Notice]:
     """Return what is amiss with the strokes, held against the map that was fitted to them."""
     limits = [fit.estimates[name].ci95 or (0.0, 0.0) for name in ("F_c", "offset") if name in fit.estimates]
     half = min(0.5 * (high - low) for low, high in limits)  # type: ignore[operator]
     level = float(np.median(np.abs(fit.problem.F)))
-    named = {log.name: log for log in logs}
-    strokes = [
-        (named[point.record], Segment(start, stop + 1, point.velocity, 0.0, start, point.settled))
-        for point in points
-        if not point.swing and len(named) == len(logs) and point.record in named
-        for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop])]
-    ]
-    return stroke_flaws(strokes, force=level, half_width=half)
+    both = [(log, segment) for _, log, segment in strokes]
+    return stroke_flaws(both, place, force=level, half_width=half, taken_off=taken_off)
 
 
 def _unsettled(points: Sequence[SpeedPoint], motion: Motion) -> list[str]:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy.special import stdtrit
 
 from fric.estimate import Estimate
 from fric.friction.stribeck import StaticMap
+from fric.identify.static_map.forms import HeldOut, at_bound, chosen
 from fric.identify.static_map.profile import profile_interval
-from fric.identify.static_map.scatter import Fitted, solve_with_scatter, without_outliers
+from fric.identify.static_map.scatter import Fitted, without_outliers
 from fric.identify.static_map.stribeck_fit import PARAMETERS, Solution, StribeckProblem
 from fric.units import Motion, readable, si_unit
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 Weights = Literal["error", "equal"]
 Form = Literal["auto", "coulomb", "stribeck"]
+ShapeFactor = float | Literal["auto", "free"]
 
 DIMENSIONS = {p.name: p.dimension for p in StaticMap.parameters} | {"offset": "force"}
 
@@ -45,6 +47,8 @@ class SpeedPoint:
         Record, and the time in it [s] at which the steady segment begins and ends.
     swing
         Root mean square of the velocity about its mean over that mean [1]; 0 where it does not swing.
+    over_position
+        What was taken off the force because it comes again at the places of this stroke [N].
     """
 
     velocity: float
@@ -56,13 +60,7 @@ class SpeedPoint:
     stop: float
     settled: bool = True
     swing: float = 0.0
-
-
-class HeldOut(NamedTuple):
-    """Weighted root mean square error at strokes that are held out [N], of eq. (2) and without its fall."""
-
-    stribeck: float
-    coulomb: float
+    over_position: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -79,10 +77,10 @@ class MapFit:
         Linearised covariance of the free parameters, in the order of ``problem.free``.
     between
         Standard deviation of the strokes beyond their own noise [N].
+    held_out
+        How well forms predict strokes that are held out.
     left_out
         Strokes that stand off all others, and had no part in the fit.
-    held_out
-        How well the two forms predict strokes that are held out, where one was chosen by it.
     standing_off
         Strokes that stand off all others and had a part in the fit, each with by how much [N]; they weigh by it.
     """
@@ -92,8 +90,8 @@ class MapFit:
     estimates: Mapping[str, Estimate]
     covariance: NDArray[np.float64]
     between: float
+    held_out: HeldOut
     left_out: tuple[SpeedPoint, ...] = ()
-    held_out: HeldOut | None = None
     standing_off: tuple[tuple[SpeedPoint, float], ...] = ()
 
     @property
@@ -102,13 +100,15 @@ class MapFit:
         known = {name: value for name, value in self.solution.theta.items() if name != "offset"}
         return StaticMap(**known | {"sigma": max(known["sigma"], 0.0)})
 
-    def form_told(self, motion: Motion) -> str:
-        """Say which form the map has, and why."""
+    def form_told(self, motion: Motion, held_out: HeldOut | None = None) -> str:
+        """Say which form the map has, and why: how well others do, of this map or as given."""
         form = "eq. (2)" if self.problem.fall else "Coulomb plus viscous friction"
-        if self.held_out is None:
+        form += " with delta free" if "delta" in self.problem.free else ""
+        tried = (held_out or self.held_out).told()
+        if len(tried) < 2:
             return form
-        falling, plain = (readable(error, si_unit("force", motion), 3) for error in self.held_out)
-        return f"{form} (strokes held out: {falling} off by eq. (2), {plain} without its fall)"
+        errors = [f"{readable(error, si_unit('force', motion), 3)} {text}" for text, error in tried.items()]
+        return f"{form} (errors at strokes held out: {', '.join(errors)})"
 
     @property
     def residual(self) -> NDArray[np.float64]:
@@ -134,9 +134,33 @@ class MapFit:
         return force, stdtrit(self.problem.degrees_of_freedom, 0.975) * np.sqrt(np.maximum(variance, 0.0))
 
 
+def solved(
+    points: Sequence[SpeedPoint],
+    delta: ShapeFactor,
+    weights: Weights,
+    *,
+    with_offset: bool,
+    form: Form,
+    offset: float,
+    damping: float,
+) -> tuple[Fitted, HeldOut]:
+    """Return the map of `fit_map` without intervals, and how well its forms predict strokes that are held out."""
+    v, F, own, swing = np.array([(p.velocity, p.force, p.standard_error, p.swing) for p in points]).T
+    floor = 1e-9 * float(np.abs(F).max())
+    fixed = weights == "equal"
+    own = np.full_like(F, float(np.std(F)) or 1.0) if fixed else np.maximum(own, floor)
+    shape = {"auto": 1.0, "free": None}[delta] if isinstance(delta, str) else delta
+    problem = StribeckProblem(
+        v, F + damping * v, own, shape, with_offset, form != "coulomb",
+        swing if np.any(swing > 0) and form != "coulomb" else None, offset,
+    )  # fmt: skip
+    fitted = without_outliers(problem, 0.0 * F if fixed else own, fixed=fixed)
+    return chosen(fitted, fall=form == "auto", shape=delta == "auto", fixed=fixed)
+
+
 def fit_map(
     points: Sequence[SpeedPoint],
-    delta: float | None,
+    delta: ShapeFactor,
     weights: Weights,
     motion: Motion,
     *,
@@ -145,6 +169,7 @@ def fit_map(
     offset: float = 0.0,
     damping: float = 0.0,
     damping_error: float = 0.0,
+    together: NDArray[np.float64] | None = None,
 ) -> MapFit:
     """Fit eq. (2) to strokes; each weighs by its own error and the scatter that all show beyond theirs.
 
@@ -162,7 +187,7 @@ def fit_map(
     points
         The strokes.
     delta
-        Shape factor [1] where it is fixed.
+        Shape factor [1], ``free`` to fit it, or ``auto`` for 1 unless it predicts held-out strokes better free.
     weights
         ``error``, or ``equal`` for the same weight each.
     motion
@@ -174,6 +199,8 @@ def fit_map(
     damping, damping_error
         Damping [N·s/m] that was taken off the forces, and half its 95 % interval. What is left may be below 0 where it
         was too much: sigma is then 0, and the other parameters are what they are for any damping taken off.
+    together
+        Directions in which the forces of all points err together [N], shape (m, n).
     form
         ``coulomb`` for Coulomb plus viscous friction, ``stribeck`` for eq. (2), ``auto`` for what predicts better.
 
@@ -182,29 +209,19 @@ def fit_map(
     FricError
         When there are too few strokes for the parameters.
     """
-    v, F, own, swing = np.array([(p.velocity, p.force, p.standard_error, p.swing) for p in points]).T
-    floor = 1e-9 * float(np.abs(F).max())
-    own = np.full_like(F, float(np.std(F)) or 1.0) if weights == "equal" else np.maximum(own, floor)
-    problem = StribeckProblem(
-        v, F + damping * v, own, delta, with_offset, form != "coulomb",
-        swing if np.any(swing > 0) and form != "coulomb" else None, offset,
-    )  # fmt: skip
-    fitted = without_outliers(problem, 0.0 * F if weights == "equal" else own, fixed=weights == "equal")
-    held_out = None
-    if form == "auto":
-        simple = replace(fitted.problem, fall=False, swing=None, standard_error=fitted.own)
-        solution, between = solve_with_scatter(simple, fitted.own, fixed=weights == "equal")
-        simple = replace(simple, standard_error=np.sqrt(fitted.own**2 + between**2))
-        held_out = HeldOut(_press(fitted.problem, fitted.solution), _press(simple, solution))
-        if held_out.coulomb <= held_out.stribeck or _at_bound(fitted.problem, fitted.solution):
-            fitted = fitted._replace(problem=simple, solution=solution, between=between)
+    fitted, held_out = solved(
+        points, delta, weights, with_offset=with_offset, form=form, offset=offset, damping=damping
+    )
     left_out = tuple(point for point, used in zip(points, fitted.kept, strict=True) if not used)
     estimates, covariance = _estimates(fitted.problem, fitted.solution, motion, fixed_weights=weights == "equal")
+    if together is not None:
+        moved = float(stdtrit(max(len(together) - 1, 1), 0.975)) * together[:, fitted.kept]
+        estimates = _with_common_errors(estimates, fitted.problem, fitted.solution, moved)
     if damping:
         fitted, estimates = _less_damping(fitted, estimates, damping, damping_error)
     part = [point for point, used in zip(points, fitted.kept, strict=True) if used]
     standing = tuple((point, float(by)) for point, by in zip(part, fitted.beyond, strict=True) if by)
-    return MapFit(fitted.problem, fitted.solution, estimates, covariance, fitted.between, left_out, held_out, standing)
+    return MapFit(fitted.problem, fitted.solution, estimates, covariance, fitted.between, held_out, left_out, standing)
 
 
 def _estimates(
@@ -225,7 +242,7 @@ def _estimates(
         interval = profile_interval(problem, solution, name, scale, float(errors[problem.free.index(name)]))
         estimates[name] = Estimate(value, unit, interval)
     if problem.fall:
-        for name in _at_bound(problem, solution):
+        for name in at_bound(problem, solution):
             estimates[name] = replace(estimates[name], assumed=True)
     return estimates, covariance
 
@@ -247,22 +264,22 @@ def _less_damping(
     }
 
 
-def _at_bound(problem: StribeckProblem, solution: Solution) -> tuple[str, ...]:
-    """Return the parameters of the fall that end at a bound: it is then not seen."""
-    theta, (low, high) = solution.theta, problem.v_s_range()
-    if theta["F_s"] <= theta["F_c"] * (1 + 1e-9):
-        return ("F_s", "v_s")
-    return (("F_c",) if theta["F_c"] <= 0.0 else ()) + (
-        ("v_s",) if theta["v_s"] <= low * 1.001 or theta["v_s"] >= high / 1.001 else ()
-    )
-
-
-def _press(problem: StribeckProblem, solution: Solution) -> float:
-    """Return the root mean square of held-out strokes' residuals [N], by their leverage (Allen 1974: PRESS)."""
-    J = problem.jacobian(solution.theta) / problem.standard_error[:, None]
-    size = np.linalg.norm(J, axis=0)
-    Q = np.linalg.svd(J[:, size > 0] / size[size > 0], full_matrices=False)
-    leverage = np.sum(Q.U[:, 1e-9 * Q.S.max() < Q.S] ** 2, axis=1)
-    residual = (problem.F - problem.model(solution.theta)) / np.maximum(1 - leverage, 1e-3)
-    weight = 1 / problem.standard_error**2
-    return float(np.sqrt(np.sum(weight * residual**2) / np.sum(weight)))
+def _with_common_errors(
+    estimates: dict[str, Estimate], problem: StribeckProblem, solution: Solution, moved: NDArray[np.float64]
+) -> dict[str, Estimate]:
+    """Widen the intervals by what the map moves where the forces of all strokes move together, by half widths [N]."""
+    thetas = [replace(problem, F=problem.F + shift).solve(start=solution).theta for shift in moved if shift.any()]
+    if not thetas:
+        return estimates
+    found = {}
+    for name, one in estimates.items():
+        found[name] = one
+        if not isinstance(one.ci95, tuple) or name not in problem.free:
+            continue
+        value = float(one)
+        below, above = (abs(float(limit) - value) for limit in one.ci95)  # type: ignore[arg-type]
+        shift = float(np.linalg.norm([theta[name] - value for theta in thetas]))
+        least = 0.0 if name != "offset" else -np.inf
+        low, high = value - float(np.hypot(below, shift)), value + float(np.hypot(above, shift))
+        found[name] = replace(one, ci95=(max(low, least), high))
+    return found

@@ -151,9 +151,14 @@ def _contradicted(problem: StribeckProblem, n: int, measure: float) -> bool:
     return bool(problem.F[n] < min(beside) - measure or problem.F[n] > max(beside) + measure)
 
 
-def solve_with_scatter(problem: StribeckProblem, own: NDArray[np.float64], *, fixed: bool) -> tuple[Solution, float]:
-    """Minimise, estimate the variance between strokes from the residuals, and again until both agree."""
-    solution = problem.solve()
+def solve_with_scatter(
+    problem: StribeckProblem, own: NDArray[np.float64], *, fixed: bool, start: Solution | None = None
+) -> tuple[Solution, float]:
+    """Minimise, estimate the variance between strokes from the residuals, and again until both agree.
+
+    The search is local from ``start`` where that is given.
+    """
+    solution = problem.solve(start=start)
     variance = 0.0
     if fixed:
         return solution, variance
@@ -163,7 +168,8 @@ def solve_with_scatter(problem: StribeckProblem, own: NDArray[np.float64], *, fi
         if abs(found - variance) <= 1e-8 * found:
             break
         variance = found
-        solution = replace(problem, standard_error=np.sqrt(own**2 + variance)).solve()
+        again = replace(problem, standard_error=np.sqrt(own**2 + variance))
+        solution = again.solve(start=None if start is None else solution)
     return solution, sqrt(variance)
 
 

@@ -1,0 +1,153 @@
+"""Which form a map has, by how well it predicts strokes that are held out.
+
+A richer form is taken where its squared errors at strokes that are held out are smaller by more than one standard error
+of that (Breiman, Friedman, Olshen and Stone 1984): of parameters that are not needed one in two hundred passes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.identify.static_map.scatter import Fitted, solve_with_scatter
+from fric.identify.static_map.stribeck_fit import DELTA_RANGE, Solution, StribeckProblem
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    Real = NDArray[np.float64]
+
+FEWEST = 8
+"""Strokes from which on a richer form is asked for."""
+
+TOLD = {
+    "stribeck": "by eq. (2)",
+    "coulomb": "without its fall",
+    "delta": "with delta free",
+    "each": "by a map for each direction",
+}
+"""What the forms are called, in the order in which they are told."""
+
+
+class HeldOut:
+    """How well forms predict strokes that are held out, each stroke weighed as the fit weighs it.
+
+    Parameters
+    ----------
+    weight
+        Weight of each stroke [1/N²], shape (n,).
+    form
+        The form that the map has.
+    errors
+        By form, the error at each stroke while it is held out [N], shape (n,).
+    """
+
+    def __init__(self, weight: Real, form: str, errors: Mapping[str, Real]) -> None:
+        self.weight, self.form, self.errors = weight, form, dict(errors)
+        self.also: dict[str, float] = {}
+        """Errors of what was tried beside the forms [N], by what it is called."""
+
+    def __getitem__(self, form: str) -> float:
+        """Return the weighted root mean square error of a form [N]."""
+        return float(np.sqrt(np.sum(self.weight * self.errors[form] ** 2) / np.sum(self.weight)))
+
+    def better(self, rich: str, errors: Real) -> bool:
+        """Enter the errors of a richer form [N], and return whether it predicts better, beyond one standard error."""
+        n = len(self.weight)
+        self.errors[rich] = errors
+        gain = self.weight * (self.errors[self.form] ** 2 - errors**2)
+        return bool(n >= FEWEST and gain.sum() > np.sqrt(n / (n - 1)) * np.linalg.norm(gain - gain.mean()))
+
+    def told(self) -> dict[str, float]:
+        """Return the errors of all that was tried [N], by what it is called."""
+        return {text: self[form] for form, text in TOLD.items() if form in self.errors} | self.also
+
+
+def left_out_errors(problem: StribeckProblem, solution: Solution) -> Real:
+    """Return the error at each stroke while it is held out [N], by its leverage (Allen 1974: PRESS), shape (n,)."""
+    J = problem.jacobian(solution.theta) / problem.standard_error[:, None]
+    size = np.linalg.norm(J, axis=0)
+    Q = np.linalg.svd(J[:, size > 0] / size[size > 0], full_matrices=False)
+    leverage = np.sum(Q.U[:, 1e-9 * Q.S.max() < Q.S] ** 2, axis=1)
+    return np.asarray((problem.F - problem.model(solution.theta)) / np.maximum(1 - leverage, 1e-3))
+
+
+def at_bound(problem: StribeckProblem, solution: Solution) -> tuple[str, ...]:
+    """Return the parameters of the fall that end at a bound: it is then not seen."""
+    theta, (low, high) = solution.theta, problem.v_s_range()
+    if theta["F_s"] <= theta["F_c"] * (1 + 1e-9):
+        return ("F_s", "v_s")
+    return (("F_c",) if theta["F_c"] <= 0.0 else ()) + (
+        ("v_s",) if theta["v_s"] <= low * 1.001 or theta["v_s"] >= high / 1.001 else ()
+    )
+
+
+def chosen(fitted: Fitted, *, fall: bool, shape: bool, fixed: bool) -> tuple[Fitted, HeldOut]:
+    """Return a fit of eq. (2) in the form that predicts held-out strokes best, and how well each does.
+
+    Parameters
+    ----------
+    fitted
+        The fit.
+    fall
+        Whether it may be without its fall: where that predicts no worse, or the fall ends at a bound.
+    shape
+        Whether its shape factor may be free: where that predicts better, and nothing ends at a bound.
+    fixed
+        Whether all strokes weigh alike.
+    """
+    plain, solution = fitted.problem, fitted.solution
+    name = "stribeck" if plain.fall else "coulomb"
+    held_out = HeldOut(1 / plain.standard_error**2, name, {name: left_out_errors(plain, solution)})
+    if fall and plain.fall:
+        simple = _solved(fitted, replace(plain, fall=False, swing=None), None, fixed=fixed)
+        held_out.errors["coulomb"] = left_out_errors(simple.problem, simple.solution)
+        if held_out["coulomb"] <= held_out["stribeck"] or at_bound(plain, solution):
+            held_out.form, fitted = "coulomb", simple
+    free = replace(plain, delta=None)
+    if shape and fitted.problem.fall and free.degrees_of_freedom >= 3:
+        freed = _solved(fitted, free, solution, fixed=fixed)
+        low, high = DELTA_RANGE
+        inside = low * 1.01 < freed.solution.theta["delta"] < high / 1.01 and not at_bound(free, freed.solution)
+        if held_out.better("delta", left_out_errors(freed.problem, freed.solution)) and inside:
+            held_out.form, fitted = "delta", freed
+    return fitted, held_out
+
+
+def _solved(fitted: Fitted, problem: StribeckProblem, start: Solution | None, *, fixed: bool) -> Fitted:
+    """Return the fit of another form to the strokes of a fit."""
+    problem = replace(problem, standard_error=fitted.own)
+    solution, between = solve_with_scatter(problem, fitted.own, fixed=fixed, start=start)
+    problem = replace(problem, standard_error=np.hypot(fitted.own, between))
+    return fitted._replace(problem=problem, solution=solution, between=between)
+
+
+def directions_predict(problem: StribeckProblem, solution: Solution, held_out: HeldOut, damping: float = 0.0) -> bool:
+    """Return whether a map for each direction, with the offset of both, predicts held-out strokes better.
+
+    Parameters
+    ----------
+    problem, solution
+        The map of both directions.
+    held_out
+        How well it predicts; what each direction's own map does is entered.
+    damping
+        What was taken off the forces [N·s/m]: it may be more than there is.
+    """
+    errors = np.empty_like(problem.F)
+    for sign in (1.0, -1.0):
+        own = np.sign(problem.v) == sign
+        swing = None if problem.swing is None else problem.swing[own]
+        F = problem.F[own] + damping * problem.v[own]
+        side = replace(
+            problem, v=problem.v[own], F=F, standard_error=problem.standard_error[own], swing=swing, with_offset=False,
+            offset=float(solution.theta["offset"]),
+        )  # fmt: skip
+        if side.degrees_of_freedom < 2:
+            return False
+        errors[own] = left_out_errors(side, side.solve(start=solution))
+    return held_out.better("each", errors)
