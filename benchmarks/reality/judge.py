@@ -108,13 +108,17 @@ def identified(session: Session) -> Verdict:
             tree = static_tree(fit, records)
             write_document(friction_file, tree)
             damping = known.K_f * known.A / known.B if known is not None else 0.0
-            _enter(steps["static"], tree, tree["static"], static_truth(session, damping))
+            each = tree.get("static_negative")
+            _enter(steps["static"], tree, tree["static"], static_truth(session, damping, 1 if each else 0))
+            if each:
+                _enter(steps["static"], tree, each, static_truth(session, damping, -1), " (-)")
             verdict.offset = float(tree["static"]["offset"]["value"]) if "offset" in tree["static"] else 0.0
 
         def gms() -> None:
             records = [*logs["presliding-sine"], *logs["sliding-sine"]]
             given = given_static(read_document(friction_file, FrictionDocument)) if friction_file.exists() else None
-            fit = identify_gms(records, static=given.static if given else None, plant=verdict.plant)
+            maps = {"static": given.static, "negative": given.negative} if given else {}
+            fit = identify_gms(records, plant=verdict.plant, **maps)
             _enter(steps["gms"], {"warnings": fit.warnings}, gms_tree(fit, records)["gms"], gms_truth(session))
             verdict.model = fit.model
             z = fit.curve.displacement
@@ -136,7 +140,9 @@ def _try(step: Step, action: Callable[[], None]) -> None:
         step.crash = f"{type(error).__name__}: {error} ({format_exc().splitlines()[-3].strip()})"
 
 
-def _enter(step: Step, tree: Mapping[str, Any], section: Mapping[str, Any], truth: Mapping[str, float]) -> None:
+def _enter(
+    step: Step, tree: Mapping[str, Any], section: Mapping[str, Any], truth: Mapping[str, float], of: str = ""
+) -> None:
     """Enter the numbers of a document's section that have a truth, and its warnings."""
     coded = tree.get("warnings_coded") or [Notice.of(text).as_dict() for text in tree["warnings"]]
     step.notices = [Notice(one["text"], one["code"], one["severity"]) for one in coded]
@@ -147,4 +153,4 @@ def _enter(step: Step, tree: Mapping[str, Any], section: Mapping[str, Any], trut
         low, high = given.get("ci95") or (given["value"], given["value"])
         limits = (-np.inf if low is None else low, np.inf if high is None else high)
         if not given.get("assumed"):
-            step.numbers[name] = Number(given["value"], *limits, expected)
+            step.numbers[name + of] = Number(given["value"], *limits, expected)

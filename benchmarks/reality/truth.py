@@ -60,7 +60,7 @@ def steady_force(session: Session, v: Real) -> Real:
     return force / drifted(flaws.force_constant, time)
 
 
-def static_truth(session: Session, damping: float) -> dict[str, float]:
+def static_truth(session: Session, damping: float, direction: int = 0) -> dict[str, float]:
     """Return eq. (2) with an offset, fitted to the mean force at the speeds of the strokes.
 
     Parameters
@@ -69,18 +69,22 @@ def static_truth(session: Session, damping: float) -> dict[str, float]:
         The session.
     damping
         What is taken off the force before the map is fitted [N·s/m].
+    direction
+        1 or -1 for the map of one direction, whose offset is the constant load; 0 for that of both.
     """
-    v = np.concatenate([SPEEDS, -np.array(SPEEDS)])
-    F = steady_force(session, v) - damping * v
+    v = np.concatenate([SPEEDS, -np.array(SPEEDS)]) if not direction else direction * np.array(SPEEDS)
+    load = session.axis.constant_load if direction else 0.0
+    F = steady_force(session, v) - damping * v - load
 
     def misfit(x: Real) -> Real:
         F_c, rise, v_s, sigma, offset = x
+        offset *= not direction
         return (np.sign(v) * (F_c + rise * np.exp(-np.abs(v) / (1e-3 * v_s))) + sigma * v + offset - F) / np.abs(F)
 
     static = model_of(session.axis).static
     start, lower = [static.F_c, static.F_s - static.F_c, 1e3 * static.v_s, 1.0, 0.0], [0.0, 0.0, 1e-2, 0.0, -np.inf]
     F_c, rise, v_s, sigma, offset = least_squares(misfit, start, x_scale=[10, 10, 1, 100, 1], bounds=(lower, np.inf)).x
-    return {"F_c": F_c, "F_s": F_c + rise, "v_s": 1e-3 * v_s, "sigma": sigma, "offset": offset}
+    return {"F_c": F_c, "F_s": F_c + rise, "v_s": 1e-3 * v_s, "sigma": sigma, "offset": load + offset}
 
 
 def gms_truth(session: Session) -> dict[str, float]:

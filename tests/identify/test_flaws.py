@@ -50,7 +50,7 @@ def steady(logs):
 def test_nothing_is_told_of_records_without_flaws(seed: int) -> None:
     logs = session(seed)
     assert clock_flaws(logs, "plant") == []
-    assert stroke_flaws(steady(logs)) == []
+    assert stroke_flaws(steady(logs), over_place(steady(logs))) == []
 
 
 def test_a_jitter_of_nanoseconds_is_not_worth_a_word() -> None:

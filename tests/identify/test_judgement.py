@@ -129,6 +129,15 @@ def test_a_contact_that_was_unloaded_is_told():
     assert "from 14" in told or "from 13" in told
 
 
+def test_a_contact_that_was_off_for_a_cycle_and_a_half_is_told_by_gms_as_by_inspect():
+    log = record(60e-6, APART, cycles=20)
+    bad = replace(log, force=log.force * np.where((log.time > 100.0) & (log.time < 115.0), 0.7, 1.0))
+    for notices in (inspect(bad).warnings, identify_gms([bad], static=PAPER, refined=False, blocks=4).warnings):
+        assert {"energy-in-one-segment", "misfit-in-one-stretch"} & set(codes(notices))
+    fine = identify_gms([log], static=PAPER, refined=False, blocks=4).warnings
+    assert not {"energy-in-one-segment", "misfit-in-one-stretch"} & set(codes(fine))
+
+
 def test_a_table_has_one_unit_a_row_of_numbers_that_fit():
     rows = estimate_rows({
         "sigma": {"value": 3e-9, "unit": "N*m*s/rad", "ci95": [0.0, 941.6]},

@@ -104,6 +104,13 @@ def test_a_play_makes_the_curve_hollow_and_friction_does_not(play):
         assert 0.3 * play < where < 3 * play
 
 
+@pytest.mark.parametrize("frequency", [0.1, 0.3, 1.0, 3.0])
+@pytest.mark.parametrize("static", [None, PAPER])
+def test_a_fast_sine_makes_no_play_of_the_stribeck_fall(frequency, static):
+    logs = pair(frequency=frequency, dt=4e-4 / frequency)
+    assert virgin_curve(loops_of(logs), static).hollow[1] < 0.02 * PAPER.F_s
+
+
 def test_the_smaller_record_that_ends_higher_is_a_positive_mismatch():
     small, large = pair(step=0.0, noise=0.0)
     higher = replace(small, force=1.1 * small.force)

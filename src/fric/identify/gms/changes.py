@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.identify.records.energy import cycle_energies, drift
+from fric.identify.records.energy import cycle_energies, drift, energy_warnings
 from fric.notice import Notice
 from fric.units import readable, si_unit
 
@@ -55,6 +55,13 @@ def changes(fit: GMSFit) -> Iterator[Notice]:
                 f"rms there, {readable(elsewhere, newton, 2)} elsewhere; look what happened to the contact",
                 "misfit-in-one-stretch", "doubt",
             )  # fmt: skip
+        else:  # a cycle and a half hardly stand out of the misfit, but do of the energies, as `inspect` tells
+            reversals = _seen_reversals(one)
+            told = energy_warnings(cycle_energies(one.position, one.measured, reversals), one.time[reversals[::2]])
+            yield from (
+                Notice(f"record '{one.name}': {text}", text.code, text.severity)
+                for text in told if text.code == "energy-in-one-segment"
+            )  # fmt: skip
     if len(offsets) > 1 and np.ptp(offsets) > CHANGES * F_s:
         yield _between(presliding, offsets, f"the offset differs by {readable(float(np.ptp(offsets)), newton, 2)}",
                        "offset-differs", lambda value: readable(value, newton, 3))  # fmt: skip
@@ -74,13 +81,18 @@ def _between(records: Sequence[Replay], values: Sequence[float], what: str, code
 
 def _over_cycles(one: Replay) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the offset [N] and the friction relative to the model's, of each whole cycle."""
-    reversals, seen = one.record.reversals, one.used | one.held_out
-    reversals = reversals[seen[np.minimum(reversals, len(seen) - 1)]]
+    reversals = _seen_reversals(one)
     ends = reversals[::2]
     measured, modelled = (cycle_energies(one.position, force, reversals) for force in (one.measured, one.replayed))
     rest = one.measured - one.replayed + one.own[0]
     offset = [float(np.mean(rest[a:b])) for a, b in pairwise(ends)]
     return np.array(offset), np.asarray(measured / modelled)
+
+
+def _seen_reversals(one: Replay) -> NDArray[np.intp]:
+    """Return the reversals among what a replay fits or holds out."""
+    reversals, seen = one.record.reversals, one.used | one.held_out
+    return np.asarray(reversals[seen[np.minimum(reversals, len(seen) - 1)]])
 
 
 def _drifts(values: NDArray[np.float64], least: float) -> float | None:

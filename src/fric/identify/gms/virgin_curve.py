@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 CLOSING = 0.03
 """Share of a branch, at its end, that the force at the reversal is read from."""
 
+SLIDING = 0.85
+"""Share of the highest force from which on a hollow is that of the Stribeck fall along a fast stroke, and no play."""
+
 SAME_AMPLITUDE = 1.15
 """Records whose amplitudes are within this ratio are averaged; beyond it the larger continues the smaller."""
 
@@ -99,7 +102,7 @@ class VirginCurve:
         """Where the curve is furthest below its least concave majorant [m], and by how much, beyond its error [N].
 
         Friction that slips block by block is concave; a play between motor and table is flat, and rises again. A step
-        between two records is none.
+        between two records is none, nor is what falls with speed once all slides.
         """
         z, F = np.append(0.0, self.displacement), np.append(0.0, self.force)
         above = [0]
@@ -116,6 +119,7 @@ class VirginCurve:
         below -= 2.5 * np.hypot(scatter, self.blur)
         for _, end in self.record[:-1]:
             below[np.abs(self.displacement - end) < 0.2 * end] = 0.0
+        below[self.force > SLIDING * F.max()] = 0.0
         below[self.displacement < 2.0 * self.step] = 0.0  # a staircase is hollow between two counts
         at = int(np.argmax(below))
         return float(self.displacement[at]), max(float(below[at]), 0.0)

@@ -44,7 +44,7 @@ def identifiability_warnings(fit: MapFit, motion: Motion) -> list[str]:
     notices: list[str] = []
     slowest = readable(float(np.abs(problem.v).min()), si_unit("velocity", motion))
     flat = not problem.fall or theta["F_s"] <= theta["F_c"] * (1 + 1e-9)
-    if not problem.fall and len(fit.held_out.errors) > 1:
+    if not problem.fall and "stribeck" in fit.held_out.errors:
         plain, falling = (readable(fit.held_out[form], si_unit("force", motion), 3) for form in ("coulomb", "stribeck"))
         notices.append(
             Notice(

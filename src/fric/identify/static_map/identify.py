@@ -103,7 +103,7 @@ def identify_static(
         Stribeck shape factor [1], ``free`` to fit it, or ``auto``: 1, or free where that predicts better.
     direction
         ``both``: one map and an offset; ``each``: a map for each direction, and the offset that both share; ``auto``
-        for each where that predicts held-out strokes better.
+        for each where they differ by more than chance and 1 %, and that predicts held-out strokes better.
     over_position
         ``on``: take off the mean of each stroke what comes again at its places; ``off``: do not; ``auto`` for what
         predicts held-out strokes better.
@@ -162,8 +162,9 @@ def identify_static(
     )  # fmt: skip
     fit.held_out.also |= other
     forms = fit.held_out
-    by_direction = direction != "both" and directions_predict(fit.problem, fit.solution, fit.held_out, damping)
-    if direction == "each" or by_direction:
+    differ = directions_differ(fit, motion)
+    predicts = direction != "both" and directions_predict(fit.problem, fit.solution, fit.held_out, damping)
+    if direction == "each" or (direction == "auto" and differ and predicts):
         shared = known or fit.estimates["offset"]
         text = (
             f"what both directions share, {readable(float(shared), si_unit('force', motion))}, is the offset (gravity, "
@@ -171,7 +172,7 @@ def identify_static(
             "between the directions; give --load where you know it"
         )
         if load is None:  # where more than the level differs, the level will too
-            warnings.append(Notice(text, "offset-shared", "wrong" if directions_differ(fit, motion) else "note"))
+            warnings.append(Notice(text, "offset-shared", "wrong" if differ else "note"))
         mirrored = [replace(p, velocity=-p.velocity, force=-p.force) for p in backward]
         forward = np.array([p.velocity > 0 for p in points])
         fit, negative = (

@@ -1,0 +1,83 @@
+"""The form of a static map, chosen by strokes that are held out: taken where the rig has it, and only there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fric.friction.stribeck import StaticMap
+from fric.identify.static_map.identify import identify_static
+from fric.log import Log
+from tests.identify.constant_velocity import both_directions, stroke
+from tests.identify.test_flaws import session
+
+SPEEDS = np.geomspace(0.1e-3, 30e-3, 12)
+MAP = StaticMap(F_c=80.0, F_s=115.0, v_s=1.8e-3, delta=1.0, sigma=120.0)
+
+
+def rig(seed: int, *, friction: StaticMap = MAP, backward: StaticMap | None = None, scatter: float = 0.1) -> list[Log]:
+    """Return strokes in both directions, each with a scatter [N] of its own."""
+    rng = np.random.default_rng(seed)
+    maps = [backward or friction if v < 0 else friction for v in both_directions(SPEEDS)]
+    return [
+        stroke(v, rng, friction=one, samples=600, noise=0.005, offset=scatter * rng.standard_normal())
+        for v, one in zip(both_directions(SPEEDS), maps, strict=True)
+    ]
+
+
+def test_a_plain_rig_gets_the_plain_form() -> None:
+    """Of what is not needed one in two hundred passes: of forty draws none or one may."""
+    found = [identify_static(rig(seed)) for seed in range(20)]
+    richer = [fit.method for fit in found if not fit.static.estimates["delta"].fixed or fit.negative is not None]
+    assert len(richer) <= 1
+    assert "by eq. (2)" in found[0].method
+    assert "with delta free" in found[0].method
+    assert "by a map for each direction" in found[0].method
+
+
+@pytest.mark.parametrize("delta", [0.6, 1.6])
+def test_another_shape_is_found_and_can_be_forced_away(delta: float) -> None:
+    logs = rig(3, friction=replace(MAP, delta=delta))
+    fit = identify_static(logs)
+    low, high = fit.static.estimates["delta"].ci95
+    assert low < delta < high
+    assert fit.method.startswith("eq. (2) with delta free (errors at strokes held out: ")
+    assert identify_static(logs, delta=1.0).static.estimates["delta"].fixed
+    assert not identify_static(rig(3), delta="free").static.estimates["delta"].fixed
+
+
+def test_directions_that_differ_get_a_map_each_and_can_be_forced_together() -> None:
+    logs = rig(4, backward=StaticMap(F_c=70.0, F_s=95.0, v_s=1.4e-3, delta=1.0, sigma=200.0))
+    fit = identify_static(logs)
+    assert fit.negative is not None
+    for name, forward, back in (("v_s", 1.8e-3, 1.4e-3), ("sigma", 120.0, 200.0)):
+        for one, true in ((fit.static, forward), (fit.negative, back)):
+            low, high = one.estimates[name].ci95
+            assert low < true < high
+    assert [n.severity for n in fit.warnings if getattr(n, "code", "") == "offset-shared"] == ["wrong"]
+    both = identify_static(logs, direction="both")
+    assert both.negative is None
+    assert "directions-differ" in {getattr(n, "code", "") for n in both.warnings}
+
+
+@pytest.mark.parametrize("flaw", [{"cogging": 6.0}, {"wave": 0.06}], ids=["force", "friction"])
+def test_what_comes_again_at_the_same_places_is_taken_off(flaw: dict[str, float]) -> None:
+    logs = session(1, **flaw)
+    fit, raw = identify_static(logs), identify_static(logs, over_position="off")
+    assert "what comes again at the same places taken off" in fit.method
+    assert any(p.over_position for p in fit.points)
+    assert fit.static.rmse < 0.35 * raw.static.rmse
+    low, high = fit.static.estimates["F_c"].ci95
+    assert low < 80.0 < high
+    assert abs(float(fit.static.estimates["F_c"]) - 80.0) < abs(float(raw.static.estimates["F_c"]) - 80.0)
+
+
+def test_a_rig_that_is_alike_everywhere_has_nothing_taken_off_unless_it_is_forced() -> None:
+    logs = session(2)
+    assert not any(p.over_position for p in identify_static(logs).points)
+    forced = identify_static(logs, over_position="on")
+    assert max(abs(p.over_position) for p in forced.points) < 0.3
+    low, high = forced.static.estimates["F_c"].ci95
+    assert low < 80.0 < high
