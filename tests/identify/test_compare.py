@@ -7,11 +7,15 @@ import pytest
 
 from fric.errors import FricError
 from fric.friction import models
+from fric.identify.records.inspection import inspect
+from fric.identify.records.judgement import too_coarse
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import compare_models
 from fric.identify.replay.near_reversals import near_reversals, presliding_length
+from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.hdf5 import read_logs
+from tests.identify import presliding
 from tests.identify.virtual_logs import logs_of
 
 ROOT = Path(__file__).parents[2]
@@ -81,3 +85,17 @@ def test_a_split_that_leaves_nothing_is_refused(records):
         split_by_cycles(records, 30)
     with pytest.raises(FricError, match="leaves nothing"):
         split_by_folds(records, 1)
+
+
+def test_what_records_cannot_tell_is_judged_once_and_as_inspect_and_a_fit_do():
+    logs = [presliding.record(amplitude, cycles=8) for amplitude in (0.6e-6, 200e-6)]
+    ready = prepared(logs)
+    assert too_coarse(ready[1:]) == []
+    comparison = compare_models(["dahl", "static"], ready, split_by_cycles(ready, 4))
+    (told,) = [one for one in comparison.warnings if getattr(one, "code", "") == "encoder-too-coarse"]
+    assert told.severity == "wrong"
+    assert "2.4 steps" in told or "2.0 steps" in told
+    (of_fit,) = [one for one in identify_by_replay("dahl", ready).warnings if one.code == "encoder-too-coarse"]
+    assert of_fit == told
+    uses = {use.purpose: use for use in inspect(logs[0]).uses}
+    assert not uses["gms"].good

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.notice import Notice
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -67,6 +69,20 @@ def told_by(records: Sequence[Prepared]) -> Told:
         resolved.append(max(record.motion.step, resolved_way(z, reversals)))
     slope = min(slopes, default=0.0)
     return Told(slope < RISES, slope, max(peaks, default=0.0), min(resolved, default=0.0))
+
+
+def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
+    """Return the records whose encoder is too coarse for their motion, as `inspect` judges them, each told."""
+    found = []
+    for record in records:
+        turns = record.reversals[record.reversals < len(record.motion.position)]
+        if record.slides or len(turns) < 3 or not record.motion.step:
+            continue
+        steps = 0.5 * float(np.median(np.abs(np.diff(record.motion.position[turns])))) / record.motion.step
+        if steps < STEPS:
+            text = f"record '{record.name}': the amplitude is {steps:.1f} steps of the encoder: three are needed"
+            found.append(Notice(text, "encoder-too-coarse", "wrong"))
+    return found
 
 
 def branch_slope(position: NDArray[np.float64], force: NDArray[np.float64], reversals: NDArray[np.intp]) -> float:

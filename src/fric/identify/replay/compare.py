@@ -13,7 +13,7 @@ from scipy.special import stdtrit
 from fric.errors import FricError
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.near_reversals import near_reversals, presliding_length
-from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay, records_told
 from fric.identify.replay.splits import Masks, Split
 from fric.notice import Notice
 from fric.threads import one_blas_thread
@@ -150,13 +150,16 @@ def compare_models(
     scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.rms)
     leads = {other.name: _lead(records, scores[0], other) for other in scores[1:]}
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
+    amiss = records_told(records)  # of all records, and once: what a fit tells of its own is of some
+    of_records = {one.code for one in amiss}
     warnings = [
         Notice(f"{score.name}: {text}", one.code, one.severity)
         for score in scores
         for text in score.fits[0].warnings
         for one in (Notice.of(text),)
+        if one.code not in of_records
     ]
-    return Comparison(tuple(scores), tuple(records), near, lengths, winner, leads, tuple(warnings))
+    return Comparison(tuple(scores), tuple(records), near, lengths, winner, leads, (*amiss, *warnings))
 
 
 def _scored(

@@ -14,6 +14,7 @@ from fric.estimate import Covariance, Estimate, Interval
 from fric.friction import models
 from fric.friction.directed import Directed
 from fric.identify.records.flaws import record_flaws
+from fric.identify.records.judgement import too_coarse
 from fric.identify.records.preparation import DIMENSIONS, Own
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates
@@ -178,6 +179,11 @@ def identify_by_replay(
     return _described(search, best, warnings, assumed, static)
 
 
+def records_told(records: Sequence[Prepared]) -> list[Notice]:
+    """Return what is amiss with records for any fit by replay, whatever the model."""
+    return [*too_coarse(records), *record_flaws([record.log for record in records], "gms")]
+
+
 def _as_it_tells_the_lag(record: Prepared) -> Prepared:
     """Return a record in sliding one way as it tells the lag; another one as it is."""
     of_lag = record.log.kind == "sliding-sine" and not record.slides and not len(record.reversals)
@@ -275,7 +281,7 @@ def _described(
     level = Estimate(1.0, "1")
     if (of_level := ("static", LEVEL.name)) in within:
         level = Estimate(values["static"][LEVEL.name], "1", within[of_level][0])
-    warnings += [*untold_of, *record_flaws([record.log for record in records], "gms")]
+    warnings += [*untold_of, *records_told(records)]
     warnings += edges(coordinates, x, seen, covariance) + correlated(coordinates, covariance)
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])
