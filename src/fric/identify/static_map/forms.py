@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
     Real = NDArray[np.float64]
 
+CLEARLY = 0.8
+"""Ratio of errors under which a free shape factor is taken: it trades with F_s at slow strokes that stick and slip."""
+
 FEWEST = 8
 """Strokes from which on a richer form is asked for."""
 
@@ -113,7 +116,8 @@ def chosen(fitted: Fitted, *, fall: bool, shape: bool, fixed: bool) -> tuple[Fit
         freed = _solved(fitted, free, solution, fixed=fixed)
         low, high = DELTA_RANGE
         inside = low * 1.01 < freed.solution.theta["delta"] < high / 1.01 and not at_bound(free, freed.solution)
-        if held_out.better("delta", left_out_errors(freed.problem, freed.solution)) and inside:
+        better = held_out.better("delta", left_out_errors(freed.problem, freed.solution))
+        if better and inside and held_out["delta"] < CLEARLY * held_out["stribeck"]:
             held_out.form, fitted = "delta", freed
     return fitted, held_out
 
