@@ -74,7 +74,7 @@ def test_table_2_within_a_micrometre_in_every_quadrant(paper):
 
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_table_1_is_recovered(paper, axis):
-    """F_c, F_s, v_s and the curve as the paper prints them; sigma within its interval, and within 6 %.
+    """F_c, F_s, v_s and the curve as the paper prints them; sigma within its interval, and within 4 %.
 
     The half width of that interval is 3 % of 40 N·s/m on x: the slowest strokes, in which the axis sticks and slips
     between counts, are kept, and weigh by what they stand off.
@@ -83,7 +83,7 @@ def test_table_1_is_recovered(paper, axis):
     found = read_document(folder / axis / "friction.yaml", FrictionDocument)
     true = read_document(ROOT / "configs/xy-table.yaml", MachineDocument).axes[axis].friction
     given, estimates = true.estimates("static"), found.estimates("static")
-    for name, tolerance in {"F_c": 0.03, "F_s": 0.03, "sigma": 0.06, "v_s": 0.10}.items():
+    for name, tolerance in {"F_c": 0.03, "F_s": 0.03, "sigma": 0.04, "v_s": 0.10}.items():
         assert float(estimates[name]) == pytest.approx(float(given[name]), rel=tolerance), name
     low, high = estimates["sigma"].ci95
     assert low < float(given["sigma"]) < high
