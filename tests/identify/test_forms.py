@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from fric.friction.stribeck import StaticMap
-from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.identify import identify_static as identify
 from fric.log import Log
 from tests.identify.constant_velocity import both_directions, stroke
 from tests.identify.test_flaws import session
+
+identify_static = partial(identify, delta="auto", over_position="auto")
 
 SPEEDS = np.geomspace(0.1e-3, 30e-3, 12)
 MAP = StaticMap(F_c=80.0, F_s=115.0, v_s=1.8e-3, delta=1.0, sigma=120.0)

@@ -30,7 +30,7 @@ def plant():
 
 @pytest.fixture(scope="module")
 def static(plant):
-    return fric.identify_static(fric.read(STROKES), plant=plant, delta=1.0)
+    return fric.identify_static(fric.read(STROKES), plant=plant)
 
 
 @pytest.fixture(scope="module")

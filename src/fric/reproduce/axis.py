@@ -141,8 +141,8 @@ def _damping_plant(files: AxisFiles, machine: Path | None, axis: str) -> Any:
 
 
 def _static(files: AxisFiles, machine: Path | None, axis: str) -> None:
-    plant = _damping_plant(files, machine, axis)  # the paper's form: eq. (2) with delta 1
-    found = identify_static(files.log("constant-velocity"), plant=plant, delta=1.0, direction="both")
+    plant = _damping_plant(files, machine, axis)  # the paper's form: one map
+    found = identify_static(files.log("constant-velocity"), plant=plant, direction="both")
     _left(found, files.static, files.fig_2)
 
 
