@@ -82,7 +82,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     found = _again(found, nominal.K_f)
     done()
     full = False
-    if found.rms > SHAPE * explained(found):
+    if found.plant[0] > 0 and found.rms > SHAPE * explained(found):
         for shape in (few.full(), None):
             richer = shape or found.balance.coordinates.sided()
             start = richer.moved(found.balance.coordinates, found.x)
