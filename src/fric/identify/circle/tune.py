@@ -224,8 +224,8 @@ def tune(
     warnings = [warning for one in axes.values() for warning in one.warnings] + clock_flaws(logs, "inspect")
     better = all(one.improves for one in axes.values())
     predicted = next_circles(tests, axes, done) if better else []
-    # where friction of this shape does not explain the circle, its prediction is trusted to its upper end alone
-    misfit = any(warning.code == "circle-misfit" for warning in warnings)
+    # where friction of this shape, or one that stays, does not explain the circle, only a prediction's upper end counts
+    misfit = any(warning.code in {"circle-misfit", "friction-drifts"} for warning in warnings)
     if any(clock.lost or clock.displaced > DISPLACED for clock in map(timing, logs)):
         why = "the log's clock is wrong (see above)"
     elif better and not predicted:
