@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -46,6 +47,26 @@ CIRCLE_CHANNELS = ("reference", "position", "input", "force")
 """What is recorded of each axis of a circle test, beside the time that they share."""
 BALL_BAR = ("angle", "deviation")
 """What a ball bar tells: angle and radial deviation."""
+
+
+_AXIS = re.compile(r"\w[\w .+-]{0,39}")
+
+
+def axis_name(name: str, where: str = "") -> str:
+    """Return the name of an axis, which stands in names of files, in shell scripts and in programs for controllers.
+
+    Raises
+    ------
+    FricError
+        When it holds more than letters, digits and a few signs: a log or a machine file of anyone could write files
+        elsewhere by it, or put lines into a program.
+    """
+    if not _AXIS.fullmatch(name):
+        raise FricError(
+            f"'{name}' is no name of an axis", where=where,
+            hint="Take letters, digits, spaces and _ . + -, 40 at most, a letter or a digit first.",
+        )  # fmt: skip
+    return name
 
 
 def channel_dimension(channel: str) -> str:
@@ -138,6 +159,7 @@ class Log(_FromFile):
     dropped: int = 0
 
     def __post_init__(self) -> None:
+        axis_name(self.axis, self.where)
         lengths = {channel: len(values) for channel, values in self.channels().items()}
         if len(set(lengths.values())) > 1:
             text = ", ".join(f"{channel} {n}" for channel, n in lengths.items())
@@ -220,6 +242,9 @@ class FrequencyResponse(_FromFile):
     source: str = ""
     sha256: str = ""
 
+    def __post_init__(self) -> None:
+        axis_name(self.axis, self.where)
+
     def __repr__(self) -> str:
         f = self.frequency
         span = f"{len(f)} frequencies from {f[0]:.4g} to {f[-1]:.4g} Hz" if len(f) else "no frequency"
@@ -263,6 +288,7 @@ class ForceVelocity(_FromFile):
     sha256: str = ""
 
     def __post_init__(self) -> None:
+        axis_name(self.axis, self.where)
         columns = self.columns()
         if len({len(values) for values in columns.values()}) > 1:
             raise FricError("the columns of the table differ in length", where=self.where)

@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tests.fuzz.mutation import replayed, run
+from tests.fuzz.reading import READ
 
 CORPUS, RECORD = Path(__file__).parent / "corpus", Path(__file__).parent / "record.md"
 
@@ -19,12 +20,13 @@ def main() -> int:
     asked = argparse.ArgumentParser(description=__doc__)
     asked.add_argument("--count", type=int, default=20_000)
     asked.add_argument("--seed", type=int, default=int(datetime.now(UTC).strftime("%Y%m%d")))
+    asked.add_argument("--kinds", default=",".join(READ), help="only these kinds")
     given = asked.parse_args()
     print(f"seed {given.seed}, {given.count} inputs", flush=True)
     counts: Counter[str] = Counter()
     failures: Counter[str] = Counter()
     begun = time.monotonic()
-    for kind, source, n, failed in run(given.count, given.seed):
+    for kind, source, n, failed in run(given.count, given.seed, frozenset(given.kinds.split(","))):
         counts[kind] += 1
         if failed:
             failures[failed.partition(":")[0]] += 1

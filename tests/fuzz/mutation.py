@@ -5,91 +5,39 @@ from __future__ import annotations
 import gzip
 import os
 import resource
+import shutil
 import signal
 import tempfile
 import traceback
-from collections.abc import Callable, Iterator
+import warnings
+from collections.abc import Iterator
 from multiprocessing import get_context
 from pathlib import Path
 
-import h5py
 import numpy as np
 
-from fric.control.scheme import choose_schemes
-from fric.documents import document_types
-from fric.documents.machine_files import read_machine
-from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.io.hdf5 import read_records
-from fric.io.ingest import ingest
-from fric.io.recognise import recognise
-from fric.io.report import read_report
-from fric.io.run import read_drawn, read_run_provenance, read_runs, write_runs
-from fric.simulate.circle import Circle, run_circle
+from fric.io.hdf5 import write_logs
+from tests.fuzz.reading import READ, AbsurdError, changed_values
+from tests.fuzz.whole import archive_of, members, whole_files
 
-ROOT = Path(__file__).parents[2]
 SECONDS, MEMORY = 60, 2 << 30
 BATCH = 100
 """Inputs that one process takes: one that dies tells which it was."""
-
-
-def seeds(folder: Path) -> dict[str, list[Path]]:
-    """Return whole files by how they are read, some of them made in a folder."""
-    t = np.arange(300) * 1e-3
-    rows = zip(t, 50 * np.sin(9 * t), np.cos(9 * t), strict=True)
-    text = "time [s],position [um],force [N]\n" + "".join(f"{a:.4f},{b:.3f},{c:.2f}\n" for a, b, c in rows)
-    (folder / "log.csv").write_text(text)
-    (folder / "log.csv.gz").write_bytes(gzip.compress(text.encode()))
-    from scipy.io import savemat
-
-    savemat(
-        folder / "log.mat", {"time": t, "position": np.sin(t), "told": "x axis", "cells": np.array([1, "a"], object)}
-    )
-    with h5py.File(folder / "new.mat", "w", userblock_size=512) as file:
-        for name in ("time", "position"):
-            file[name] = t.reshape(1, -1)
-        file["struct/force"] = t.reshape(-1, 1)
-    with (folder / "new.mat").open("r+b") as raw:
-        raw.write(b"MATLAB 7.3 MAT-file".ljust(512))
-    foreign = [folder / name for name in ("log.csv", "log.csv.gz", "log.mat", "new.mat")]
-    try:
-        import pyarrow as pa
-        from pyarrow import parquet
-    except ImportError:
-        pass
-    else:
-        parquet.write_table(pa.table({"time [s]": t, "position [m]": np.sin(t)}), folder / "log.parquet")
-        foreign.append(folder / "log.parquet")
-    machine = read_machine(ROOT / "configs" / "xy-table.yaml")
-    scheme = choose_schemes("a")[0]
-    write_runs(folder / "run.h5", [run_circle(machine, scheme, Circle(0.0005, 0.05))], "{}", most_samples=50)
-    yaml = [*sorted((ROOT / "tests/documents/before").glob("*.yaml")), *sorted((ROOT / "configs").rglob("*.yaml"))]
-    return {
-        "foreign": foreign,
-        "log": [ROOT / "data" / f"{name}.h5" for name in ("presliding-sine", "frequency-response")],
-        "run": [folder / "run.h5"],
-        "yaml": yaml,
-    }
-
-
-def _read_run(path: Path) -> None:
-    read_runs(path)
-    read_run_provenance(path)
-    read_drawn(path)
-
-
-def _read_yaml(path: Path) -> None:
-    kind = recognise(path).partition("/")[0]
-    read_document(path, document_types().get(kind, document_types()["plant"]))
-
-
-READ: dict[str, Callable[[Path], object]] = {
-    "foreign": lambda path: ingest(path, path.with_name("out.h5"), bad_cells="drop", force=True),
-    "log": lambda path: (read_records(path), ingest(path, path.with_name("out.h5"), force=True)),
-    "run": _read_run,
-    "yaml": _read_yaml,
-    "report": read_report,
+WEIGHTS = {
+    "yaml": 0.4,
+    "values": 0.1,
+    "machine": 0.3,
+    "log": 2.0,
+    "run": 4.0,
+    "circle": 2.0,
+    "report": 4.0,
+    ".mf4": 0.2,
 }
+"""Inputs of a kind, or of files of an ending, beside those of another: by what they cost."""
+CONFIGS = Path(__file__).parents[2] / "configs"
+NAMED = ("xy-table.yaml", "reality/base.yaml")
+"""Files that others name, as they lie beside them."""
 ODD = (
     b"\0",
     b"\xff" * 8,
@@ -130,6 +78,23 @@ def mutated(whole: bytes, rng: np.random.Generator) -> bytes:
     return bytes(data)
 
 
+def replayed(kind: str, source: Path, seed: int, n: int) -> bytes:
+    """Return a mutated input: of what is packed, half are changed inside."""
+    rng = np.random.default_rng([seed, n])
+    if kind == "values":
+        with tempfile.TemporaryDirectory() as folder:
+            write_logs(Path(folder) / "log.h5", changed_values(source, rng))
+            return (Path(folder) / "log.h5").read_bytes()
+    whole, inside = source.read_bytes(), n % 2 == 0
+    if inside and source.suffix == ".gz":
+        return gzip.compress(mutated(gzip.decompress(whole), rng), mtime=0)
+    if inside and source.suffix == ".xlsx":
+        files = members(whole)
+        name = sorted(files)[int(rng.integers(len(files)))]
+        return archive_of(files | {name: mutated(files[name], rng)})
+    return mutated(whole, rng)
+
+
 class TooSlowError(BaseException):
     """An input took longer than it may."""
 
@@ -148,6 +113,8 @@ def judged(kind: str, path: Path) -> str:
         told = str(error)
         if len(told.splitlines()) > 3 or not all(one.isprintable() or one == "\n" for one in told):
             return f"message: {told[:200]!r}"
+    except AbsurdError as error:
+        return f"absurd: {error}"
     except TooSlowError:
         return f"slow: over {SECONDS} s"
     except Exception:
@@ -160,23 +127,47 @@ def judged(kind: str, path: Path) -> str:
 def _batch(kind: str, source: Path, seed: int, first: int, count: int, folder: Path, told: object) -> None:
     usage = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     resource.setrlimit(resource.RLIMIT_AS, (usage + MEMORY, usage + MEMORY))
-    whole = source.read_bytes()
+    for quiet in (DeprecationWarning, ResourceWarning):  # as users see warnings, but each time
+        warnings.simplefilter("always")
+        warnings.filterwarnings("ignore", category=quiet)
+    heard = os.open(folder / "heard", os.O_RDWR | os.O_CREAT | os.O_APPEND)
+    os.dup2(heard, 2)
     for n in range(first, first + count):
         path = folder / f"input{''.join(source.suffixes)}"
-        path.write_bytes(mutated(whole, np.random.default_rng([seed, n])))
-        told.send((n, judged(kind, path)))  # type: ignore[attr-defined]
+        path.write_bytes(replayed(kind, source, seed, n))
+        os.ftruncate(heard, 0)
+        failed = judged(kind, path)
+        if not failed and (size := os.fstat(heard).st_size):
+            failed = f"stderr: {os.pread(heard, min(size, 300), 0).decode(errors='replace')!r}"
+        told.send((n, failed))  # type: ignore[attr-defined]
     told.send((-1, ""))  # type: ignore[attr-defined]
 
 
-def run(count: int, seed: int) -> Iterator[tuple[str, Path, int, str]]:
+def shares(count: int, known: dict[str, list[Path]]) -> list[tuple[str, Path, int]]:
+    """Return how many inputs are made from each source."""
+    weights = {
+        (kind, source): WEIGHTS.get(kind, 1.0) * WEIGHTS.get(source.suffix, 1.0)
+        for kind, paths in known.items()
+        for source in paths
+    }
+    whole = sum(weights.values())
+    return [(*which, max(1, round(count * weight / whole))) for which, weight in weights.items()]
+
+
+def run(count: int, seed: int, kinds: frozenset[str] = frozenset(READ)) -> Iterator[tuple[str, Path, int, str]]:
     """Yield kind, source and number of each mutated input, and how it failed; empty where it did not."""
     context = get_context("fork")
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        known = seeds(folder)
-        share_of = {kind: -(-count // (len(known) * len(paths))) for kind, paths in known.items()}
-        sources = [(kind, source, share_of[kind]) for kind, paths in known.items() for source in paths]
-        for kind, source, share in sources:
+    with tempfile.TemporaryDirectory() as name, tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "reality"
+        folder.mkdir()
+        for beside in NAMED:
+            shutil.copy(CONFIGS / beside, Path(scratch) / beside)
+        chosen = [one for one in shares(count, whole_files(Path(name))) if one[0] in kinds]
+        for kind, source, _ in chosen:  # what is imported and compiled here, no child of ours needs to
+            path = folder / f"input{''.join(source.suffixes)}"
+            shutil.copy(source, path)
+            judged(kind, path)
+        for kind, source, share in chosen:
             first = 0
             while first < share:
                 size = min(BATCH, share - first)
@@ -198,8 +189,3 @@ def run(count: int, seed: int) -> Iterator[tuple[str, Path, int, str]]:
                     last += 1
                 child.join()
                 first = last
-
-
-def replayed(kind: str, source: Path, seed: int, n: int) -> bytes:
-    """Return a mutated input again, to be looked at and kept in the corpus."""
-    return mutated(source.read_bytes(), np.random.default_rng([seed, n]))

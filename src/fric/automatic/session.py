@@ -58,7 +58,7 @@ class Session:
             )
         except FricError as error:
             self.failed[one.name] = str(error).replace("\n", ". ")
-            self.script.append(f"# failed: {text}")
+            self.script.append(f"# failed: {' '.join(text.splitlines())}")
             return False
         self.script.append(text)
         return True

@@ -5,11 +5,15 @@ Each is asked by the shell in a process of its own; what does not read completes
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 import typer
+
+_PLAIN = re.compile(r"[\w.,:+@%=-]+")
+"""What a shell takes as it stands: a name out of a file could be a command."""
 
 Words = Sequence[str]
 """The words of the line so far, without those that name commands."""
@@ -22,7 +26,7 @@ def _completes(names: Callable[[Words], Iterable[str]]) -> Callable[[typer.Conte
         with suppress(Exception):
             # of a line that ends in an option the other options are parsed, and its words are left as they are
             words = [*ctx.args, *(("--schemes", str(own)) if (own := ctx.params.get("schemes")) else ())]
-            return [name for name in names(words) if name.startswith(incomplete)]
+            return [name for name in names(words) if name.startswith(incomplete) and _PLAIN.fullmatch(name)]
         return []
 
     return complete
@@ -46,11 +50,11 @@ def _axes(words: Words) -> Iterable[str]:
 
 
 def _records(words: Words) -> Iterable[str]:
-    import h5py
+    from fric.io.safe_hdf5 import open_file
 
     for word in words:
         if word.endswith(".h5"):
-            with h5py.File(word) as file:
+            with open_file(Path(word)) as file:
                 yield from file["records"]
 
 

@@ -6,17 +6,27 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from math import inf
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from fric.documents.provenance import provenance
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Scale
-from fric.log import Record
+from fric.log import Record, axis_name
 from fric.notice import Notice, Severity
 from fric.units import Motion, factor, si_unit
+
+
+def _of_axis(name: str) -> str:
+    try:
+        return axis_name(name)
+    except FricError as error:
+        raise ValueError(f"{error.what}\n{error.hint}") from None
+
+
+AxisName = Annotated[str, AfterValidator(_of_axis)]
 
 
 class Part(BaseModel):
@@ -242,7 +252,7 @@ class Physical(Part):
 class OfAxis(Document):
     """A document that is of one axis."""
 
-    axis: str
+    axis: AxisName
     motion: Motion = "linear"
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 
 from fric.control import block_type, blocks
-from fric.documents.base import Document, Quantity, quantities
+from fric.documents.base import AxisName, Document, Quantity, quantities
 from fric.documents.controller import ControllerPart, controller_values
 from fric.documents.provenance import provenance
 from fric.errors import FricError
@@ -44,7 +44,7 @@ class BlockDocument(Document):
 
     type: ClassVar[str] = "block"
 
-    axis: str
+    axis: AxisName
     motion: Motion = "linear"
     block: str = Field(description="the control block: what it is called in a scheme")
     parameters: dict[str, Quantity] = Field(

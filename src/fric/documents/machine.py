@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from fric.documents.base import AxisDocument, Document, Part, Physical, Quantity
+from fric.documents.base import AxisDocument, AxisName, Document, Part, Physical, Quantity
 from fric.documents.block import BlockDocument, block_values
 from fric.documents.controller import ControllerDocument, ControllerPart
 from fric.documents.friction import FrictionDocument
@@ -119,7 +119,7 @@ class MachineDocument(Document):
 
     name: str = ""
     like: str = Field("", description="a machine file whose axes this one has, but for the keys that are given here")
-    axes: dict[str, AxisPart]
+    axes: dict[AxisName, AxisPart]
     published: list[PublishedPart] = Field(default_factory=list, description="glitches to compare with")
 
     @model_validator(mode="before")

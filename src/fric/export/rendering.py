@@ -32,6 +32,11 @@ def wrapped(items: list[str], indent: int = 4, width: int = 110) -> str:
     return textwrap.fill(", ".join(items), width, initial_indent=margin, subsequent_indent=margin).strip()
 
 
+def remark(text: str) -> str:
+    """Return a text as a comment of any language may hold it: what could end the comment, or a line, is left out."""
+    return " ".join("".join(c if c.isascii() and (c.isalnum() or c in "_.,:+-=<>") else " " for c in text).split())
+
+
 def identifier(text: str) -> str:
     """Return a text as an identifier that every language takes: letters, digits and single underscores."""
     made = "".join(c.lower() if c.isascii() and c.isalnum() else "_" for c in text).strip("_")

@@ -9,6 +9,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.export.base import BlockPart, Part
+from fric.export.rendering import remark
 from fric.friction.stribeck import StaticMap
 from fric.reference import Reference
 from fric.simulate.blocks import blocks_of, setting_of
@@ -49,7 +50,7 @@ def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
     if friction is None and others:
         friction = StaticMap(F_c=0.0, F_s=0.0, v_s=1.0)  # nothing is fed forward; the blocks are
     return Part(
-        "compensation", machine.name, name, axis.motion, scheme.name, friction, nominal.K_f, nominal.A,
+        "compensation", machine.name, name, axis.motion, remark(scheme.name), friction, nominal.K_f, nominal.A,
         nominal.B, cascade.sampling, cascade.limit, axis.encoder.resolution, setting.gain, setting.lead,
         K_p=cascade.K_p, K_i=cascade.K_i, blocks=tuple(_block(one, setting) for one in others),
     )  # fmt: skip

@@ -25,6 +25,7 @@ from fric.log import (
     FrequencyResponse,
     Log,
     Record,
+    axis_name,
     channel_dimension,
 )
 from fric.output import alone
@@ -158,6 +159,7 @@ def log_writer(
         Replace a file that exists.
     """
     path = Path(path)
+    axis_name(axis, str(path))
     with alone(path) if append else nullcontext():
         adding = append and path.exists()
         if adding:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -9,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fric.documents.mapping import MappingDocument
-from fric.errors import FricError
+from fric.errors import FricError, printable
 from fric.io.channels import OF_MEANS
 from fric.io.likely import MOTIONS, looking_like, named_as
 from fric.io.readers import tables
@@ -89,7 +90,7 @@ def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
         lines.append(
             f"# the file says, for use as {{fields}}: {', '.join(f'{k} = {v}' for k, v in first.constants.items())}"
         )
-    return "\n".join(lines) + "\n"
+    return "\n".join(printable(line, 10_000) for line in lines) + "\n"
 
 
 def propose(paths: Sequence[Path], output: Path, *, force: bool = False, join: bool = False) -> str:
@@ -177,18 +178,25 @@ def _fits(unit: str | None, channel: str, motion: Motion) -> bool:
     return True
 
 
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
 def _line(table: Table, channel: str, guess: _Guess, motion: Motion, file: str) -> list[str]:
     n, others = guess.taken[channel], guess.others.get(channel, [])
     column = table.columns[n]
     same = [k for k, other in enumerate(table.columns) if other.name == column.name]
-    named = str(n) if len(same) > 1 or not column.name else '"' + column.name.replace('"', '\\"') + '"'
-    said = f', file: "{file}"' if file else ""
+    named = str(n) if len(same) > 1 or not column.name.isprintable() or not column.name else _quoted(column.name)
+    said = f", file: {_quoted(file)}" if file else ""
     if channel == "n":
         return [f"  n: {{column: {named}}}      # samples of each mean"]
     measured = "force" if channel in {"deviation", "error"} else channel
     si = si_unit(channel_dimension(measured), motion)
     if _fits(column.unit, measured, motion):
-        unit, why = f'unit: "{column.unit}"', "by its name" if named_as(column) == measured else "by its unit"
+        unit, why = (
+            f"unit: {_quoted(column.unit or '')}",
+            "by its name" if named_as(column) == measured else "by its unit",
+        )
     elif column.unit:
         unit, why = f'scale: "? {si}"', f'logged in {column.unit}: say what one of these is, as in scale: "0.1 {si}"'
     else:

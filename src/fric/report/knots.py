@@ -114,7 +114,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Answer what the page asks."""
         word, size = self._word(), self.headers.get("Content-Length", "")
         known = word in {"try", "save"} and self.headers.get_content_type() == "application/json"
-        if not (known and size.isdigit() and int(size) <= MOST):
+        if not (known and size.isascii() and size.isdigit() and int(size) <= MOST):
             self._send(404, b"", "text/plain")
             return
         try:

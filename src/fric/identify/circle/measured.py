@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from fric.errors import FricError
-from fric.log import Log
+from fric.log import Log, axis_name
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,6 +97,8 @@ class MeasuredCircle:
     sha256: str = ""
 
     def __post_init__(self) -> None:
+        for name in self.axes:
+            axis_name(name, self.where)
         for what in ("radius", "feed"):
             if not getattr(self, what) > 0:
                 raise FricError(f"the {what} of the circle is {getattr(self, what):g}", where=self.where)
