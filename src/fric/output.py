@@ -196,7 +196,7 @@ def alone(path: Path) -> Iterator[None]:
 
 
 def write_folder(folder: Path, files: Mapping[str, str | bytes], *, force: bool = False) -> None:
-    """Write files into a folder, made where it is not there, as those in it; all, or an error before the first.
+    """Write files into a folder, made where it is not there, as those in it; all or none.
 
     Raises
     ------
@@ -211,10 +211,34 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes], *, force: bool 
     except OSError as error:
         raise _refused(folder, error) from None
     refuse_existing(*(folder / name for name in files), force=force)
-    with ExitStack() as drafts:
+    with together(*(folder / name for name in files)) as made, ExitStack() as drafts:
         for name, content in files.items():
+            drafts.enter_context(_counted(folder / name, made))
             draft = drafts.enter_context(staged(folder / name, force=force))
             draft.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def _counted(path: Path, made: list[Path]) -> Iterator[None]:
+    yield
+    made.append(path)
+
+
+@contextmanager
+def together(*paths: Path) -> Iterator[list[Path]]:
+    """Give a list for those files that the block has made: where it fails they are removed, and all are there or none.
+
+    What was there before is left as it is then, old or new.
+    """
+    fresh, made = [path for path in paths if not path.exists()], list[Path]()
+    try:
+        yield made
+    except BaseException:
+        for path in made:
+            if path in fresh:
+                with suppress(OSError):
+                    path.unlink()
+        raise
 
 
 def _refused(path: Path, error: OSError) -> FricError:

@@ -25,12 +25,15 @@ def main() -> int:
     print(f"seed {given.seed}, {given.count} inputs", flush=True)
     counts: Counter[str] = Counter()
     failures: Counter[str] = Counter()
+    seen: set[tuple[str, ...]] = set()
     begun = time.monotonic()
     for kind, source, n, failed in run(given.count, given.seed, frozenset(given.kinds.split(","))):
         counts[kind] += 1
         if failed:
             failures[failed.partition(":")[0]] += 1
-            if failures.total() <= 20:
+            told = (kind, source.suffix, failed.strip().splitlines()[-1][:60])
+            if told not in seen:  # the first of its kind
+                seen.add(told)
                 print(f"{kind} {source.name} number {n}: {failed}", flush=True)
                 kept = CORPUS / f"{kind}-{given.seed}-{n}{''.join(source.suffixes)}"
                 if source.exists():

@@ -25,15 +25,9 @@ SECONDS, MEMORY = 60, 2 << 30
 BATCH = 100
 """Inputs that one process takes: one that dies tells which it was."""
 WEIGHTS = {
-    "yaml": 0.4,
-    "values": 0.1,
-    "machine": 0.3,
-    "log": 2.0,
-    "run": 4.0,
-    "circle": 2.0,
-    "report": 4.0,
-    ".mf4": 0.2,
-}
+    "yaml": 0.25, "values": 0.1, "machine": 0.3, "log": 4.0, "run": 8.0, "circle": 4.0, "report": 6.0,
+    ".mf4": 0.2, ".mat": 0.1, ".tdms": 3.0, ".mcap": 3.0, ".db3": 3.0, ".bag": 3.0, ".parquet": 3.0, ".xml": 3.0,
+}  # fmt: skip
 """Inputs of a kind, or of files of an ending, beside those of another: by what they cost."""
 CONFIGS = Path(__file__).parents[2] / "configs"
 NAMED = ("xy-table.yaml", "reality/base.yaml")

@@ -114,7 +114,7 @@ def _values(path: Path) -> None:
         _judge(fric.identify_plant(*logs).document)
 
 
-SIGNED = frozenset({"offset", "n", "matrix", "phase", "delta"})
+SIGNED = frozenset({"offset", "force_lag", "n", "matrix", "phase", "delta"})
 """Numbers that may be below zero."""
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from fric.documents.bundled import bundled
 from fric.errors import FricError
 from fric.identify.records.inspection import inspect
+from fric.input import regular
 from fric.io.hdf5 import read_records
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
@@ -115,9 +116,7 @@ def _files(given: Iterable[Path]) -> Iterator[Path]:
     """Yield the files, log files of fric's first: a foreign copy of a record is then known."""
     files: list[Path] = []
     for path in given:
-        if not path.exists():
-            raise FricError("there is no such file", where=str(path))
-        inside = sorted(one for one in path.rglob("*") if one.is_file()) if path.is_dir() else [path]
+        inside = sorted(one for one in path.rglob("*") if one.is_file()) if path.is_dir() else [regular(path)]
         files += [one for one in inside if one.suffix.lower() not in PASSED_OVER]
     yield from sorted(dict.fromkeys(files), key=lambda path: (path.suffix.lower() not in {".h5", ".hdf5"}, str(path)))
 

@@ -17,7 +17,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from fric.errors import printable
-from fric.output import refuse_ending, refuse_existing
+from fric.output import refuse_ending, refuse_existing, together
 from fric.progress import heard
 
 if TYPE_CHECKING:
@@ -122,15 +122,18 @@ def finish(
     refuse_existing(*written, force=force)
     with progress(doing) as advance:
         result = make(advance)
-    if plot is not None:
-        result.plot(plot, view=view, force=force)
-    for path, draw in figures.items():
-        from fric.figures.style import save_figure
+    with together(*written) as made:
+        if plot is not None:
+            result.plot(plot, view=view, force=force)
+            made.append(plot)
+        for path, draw in figures.items():
+            from fric.figures.style import save_figure
 
-        save_figure(draw(result), path, force=force)
-    for place in (output, into):
-        if place is not None:
-            result.save(place, force=force)
+            save_figure(draw(result), path, force=force)
+            made.append(path)
+        for place in (output, into):
+            if place is not None:
+                result.save(place, force=force)
     written += [into] if into is not None else []
     if json:
         from fric.documents.base import warned

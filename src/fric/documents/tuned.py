@@ -31,7 +31,9 @@ def tuned_files(found: Tuned, folder: Path) -> list[Path]:
     return [folder / "machine.yaml", *(folder / f"{name}{end}.yaml" for name in better for end in ("", "-plant"))]
 
 
-def write_tuned(found: Tuned, machine: Path, folder: Path, *, force: bool = False) -> list[Path]:
+def write_tuned(
+    found: Tuned, machine: Path, folder: Path, *, force: bool = False, done: list[Path] | None = None
+) -> list[Path]:
     """Write a machine file with the new belief, and the friction and the plant of each axis that it names.
 
     An axis that was not improved stays as it was.
@@ -46,6 +48,8 @@ def write_tuned(found: Tuned, machine: Path, folder: Path, *, force: bool = Fals
         Where to write.
     force
         Replace files that exist.
+    done
+        Is told of each file that is there.
 
     Raises
     ------
@@ -58,13 +62,16 @@ def write_tuned(found: Tuned, machine: Path, folder: Path, *, force: bool = Fals
         raise FricError(f"cannot be made: {error.strerror or error}", where=str(folder)) from None
     files = tuned_files(found, folder)
     refuse_existing(*files, force=force)
+    done = [] if done is None else done
     tree = read_machine_document(machine).tree()
     tree.pop("like", None)
     for name, one in found.axes.items():
         if not one.improves:
             continue
         write_document(folder / f"{name}.yaml", friction_tree(one, found.tests), force=force)
+        done.append(folder / f"{name}.yaml")
         write_document(folder / f"{name}-plant.yaml", plant_tree(one, found.tests), force=force)
+        done.append(folder / f"{name}-plant.yaml")
         axis = dict(tree["axes"][name])
         axis["nominal"] = f"{name}-plant.yaml"
         axis["feedforward"] = {"lead": "auto", "friction": f"{name}.yaml"}
@@ -84,6 +91,7 @@ def write_tuned(found: Tuned, machine: Path, folder: Path, *, force: bool = Fals
                 "nominal": f"{name}-plant.yaml", "feedforward": {"lead": "auto", "friction": f"{name}.yaml"}
             }  # fmt: skip
     write_document(folder / "machine.yaml", written, force=force)
+    done.append(folder / "machine.yaml")
     return files
 
 

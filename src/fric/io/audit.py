@@ -142,7 +142,11 @@ class Signs:
         self.agreement = np.zeros(2)
 
     def add(self, block: Mapping[str, NDArray[np.float64]]) -> None:
-        """Take the next samples of each channel, in SI."""
+        """Take the next samples of each channel, in SI; what is beyond all numbers weighs nothing."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            self._add(block)
+
+    def _add(self, block: Mapping[str, NDArray[np.float64]]) -> None:
         time, x, v, force = (block.get(name) for name in ("time", "position", "velocity", "force"))
         if time is None and v is not None and force is not None:  # a table of mean forces
             self.work += _weighed(force * v)

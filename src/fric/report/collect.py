@@ -17,6 +17,7 @@ from fric.documents import document_types
 from fric.documents.circle_map import CircleMapDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
+from fric.input import foreign
 from fric.io.hdf5 import read_records
 from fric.io.recognise import recognise
 from fric.io.report import FORMAT, read_report
@@ -91,8 +92,9 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
             maps.append((path.name, read_document(path, CircleMapDocument)))
         elif found == FORMAT:
             earlier = read_report(path)
-            items += [_item(f"{path.name}: {entry['source']}", entry["tree"]) for entry in earlier["documents"]]
-            tests += [contour_test(entry, f"{path.name}: ") for entry in earlier["tests"]]
+            with foreign(path, "Make it again with `fric report`.", lacking=True):
+                items += [_item(f"{path.name}: {entry['source']}", entry["tree"]) for entry in earlier["documents"]]
+                tests += [contour_test(entry, f"{path.name}: ") for entry in earlier["tests"]]
         else:
             raise FricError(
                 f"holds {found}, which a report has no place for",
@@ -232,19 +234,21 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
 
     contours = tuple(
         Contour(
-            scheme=Scheme.of(one["scheme"]), glitches=tuple(one["glitches"]), glitch=one["glitch"], rms=one["rms"],
-            range=one["range"], place=np.array(one["place"]), error=np.array(one["error"]),
+            scheme=Scheme.of(one["scheme"]), glitches=tuple(map(float, one["glitches"])), glitch=float(one["glitch"]),
+            rms=float(one["rms"]), range=float(one["range"]), place=np.array(one["place"], float),
+            error=np.array(one["error"], float),
             warnings=tuple(
                 text if isinstance(text, str) else Notice(text["text"], text["code"], text["severity"])
                 for text in one["warnings"]
             ),
-            drawn=machines(one.get("drawn", ())), oscillation=one.get("oscillation", 0.0),
+            drawn=machines(one.get("drawn", ())), oscillation=float(one.get("oscillation", 0.0)),
             swings=machines(one.get("swings", ())),
             predicted=prediction.schemes.get(one["scheme"]["name"]) if prediction else None,
         )
         for one in data["contours"]
     )  # fmt: skip
     return ContourTest(
-        before + data["source"], data["provenance"], data["feed"], data["radius"], data["direction"],
-        tuple(data["labels"]), contours, prediction,
+        before + data["source"], dict(data["provenance"]), float(data["feed"]),
+        None if data["radius"] is None else float(data["radius"]), int(data["direction"]),
+        tuple(map(str, data["labels"])), contours, prediction,
     )  # fmt: skip

@@ -32,6 +32,7 @@ from fric.results.verdict import facts
 from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
+from fric.simulate.processes import end_with_parent
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -175,7 +176,7 @@ def _learn(
     machine: Path, names: tuple[str, ...], folder: Path, seed: int, published: bool
 ) -> Iterator[tuple[str, bool]]:
     """Learn the axes side by side, each in a process of its own."""
-    with ProcessPoolExecutor(max_workers=len(names)) as pool:
+    with ProcessPoolExecutor(max_workers=len(names), initializer=end_with_parent) as pool:
         work = {name: pool.submit(_learned, machine, name, folder / name, seed, published) for name in names}
         for name, future in work.items():
             for step, ran in future.result():

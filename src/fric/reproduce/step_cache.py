@@ -41,9 +41,10 @@ class StepCache:
             raise FricError(f"the folder cannot be made: {error.strerror}", where=str(folder)) from None
         ledger = self.folder / LEDGER
         try:
-            self._known: dict[str, Any] = json.loads(ledger.read_text(encoding="utf-8")) if ledger.exists() else {}
-        except ValueError:
-            self._known = {}
+            found = json.loads(ledger.read_text(encoding="utf-8")) if ledger.exists() else {}
+        except (ValueError, RecursionError):
+            found = {}
+        self._known: dict[str, Any] = found if isinstance(found, dict) else {}
 
     def step(
         self,

@@ -17,7 +17,7 @@ from fric.identify.circle.tune import Tuned, steps_of_tuning
 from fric.identify.circle.tune import tune as refit
 from fric.identify.circle.tune_document import tuned_document
 from fric.io.circle import choose_circles
-from fric.output import refuse_existing
+from fric.output import refuse_existing, together
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, refused, silent
 from fric.results.text import Piece, Table, named
@@ -112,9 +112,11 @@ class TuneResult(Result):
         figures = {folder / f"{name}.png": one for name, one in self.found.axes.items()}
         if folder.is_dir():
             refuse_existing(*tuned_files(self.found, folder), *figures, force=force)
-        written = write_tuned(self.found, self.source, folder, force=force)
-        for place, one in figures.items():
-            save_figure(draw_tuned(one), place, force=force)
+        with together(*tuned_files(self.found, folder), *figures) as made:
+            written = write_tuned(self.found, self.source, folder, force=force, done=made)
+            for place, one in figures.items():
+                save_figure(draw_tuned(one), place, force=force)
+                made.append(place)
         self.files[:] = [*written, *figures]
         self.document["files"] = list(map(str, self.files))
 

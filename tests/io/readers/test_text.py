@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from fric import FricError
 from fric.documents.mapping import Layout
+from fric.io.ingest import ingest
 from fric.io.readers import tables
 from fric.io.readers.base import BLOCK
 from fric.io.readers.sniff import encoding_of, shape_of
@@ -157,3 +158,18 @@ def test_encodings():
     # a letter of two bytes that is cut at the end of what is looked at
     assert encoding_of("a\nµ".encode()[:-1]) == "utf-8"
     assert shape_of(b"t [s],x [\xb5m]\n0,1\n1,2\n", Layout(), whole=True).columns[1].unit == "µm"
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("at", [3, 30])
+@pytest.mark.parametrize(("tail", "good"), [(",,", True), (",,7", False), (",7", False), ("," * 300, False)])
+def test_cells_behind_those_of_the_header_are_empty_or_told(tmp_path, at, tail, good):
+    """Of which pandas left out some and printed a warning."""
+    path = tmp_path / "log.csv"
+    rows = [f"{0.1 * n},2.0{tail * (n == at)}\n" for n in range(60)]
+    path.write_text("time [s],position [m]\n" + "".join(rows))
+    if good:
+        assert ingest(path, tmp_path / "log.h5").samples == 60
+    else:
+        with pytest.raises(FricError, match="more cells than the 2 of the header"):
+            ingest(path, tmp_path / "log.h5")

@@ -74,8 +74,8 @@ def _andrews(rho: NDArray[np.float64], n: int) -> float:
 
 def widened(covariance: NDArray[np.float64], *others: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a covariance (p, p) with each deviation as large as in the one of others that has it largest."""
-    own = np.sqrt(np.diag(covariance))
-    widest = np.max([own, *(np.sqrt(np.diag(one)) for one in others)], axis=0)
+    own, *beside = (np.sqrt(np.maximum(np.diag(one), 0.0)) for one in (covariance, *others))
+    widest = np.max([own, *beside], axis=0)
     widen = np.divide(widest, own, out=np.ones_like(own), where=own > 0)
     return np.asarray(covariance * np.outer(widen, widen))
 

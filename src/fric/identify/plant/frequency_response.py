@@ -274,6 +274,6 @@ def as_table(
 def _motion(v: NDArray[np.float64]) -> tuple[float, float]:
     """Return the equivalent gain of Coulomb friction along a velocity, and the velocity's deviation from its mean."""
     around = v - v.mean()
-    if v.min() > 0 or v.max() < 0:
+    if v.min() > 0 or v.max() < 0 or not np.any(around):
         return 0.0, float(np.std(v))
     return float(np.mean(around * np.sign(v)) / np.mean(around**2)), float(np.std(v))

@@ -132,6 +132,8 @@ def _swings_in(U: Complex, Z: Complex) -> bool:
     for X in (U, Z):
         rest = X[1:]
         variance = np.mean(np.abs(rest - rest.mean(axis=0)) ** 2, axis=0) + 1e-30 * np.abs(rest.mean(axis=0)) ** 2
+        if not variance.max() > 0.0:
+            continue  # a channel that never moves
         weight = 1 / np.maximum(variance, 1e-12 * variance.max())
         first += float(np.sum(np.abs(X[0] - rest.mean(axis=0)) ** 2 * weight))
         others += float(np.sum(variance * weight))

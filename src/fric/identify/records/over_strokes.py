@@ -228,8 +228,9 @@ def _slope(t: Real, F: Real) -> tuple[float, float]:
     """Return the slope of a force in time [N/s] and its standard error, by the means of eight parts."""
     parts = np.array_split(np.arange(len(t)), 8)
     at, mean = (np.array([values[part].mean() for part in parts]) for values in (t, F))
-    line = np.polynomial.Polynomial.fit(at, mean, 1).convert()
-    rest = mean - line(at)
-    spread = np.sqrt(np.sum((at - at.mean()) ** 2))
+    at, mean = at - at.mean(), mean - mean.mean()
+    spread = float(np.sqrt(at @ at))
+    slope = float(at @ mean) / spread**2
+    rest = mean - slope * at
     noise = np.array([F[part].std(ddof=1) / np.sqrt(len(part)) for part in parts])
-    return float(line.coef[1]), float(max(np.sqrt(np.sum(rest**2) / 6.0), np.mean(noise)) / spread)
+    return slope, float(max(np.sqrt(np.sum(rest**2) / 6.0), np.mean(noise)) / spread)

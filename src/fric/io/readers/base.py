@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import re
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 MOST_HEARD = 4
 """Warnings of a library that are told of a file at most."""
+MOST_PACKED, SMALL = 3000, 1 << 20
+"""Bytes that one byte of a file may declare, and bytes that any file may: DEFLATE reaches 1032."""
 BLOCK = 131_072
 """Samples a block: a few MiB, whatever the file's size."""
 
@@ -65,6 +68,27 @@ def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
     finally:
         for one, handlers, passed in before:
             one.handlers, one.propagate = handlers, passed
+
+
+@contextmanager
+def warned(path: Path, told: list[Notice]) -> Iterator[None]:
+    """Put what a library warns of meanwhile into a list, to be told of the file."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        warnings.simplefilter("ignore", DeprecationWarning)
+        yield
+    for one in caught[: max(MOST_HEARD - len(told), 0)]:
+        told.append(Notice(f"{path}: {printable(str(one.message), 160)}", "library-warns", "doubt"))
+
+
+def refuse_declared(path: Path, declared: int) -> None:
+    """Raise where the samples that a file says it has are more bytes than its size allows."""
+    stored = path.stat().st_size
+    if declared > max(SMALL, MOST_PACKED * stored):
+        raise FricError(
+            f"declares {declared / 1e6:.3g} MB of samples, and has {stored / 1e6:.3g} MB", where=str(path),
+            hint="Export it again.",
+        )  # fmt: skip
 
 
 def library(form: Format, path: Path) -> Any:

@@ -17,6 +17,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.io.readers.base import Block, Column, Table
+from fric.log import BEYOND
 from fric.notice import Notice
 from fric.units import readable
 
@@ -29,6 +30,8 @@ ALIKE = 1e-3
 """Share of a sampling interval up to which two instants are one."""
 GAP = 2.5
 """Sampling intervals from which on a part has a gap, across which nothing is taken."""
+MOST_SLOWER = 1e9
+"""Samples of one channel to one of another at most."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,8 @@ class Joined(Table):
         used = list(dict.fromkeys(self._places[n - 1][0] for n in wanted if n)) or [0]
         streams = {n: _Stream(self._parts[n], self._asked(n, wanted)) for n in used}
         lead, *others = streams.values()
-        every = max(ceil(max(stream.interval for stream in streams.values()) / lead.interval - 0.05), 1)
+        slower = max(stream.interval for stream in streams.values()) / lead.interval  # inf beside a lone sample
+        every = max(ceil(slower - 0.05), 1) if slower < MOST_SLOWER else 1
         slack = ALIKE * lead.interval
         begin = max(stream.time[0] for stream in streams.values()) - slack
         first, seen, row, early, late, holes = lead.time[0], 0, 0, 0, 0, 0
@@ -255,6 +259,9 @@ class _Stream:
                 place = self._part.table.place(block.row + int(np.argmax(odd)), self._part.time)
                 raise FricError("there is a value and no time", where=place, hint="Export the log again.")
             time, values = time[~empty], [one[~empty] for one in values]
+        if not np.abs(time).max(initial=0.0) < BEYOND:
+            place = self._part.table.place(block.row + int(np.argmax(~(np.abs(time) < BEYOND))), self._part.time)
+            raise FricError("the time is beyond all clocks", where=place, hint="Export the log again.")
         if not len(time):
             return time, values
         steps = np.diff(time, prepend=self._stamp)

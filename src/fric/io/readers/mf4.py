@@ -13,7 +13,7 @@ import numpy as np
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, numbers
+from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, numbers, refuse_declared
 from fric.io.readers.joined import Joined, Part
 from fric.notice import Notice
 
@@ -39,6 +39,8 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
             raise FricError("is no whole measurement", where=str(path), hint="Export it again.")
         # one that was never finished is copied by the library, and finished there
         with _opened(asammdf, path if head.startswith(b"UnFin") else file) as measurement:
+            sizes = (one.channel_group for one in measurement.groups)
+            refuse_declared(path, sum(one.cycles_nr * (one.samples_byte_nr + 8) for one in sizes))
             yield _table(path, measurement, told)
 
 

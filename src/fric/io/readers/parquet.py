@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fric.documents.mapping import Layout
-from fric.io.readers.base import BLOCK, Block, Column, Format, Table, library, named, numbers
+from fric.io.readers.base import BLOCK, Block, Column, Format, Table, library, named, numbers, refuse_declared
 
 FORMAT = Format("Parquet", (".parquet",), "pyarrow.parquet", "parquet")
 
@@ -21,6 +21,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     """Read a Parquet file: one table."""
     parquet = library(FORMAT, path)
     with parquet.ParquetFile(path) as file:
+        refuse_declared(path, 8 * file.metadata.num_rows * file.metadata.num_columns)
         yield ParquetTable(path, file)
 
 

@@ -28,6 +28,9 @@ MOST = 64
 DEEP = 8
 """Messages in one another at most."""
 
+MOST_CHUNK = 256 << 20
+"""Bytes that a chunk unpacks to at most."""
+
 Taken = Callable[[Any], float]
 
 
@@ -42,12 +45,40 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     reader = library(FORMAT, path)
     from rosbags.typesys import Stores, get_typestore
 
+    _bound_chunks(path)
     with reader.AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
         topics = [_Topic(path, bag, one) for one in bag.connections if one.msgcount]
         parts = [Part(topic, 0, label=topic.name) for topic in topics if len(topic.columns) > 1]
         if not parts:
             raise FricError("holds no topic of numbers", where=str(path), hint="Record a topic such as /joint_states.")
         yield Joined(path, parts)
+
+
+def _bound_chunks(path: Path) -> None:
+    """Let the library unpack a chunk up to `MOST_CHUNK`: bz2 makes a GiB of 800 bytes, and it asks for no bound."""
+    import bz2
+
+    from lz4.frame import LZ4FrameDecompressor
+    from rosbags.rosbag1 import reader as ros_1
+    from rosbags.rosbag2 import storage_mcap as mcap
+
+    def bounded(make: Callable[[], Any]) -> Callable[..., bytes]:
+        def unpack(data: bytes, *_: Any) -> bytes:
+            found = b""
+            while data:
+                one = make()
+                found += one.decompress(data, MOST_CHUNK - len(found) + 1)
+                if len(found) > MOST_CHUNK:
+                    raise FricError("unpacks to more than is read", where=str(path), hint="Record it unpacked.")
+                if not one.eof:
+                    raise EOFError("a chunk is cut short")
+                data = one.unused_data or b""
+            return found
+
+        return unpack
+
+    ros_1.decompressors |= {"bz2": bounded(bz2.BZ2Decompressor), "lz4": bounded(LZ4FrameDecompressor)}
+    mcap.DECOMPRESSORS |= {"lz4": bounded(LZ4FrameDecompressor), "zstd": bounded(mcap.zstd.ZstdDecompressor)}
 
 
 class _Topic(Table):

@@ -11,7 +11,7 @@ import numpy as np
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.likely import named_as
-from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, named, numbers
+from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, named, numbers, refuse_declared
 from fric.io.readers.joined import Joined, Part
 from fric.notice import Notice
 from fric.units import factor
@@ -36,6 +36,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         constants = {str(key): str(value) for key, value in file.properties.items()}
         groups = {group.name: [one for one in group.channels() if _is_number(one)] for group in file.groups()}
         groups = {name: channels for name, channels in groups.items() if channels}
+        refuse_declared(path, sum(8 * len(one) for channels in groups.values() for one in channels))
         names = [[one.name for one in channels] for channels in groups.values()]
         apart = len(groups) > 1 and all(one == names[0] for one in names)
         for gathered in [[one] for one in groups] if apart else [list(groups)]:

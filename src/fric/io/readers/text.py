@@ -31,6 +31,8 @@ AHEAD = 4
 """Pieces that may wait, parsed or not."""
 LOOK = 32_768
 """Bytes at the beginning that are looked at to find how the file is written."""
+MOST_EMPTY = 256
+"""Empty cells behind those of the header that a row may have."""
 
 _GZIP = b"\x1f\x8b"
 
@@ -173,8 +175,13 @@ class TextTable(Table):
                     if isinstance(frame.index, pd.RangeIndex):  # no row is so long that its first cells are an index
                         return frame
                 self._ragged = True
-            # one more column than there is catches rows that are too long
-            return read_csv(_Piece(piece), names=range(len(names) + 1), index_col=False, **options)
+            # columns behind those of the header catch rows that are too long: those with a cell there that is not empty
+            mark = None if shape.delimiter == "whitespace" else shape.delimiter.encode()
+            lines = b"".join(piece).splitlines()
+            widest = max((line.count(mark) + 1 if mark else len(line.split()) for line in lines), default=0)
+            if widest > len(names) + MOST_EMPTY:
+                raise pd.errors.ParserError("too many fields in line")
+            return read_csv(_Piece(piece), names=range(max(widest, len(names)) + 1), index_col=False, **options)
         except pd.errors.EmptyDataError:
             return pd.DataFrame({name: np.empty(0) for name in names})
 
@@ -182,7 +189,7 @@ class TextTable(Table):
         """Return what was parsed, having checked that no row is longer than the header."""
         try:
             frame = parsed.result()
-            if len(frame.columns) > len(self.columns) and frame[len(self.columns)].notna().any():
+            if frame.iloc[:, len(self.columns) :].notna().any(axis=None):
                 raise self._too_long(row)
         except pd.errors.ParserError as error:
             if "fields in line" in str(error):

@@ -13,8 +13,9 @@ import numpy as np
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Block, Format, Table, library
+from fric.io.readers.base import Block, Format, Table, library, warned
 from fric.io.readers.sniff import shape_of
+from fric.notice import Notice
 
 FORMAT = Format("Excel", (".xlsx", ".xlsm"), "openpyxl", "xlsx")
 LOOK = 64
@@ -23,8 +24,12 @@ ROWS = 16_384
 """Rows a block: cells are objects until they are numbers."""
 MOST = 4 << 30
 """Bytes of a workbook, unpacked, at most."""
-MOST_TEXTS = 64 << 20
-"""Bytes of the table of texts, which the library holds in memory, at most."""
+MOST_HELD = 64 << 20
+"""Bytes of any file in it but a sheet, which the library holds in memory, at most; sheets may have as many anyhow."""
+MOST_PACKED = 200
+"""Bytes of a sheet to one that is stored of it at most."""
+MOST_ROWS = 1 << 20
+"""Rows that a sheet has at most."""
 
 
 def recognises(path: Path, head: bytes) -> float:
@@ -37,18 +42,26 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     openpyxl = library(FORMAT, path)
     try:
         with ZipFile(path) as archive:
-            sizes = {one.filename: one.file_size for one in archive.infolist()}
+            inside = archive.infolist()
     except BadZipFile:
         raise FricError("is no whole workbook (cut short?)", where=str(path), hint="Save it again.") from None
-    if sum(sizes.values()) > MOST or sizes.get("xl/sharedStrings.xml", 0) > MOST_TEXTS:
+    if sum(one.file_size for one in inside) > MOST or any(
+        one.file_size > max(MOST_HELD, one.filename.startswith("xl/worksheets/") * MOST_PACKED * one.compress_size)
+        for one in inside
+    ):
         raise FricError("unpacks to more than is read", where=str(path), hint="Export it as CSV.")
-    book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    told: list[Notice] = []
+    with warned(path, told):
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
     try:
-        sheets = [sheet for sheet in book.worksheets if len(list(islice(sheet.iter_rows(), 2))) == 2]
+        with warned(path, told):
+            for sheet in book.worksheets:
+                sheet.reset_dimensions()  # a sheet may say that it has any number of columns, and each row is filled up
+            sheets = [sheet for sheet in book.worksheets if len(list(islice(sheet.iter_rows(), 2))) == 2]
         if not sheets:
             raise FricError("holds no sheet with rows", where=str(path), hint="Export it again.")
         for sheet in sheets:
-            yield _Sheet(path, sheet, layout, {"name": sheet.title} if len(sheets) > 1 else {})
+            yield _Sheet(path, sheet, layout, {"name": sheet.title} if len(sheets) > 1 else {}, told)
     finally:
         book.close()
 
@@ -56,8 +69,9 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 class _Sheet(Table):
     """The table of a sheet; header and units are found as in text."""
 
-    def __init__(self, path: Path, sheet: Any, layout: Layout, said: dict[str, str]) -> None:
-        first = list(islice(sheet.iter_rows(values_only=True), LOOK))
+    def __init__(self, path: Path, sheet: Any, layout: Layout, said: dict[str, str], told: list[Notice]) -> None:
+        with warned(path, told):
+            first = list(islice(sheet.iter_rows(values_only=True), LOOK))
         wide = max((n + 1 for row in first for n, cell in enumerate(row) if cell is not None), default=0)
         lines = ["\t".join(_shown(cell) for cell in [*row, *repeat(None, wide)][:wide]) for row in first]
         stated = layout.model_copy(update={"delimiter": "\t", "decimal": ".", "encoding": "utf-8"})
@@ -66,15 +80,20 @@ class _Sheet(Table):
         except FricError as error:
             raise error.at(f"{path}, sheet '{sheet.title}'") from None
         super().__init__(path, shape.columns, shape.preamble, said)
+        self.told = self._heard = told
         self._sheet, self._first, self._texts = sheet, shape.first, dict[tuple[int, int], str]()
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
         """Read the sheet row by row."""
         row, rows = 0, self._rows()
-        while part := list(islice(rows, ROWS)):
+        while part := self._part(rows):
             columns = [np.array([self._number(cells, n, row + k) for k, cells in enumerate(part)]) for n in wanted]
             yield Block(row, columns, 8 * len(part) * len(wanted))
             row += len(part)
+
+    def _part(self, rows: Iterator[Sequence[Any]]) -> list[Sequence[Any]]:
+        with warned(self.path, self._heard):
+            return list(islice(rows, ROWS))
 
     def place(self, row: int, column: int | None = None) -> str:
         """Return sheet and row as the workbook counts them."""
@@ -87,7 +106,9 @@ class _Sheet(Table):
     def _rows(self) -> Iterator[Sequence[Any]]:
         """Yield the rows of cells; empty ones at the end are none."""
         empty = 0
-        for cells in self._sheet.iter_rows(min_row=self._first + 1, values_only=True):
+        for row, cells in enumerate(self._sheet.iter_rows(min_row=self._first + 1, values_only=True), self._first):
+            if row > MOST_ROWS:
+                raise FricError("says that it has more rows than a sheet has", where=self.place(row - self._first))
             if any(cell is not None for cell in cells):
                 yield from repeat((), empty)
                 yield cells

@@ -1,0 +1,163 @@
+"""Small files that unpack to, or say that they hold, more than is read: refused in a sentence, at once."""
+
+from __future__ import annotations
+
+import bz2
+import struct
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.errors import FricError
+from fric.io.ingest import ingest
+from tests.fuzz.reading import MAPPINGS
+from tests.fuzz.whole import archive_of, mcap, members, mf4, old_bag, parquet, tdms, xlsx
+
+SOON = 20.0
+"""Seconds of this process, within which each ends."""
+
+
+def refused(path: Path, match: str) -> None:
+    begun = time.process_time()
+    with pytest.raises(FricError, match=match):
+        ingest(path, path.with_name("out.h5"), mapping=MAPPINGS.get(path.suffix), force=True)
+    assert time.process_time() - begun < SOON
+    assert not path.with_name("out.h5").exists()
+
+
+SHEET = "xl/worksheets/sheet1.xml"
+
+
+def _xlsx(folder: Path, change: Callable[[dict[str, bytes]], dict[str, bytes]]) -> Path:
+    path = xlsx(folder)
+    path.write_bytes(archive_of(change(members(path.read_bytes()))))
+    return path
+
+
+def test_a_workbook_that_unpacks_to_what_no_memory_holds(tmp_path: Path) -> None:
+    for name, what in (("xl/styles.xml", 80 << 20), (SHEET, 80 << 20)):
+        refused(_xlsx(tmp_path, lambda files, name=name, what=what: files | {name: bytes(what)}), "unpacks to more")
+
+
+def test_a_workbook_that_lies_about_what_it_unpacks_to(tmp_path: Path) -> None:
+    path = _xlsx(tmp_path, lambda files: files | {"xl/styles.xml": bytes(80 << 20)})
+    content = path.read_bytes()
+    path.write_bytes(content.replace(struct.pack("<I", 80 << 20), struct.pack("<I", 1000)))
+    refused(path, "damaged")
+
+
+def test_a_workbook_of_a_million_rows_that_are_not_there_is_read(tmp_path: Path) -> None:
+    def wide(files: dict[str, bytes]) -> dict[str, bytes]:
+        sheet = files[SHEET].decode()
+        sheet = sheet.replace("A1:C301", "A1:XFD1048576")
+        assert "XFD1048576" in sheet
+        return files | {SHEET: sheet.encode()}
+
+    begun = time.process_time()
+    assert ingest(_xlsx(tmp_path, wide), tmp_path / "out.h5").samples == 300
+    assert time.process_time() - begun < SOON
+
+
+def test_a_row_beyond_all_sheets_ends(tmp_path: Path) -> None:
+    def far(files: dict[str, bytes]) -> dict[str, bytes]:
+        sheet = files[SHEET].decode().replace('<row r="301"', '<row r="99999999999"')
+        assert "99999999999" in sheet
+        return files | {SHEET: sheet.encode()}
+
+    refused(_xlsx(tmp_path, far), "more rows than a sheet has")
+
+
+def test_entities_of_a_workbook_do_not_grow(tmp_path: Path) -> None:
+    laugh = "".join(f'<!ENTITY a{n} "{f"&a{n - 1};" * 10 if n else "ha" * 50}">' for n in range(10))
+    text = f'<?xml version="1.0"?><!DOCTYPE a [{laugh}]><sst><si><t>&a9;</t></si></sst>'
+    path = _xlsx(tmp_path, lambda files: files | {"xl/workbook.xml": text.encode()})
+    refused(path, "damaged|no sheet")
+
+
+def test_a_measurement_that_says_it_has_more_samples_than_fit(tmp_path: Path) -> None:
+    path = mf4(tmp_path)
+    content = bytearray(path.read_bytes())
+    at = content.find(b"##CG")
+    block = struct.unpack_from("<Q", content, at + 16)[0]  # links
+    struct.pack_into("<Q", content, at + 24 + 8 * block + 8, 10**12)
+    path.write_bytes(content)
+    refused(path, "declares|damaged")
+
+
+def test_a_tdms_file_that_says_it_has_more_samples_than_fit(tmp_path: Path) -> None:
+    path = tdms(tmp_path)
+    content = path.read_bytes()
+    count = struct.pack("<Q", 150)
+    assert count in content
+    path.write_bytes(content.replace(count, struct.pack("<Q", 10**11)))
+    begun = time.process_time()
+    assert ingest(path, tmp_path / "out.h5").samples <= 300  # what is there
+    assert time.process_time() - begun < SOON
+
+
+def test_a_parquet_file_of_rows_that_take_no_room(tmp_path: Path) -> None:
+    import pyarrow as pa
+    from pyarrow import parquet as writer
+
+    path = parquet(tmp_path)
+    with writer.ParquetWriter(path, pa.schema([("position [m]", pa.float32())])) as file:
+        file.write_table(pa.table({"position [m]": np.zeros(20_000_000, "f4")}), row_group_size=20_000_000)
+    refused(path, "declares 160 MB")
+
+
+@pytest.mark.parametrize("kind", ["zstd", "lz4"])
+def test_a_chunk_of_a_bag_that_unpacks_to_a_gibibyte(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the bound brought down, so that this test makes no gibibyte itself."""
+    from rosbags.rosbag2 import storage_mcap
+
+    from fric.io.readers import rosbag
+
+    monkeypatch.setattr(rosbag, "MOST_CHUNK", 1 << 20)
+    rosbag._bound_chunks(mcap(tmp_path))
+    whole = bytes(8 << 20)
+    if kind == "zstd":
+        packed = storage_mcap.zstd.compress(whole)
+    else:
+        from lz4.frame import compress
+
+        packed = compress(whole)
+    with pytest.raises(FricError, match="unpacks to more"):
+        storage_mcap.DECOMPRESSORS[kind](packed, 1)
+    small = bytes(1 << 19)
+    again = storage_mcap.zstd.compress(small) if kind == "zstd" else compress(small)
+    assert storage_mcap.DECOMPRESSORS[kind](again, 1) == small
+
+
+def test_a_chunk_of_an_old_bag_that_unpacks_to_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from rosbags.rosbag1 import reader
+
+    from fric.io.readers import rosbag
+
+    monkeypatch.setattr(rosbag, "MOST_CHUNK", 1 << 20)
+    rosbag._bound_chunks(old_bag(tmp_path))
+    with pytest.raises(FricError, match="unpacks to more"):
+        reader.decompressors["bz2"](bz2.compress(bytes(8 << 20)))
+    assert reader.decompressors["bz2"](bz2.compress(b"a") + bz2.compress(b"b")) == b"ab"
+
+
+def test_a_dataset_that_unpacks_as_far_as_deflate_reaches_is_read_and_no_further(tmp_path: Path) -> None:
+    import h5py
+
+    from fric.io.hdf5 import read_records, write_logs
+    from fric.log import Log
+
+    t = np.arange(4000.0)
+    path = tmp_path / "log.h5"
+    write_logs(path, [Log(time=t, position=t, name="a", source="a")])
+    with h5py.File(path, "a") as file:
+        del file["records/a/position"]
+        data = file["records/a"].create_dataset("position", (10**9,), "f8", chunks=(10**6,), compression="gzip")
+        data.attrs["unit"] = "m"
+        data[:1000] = 1.0
+    with pytest.raises(FricError, match="declares"):
+        read_records(path)
