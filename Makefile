@@ -46,6 +46,7 @@ bench: $(STAMP)
 
 fuzz: $(STAMP)
 	PYTHONPATH=. $(BIN)/python -m tests.fuzz --count $(or $(COUNT),20000) $(if $(SEED),--seed $(SEED))
+	PYTHONPATH=. $(BIN)/python -m tests.fuzz --kills $(or $(KILLS),100) $(if $(SEED),--seed $(SEED))
 
 reality: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.reality --write docs/reality.md

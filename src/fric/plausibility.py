@@ -3,6 +3,7 @@
 Each bound is generous: from a micro-tribometer (µN, or rad) to an axis of 10 t nothing real comes near it. What lies
 beyond ends in an error, which `lifted` turns into a warning that a number is wrong until it is mended. Much passes that
 is wrong all the same: where mass, force and force constant are wrong by one factor, no law of physics tells.
+So force in kN that is taken for N passes where no plant, static map or frequency response stands beside it.
 """
 
 from __future__ import annotations
@@ -69,6 +70,10 @@ BOUNDS: Mapping[str, Bound] = {
         "the way of the position over that of its reference", "ratio", (5e-3, 200.0), (5e-3, 200.0),
         "an axis goes where it is told to, more or less", "position and reference",
     ),
+    "stroke": Bound(
+        "the longest stroke", "position", (2e-6, 1e3), (1e-6, 1e9),
+        "contacts, seals and belts yield by as much before they slide, and this is a map of sliding", "the position",
+    ),
     "amplitude": Bound(
         "the amplitude of a pre-sliding sine", "position", (0.0, 5e-2), (0.0, 100.0),
         "contacts, seals and belts yield by 2 mm at most before they slide", "the position",
@@ -88,6 +93,10 @@ BOUNDS: Mapping[str, Bound] = {
     "friction-over-mass": Bound(
         "friction over moving mass", "acceleration", (0.0, 500.0), (0.0, 3e6),
         "friction of 50 times its own weight holds no drive", "force, input and position",
+    ),
+    "viscous-over-mass": Bound(
+        "viscous friction over moving mass", "rate", (0.0, 1e4), (0.0, 1e5),
+        "no friction brings an axis to rest within 0.1 ms", "position and time, of the log or of the plant",
     ),
     "inertia": Bound(
         "inertia over the logged force", "ratio", (0.0, 10.0), (0.0, 10.0),
@@ -227,6 +236,22 @@ def of_friction(static: StaticMap, motion: Motion, mass: float | None = None, wh
     yield Finding("friction", level, motion, where)
     if mass:
         yield Finding("friction-over-mass", level / mass, motion, where)
+        yield Finding("viscous-over-mass", abs(static.sigma) / mass, motion, where)
+
+
+def of_strokes(logs: Sequence[Log]) -> Iterator[Finding]:
+    """Yield the longest way of the records that a map of sliding friction is identified from."""
+    import numpy as np
+
+    ways = []
+    for log in logs:
+        if log.position is not None and len(log):
+            ways.append((float(np.ptp(log.position)), log))
+        elif log.velocity is not None and len(log):
+            ways.append((float(np.abs(log.velocity[1:]) @ np.diff(log.time)), log))
+    if ways:
+        way, log = max(ways, key=lambda one: one[0])
+        yield Finding("stroke", way, log.motion, log.where)
 
 
 def of_amplitudes(logs: Sequence[Log]) -> Iterator[Finding]:

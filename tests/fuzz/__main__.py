@@ -8,7 +8,9 @@ import time
 from collections import Counter
 from datetime import UTC, datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from tests.fuzz.kills import run_kills
 from tests.fuzz.mutation import replayed, run
 from tests.fuzz.reading import READ
 
@@ -21,7 +23,12 @@ def main() -> int:
     asked.add_argument("--count", type=int, default=20_000)
     asked.add_argument("--seed", type=int, default=int(datetime.now(UTC).strftime("%Y%m%d")))
     asked.add_argument("--kinds", default=",".join(READ), help="only these kinds")
+    asked.add_argument(
+        "--kills", type=int, default=0, help="kill commands so often at random times, in place of inputs"
+    )
     given = asked.parse_args()
+    if given.kills:
+        return _kills(given.kills, given.seed)
     print(f"seed {given.seed}, {given.count} inputs", flush=True)
     counts: Counter[str] = Counter()
     failures: Counter[str] = Counter()
@@ -45,6 +52,21 @@ def main() -> int:
     with RECORD.open("a", encoding="utf-8") as file:
         file.write(line + "\n")
     return int(bool(failures))
+
+
+def _kills(count: int, seed: int) -> int:
+    """Kill commands at random times, tell each, keep the record, and return 1 where anything was wrong."""
+    killed, left, failed = Counter[str](), 0, 0
+    print(f"seed {seed}, {count} kills", flush=True)
+    with TemporaryDirectory() as folder:
+        for name, after, draft, wrong in run_kills(count, seed, Path(folder)):
+            killed[name], left, failed = killed[name] + 1, left + draft, failed + bool(wrong)
+            print(f"{name} after {after:.2f} s{', with a draft left' * draft}: {wrong or 'well'}", flush=True)
+    told = ", ".join(f"{name} {number}" for name, number in killed.items())
+    line = f"| {datetime.now(UTC):%Y-%m-%d} | {seed} | {killed.total()} kills | {told}; {left} left a draft | "
+    with RECORD.open("a", encoding="utf-8") as file:
+        file.write(line + (f"{failed} went wrong |\n" if failed else "none failed |\n"))
+    return int(bool(failed))
 
 
 if __name__ == "__main__":

@@ -100,7 +100,7 @@ def faults(folder: Path, failing: int) -> Iterator[Faults]:
 
 @cache
 def circle() -> Any:
-    return fric.circle("xy-table", scheme="f", radius="1 mm", velocity="50 mm/s")
+    return fric.circle("xy-table", "f", radius="1 mm", velocity="50 mm/s")
 
 
 @cache

@@ -14,7 +14,7 @@ from fric.cli.main import app
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.log import Log
-from fric.plausibility import BOUNDS, Finding, lift, lifted, of_logs, settled
+from fric.plausibility import BOUNDS, Finding, lift, lifted, of_logs, of_strokes, settled
 
 ROOT = Path(__file__).parents[2]
 DATA, REAL = ROOT / "data", ROOT.parent / "shared" / "data"
@@ -43,6 +43,7 @@ def scaled(logs: list[Log], channel: str, by: float) -> list[Log]:
 STATIC = fric.StaticMap(F_c=60.6, F_s=91.6, v_s=2.2e-3, sigma=1180.0)
 VERBS = {
     "static": lambda change: fric.identify_static(*change(strokes())),
+    "static-short": lambda change: fric.identify_static(*change(list(fric.read(DATA / "constant-velocity.h5"))[:7])),
     "static-plant": lambda change: fric.identify_static(*change(strokes()), plant=PLANT),
     "gms": lambda change: fric.identify_gms(*change(sines()), blocks=3, refine=False),
     "gms-static": lambda change: fric.identify_gms(*change(sines()), static=STATIC, blocks=3, refine=False),
@@ -63,6 +64,8 @@ SLIPS = [
     ("position", 1e3, "gms-static", "amplitude"),
     ("position", 1e3, "dahl", "amplitude"),
     ("position", 1e3, "plant", "speed"),
+    ("position", 1e-3, "static-short", "stroke"),
+    ("position", 1e-3, "static-plant", "viscous-over-mass"),
     ("position", 1e-3, "gms", "stiffness"),
     ("time", 1e-3, "static", "speed"),
     ("time", 1e-3, "gms-plant", "inertia"),
@@ -132,7 +135,7 @@ def test_no_real_log_is_implausible(tmp_path: Path) -> None:
     ):
         log = tmp_path / f"{name}.h5"
         fric.ingest(*files, output=log, mapping=maps / f"{name}.yaml", kind="motion")
-        found = list(of_logs(list(fric.read(log))))
+        found = [*of_logs(list(fric.read(log))), *of_strokes(list(fric.read(log)))]
         assert found
         for one in found:  # and not near: by a factor of three from each bound that is of a size
             bound = BOUNDS[one.name]
@@ -145,6 +148,8 @@ def test_micro_contacts_and_axes_of_ten_tons_are_plausible(motion: str) -> None:
     """µN and rad at one end; 10 t, 30 kN and 1e9 N/m at the other."""
     small = {"friction": 5e-6, "stiffness": 1.0, "slip": 1e-9, "mass": 1e-6, "B": 1e3, "T_d": 1e-5, "A": 1e-3}
     large = {"friction": 3e4, "stiffness": 6e9, "slip": 1e-3, "mass": 3e4, "B": 1e-2, "T_d": 0.05, "A": 500.0}
+    small |= {"stroke": 1e-5, "viscous-over-mass": 1e-3}
+    large |= {"stroke": 10.0, "viscous-over-mass": 1e3}
     large |= {"speed": 5.0, "friction-over-mass": 100.0, "force-per-input": 2e4}
     for values in (small, large):
         assert not settled(Finding(name, value, motion) for name, value in values.items())

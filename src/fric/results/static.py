@@ -15,7 +15,7 @@ from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
 from fric.identify.static_map.map_fit import ShapeFactor
 from fric.log import ForceVelocity, FrequencyResponse, Log
-from fric.plausibility import Finding, of_friction, of_logs, settled
+from fric.plausibility import Finding, of_friction, of_logs, of_strokes, settled
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import document_of, in_si, plant_of, records_of
 from fric.results.text import Piece, parameters
@@ -107,7 +107,8 @@ def identify_static(
         raise FricError("there is neither a record in time nor a table of forces and velocities")
     given = None if plant is None or isinstance(plant, Plant) else document_of("identify_static", PlantDocument, plant)
     known = plant_of("identify_static", plant, records[0].axis, records[0].motion)
-    doubtful = settled(of_logs([one for one in records if isinstance(one, Log)], known))
+    in_time = [one for one in records if isinstance(one, Log)]
+    doubtful = settled([*of_logs(in_time, known), *of_strokes(in_time)])
     found = fit_static(
         records,
         plant=known,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from importlib import import_module
 from itertools import islice
 from operator import attrgetter
 from pathlib import Path
@@ -58,9 +59,9 @@ def _bound_chunks(path: Path) -> None:
     """Let the library unpack a chunk up to `MOST_CHUNK`: bz2 makes a GiB of 800 bytes, and it asks for no bound."""
     import bz2
 
-    from lz4.frame import LZ4FrameDecompressor
-    from rosbags.rosbag1 import reader as ros_1
-    from rosbags.rosbag2 import storage_mcap as mcap
+    ros_1: Any = import_module("rosbags.rosbag1.reader")
+    mcap: Any = import_module("rosbags.rosbag2.storage_mcap")
+    lz4: Any = import_module("lz4.frame")
 
     def bounded(make: Callable[[], Any]) -> Callable[..., bytes]:
         def unpack(data: bytes, *_: Any) -> bytes:
@@ -77,8 +78,8 @@ def _bound_chunks(path: Path) -> None:
 
         return unpack
 
-    ros_1.decompressors |= {"bz2": bounded(bz2.BZ2Decompressor), "lz4": bounded(LZ4FrameDecompressor)}
-    mcap.DECOMPRESSORS |= {"lz4": bounded(LZ4FrameDecompressor), "zstd": bounded(mcap.zstd.ZstdDecompressor)}
+    ros_1.decompressors |= {"bz2": bounded(bz2.BZ2Decompressor), "lz4": bounded(lz4.LZ4FrameDecompressor)}
+    mcap.DECOMPRESSORS |= {"lz4": bounded(lz4.LZ4FrameDecompressor), "zstd": bounded(mcap.zstd.ZstdDecompressor)}
 
 
 class _Topic(Table):
