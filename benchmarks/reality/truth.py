@@ -82,9 +82,12 @@ def static_truth(session: Session, damping: float, direction: int = 0) -> dict[s
         return (np.sign(v) * (F_c + rise * np.exp(-np.abs(v) / (1e-3 * v_s))) + sigma * v + offset - F) / np.abs(F)
 
     static = model_of(session.axis).static
-    start, lower = [static.F_c, static.F_s - static.F_c, 1e3 * static.v_s, 1.0, 0.0], [0.0, 0.0, 1e-2, 0.0, -np.inf]
+    start, lower = (
+        [static.F_c, static.F_s - static.F_c, 1e3 * static.v_s, 1.0, 0.0],
+        [0.0, 0.0, 1e-2, -damping, -np.inf],
+    )
     F_c, rise, v_s, sigma, offset = least_squares(misfit, start, x_scale=[10, 10, 1, 100, 1], bounds=(lower, np.inf)).x
-    return {"F_c": F_c, "F_s": F_c + rise, "v_s": 1e-3 * v_s, "sigma": sigma, "offset": load + offset}
+    return {"F_c": F_c, "F_s": F_c + rise, "v_s": 1e-3 * v_s, "sigma": max(sigma, 0.0), "offset": load + offset}
 
 
 def gms_truth(session: Session) -> dict[str, float]:
