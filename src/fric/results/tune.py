@@ -21,6 +21,7 @@ from fric.output import refuse_existing, together
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, refused, silent
 from fric.results.text import Piece, Table, named
+from fric.threads import one_blas_thread
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -155,4 +156,6 @@ def tune(
     if not tests:
         raise refused("tune", "circle tests, or their files", None)
     advance(0, total=steps_of_tuning(tests))
-    return TuneResult(refit(subject, tests, advance, loop=loop), source)
+    with one_blas_thread():  # products of small matrices between compiled replays
+        found = refit(subject, tests, advance, loop=loop)
+    return TuneResult(found, source)
