@@ -161,7 +161,7 @@ def test_encodings():
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("at", [3, 30])
+@pytest.mark.parametrize("at", [0, 1, 3, 30])
 @pytest.mark.parametrize(("tail", "good"), [(",,", True), (",,7", False), (",7", False), ("," * 300, False)])
 def test_cells_behind_those_of_the_header_are_empty_or_told(tmp_path, at, tail, good):
     """Of which pandas left out some and printed a warning."""

@@ -132,6 +132,12 @@ def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     spare = not any(any(row.cells[-1:]) for row in rows[first - start :])
     table = [_heads(line, delimiter, width) for line in lines[:first]]
     names, units = _header(table, width, decimal, layout, spare)
+    if names is not None:
+        for n in range(max(names, -1 if units is None else units) + 1, first):  # below the names stand samples
+            if sum(is_number(cell, decimal) for cell in table[n]) >= width:
+                raise FricError(
+                    f"line {n + 1} has more cells than the {width} of the header", hint="Mend or remove the line."
+                )
     cells = table[names] if names is not None else [f"column {n}" for n in range(width)]
     cells = [cell or f"column {n}" for n, cell in enumerate((cells + [""] * width)[:width])]
     columns = [named(cell) for cell in cells]
@@ -178,6 +184,7 @@ def _reading(lines: list[str], layout: Layout) -> tuple[str, str, list[_Row]]:
             hint="A header alone is no log; if there are data, say in a mapping how they are written (`format:`).",
         )
     rows = [_row(line, delimiter, decimal, layout.comment) for line in lines]
+    rows = [_Row(row.cells[:width], row.numeric[:width]) if not any(row.cells[width:]) else row for row in rows]
     return delimiter, decimal, [row if len(row.cells) == width else _Row([], []) for row in rows]
 
 
