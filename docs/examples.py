@@ -72,15 +72,15 @@ def plain(text: str) -> str:
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
-def alike(printed: str, shown: str) -> bool:
-    """Tell whether two outputs have the same words, and numbers that differ in their last digits alone.
+def alike(printed: str, shown: str, also: float = 0.0) -> bool:
+    """Tell whether two outputs have the same words, and numbers that differ in their last digits alone, or by ``also``.
 
     On another machine the last digit of a fit may round the other way; what the example says stays true.
     """
     if NUMBER.sub("#", " ".join(printed.split())) != NUMBER.sub("#", " ".join(shown.split())):
         return False
     pairs = zip(NUMBER.findall(printed), NUMBER.findall(shown), strict=True)
-    return all(abs(float(a) - float(b)) <= 0.02 * abs(float(b)) + 2 * _last_digit(b) for a, b in pairs)
+    return all(abs(float(a) - float(b)) <= 0.02 * abs(float(b)) + 2 * _last_digit(b) + also for a, b in pairs)
 
 
 def _last_digit(number: str) -> float:

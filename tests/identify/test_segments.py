@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric.errors import FricError
+from fric.identify.records.chords import path_of
 from fric.identify.records.reversals import find_reversals
 from fric.identify.records.segments import Segment, _leads_into, steady_segments
 from fric.log import Log
@@ -192,7 +193,11 @@ def test_a_stretch_that_friction_builds_up_in_is_no_stroke_where_a_longer_one_go
     n, rng = 4000, np.random.default_rng(3)
     force = COULOMB * (1.0 - 0.6 * np.exp(-np.arange(n) / 300.0) * builds_up) + NOISE * rng.standard_normal(n)
     first, second = Segment(0, 400, 5e-5, 5e-8, 0), Segment(440, n, 5.001e-5, 1e-8, 440)
-    assert _leads_into(force, first, [second]) == builds_up
-    assert not _leads_into(force, first, [replace(second, velocity=-5e-5)])
-    assert not _leads_into(force, first, [replace(second, velocity=6e-5)])
-    assert not _leads_into(force, first, [])
+    t = np.arange(n) / 1000.0
+    path = path_of(Log(time=t, position=encoder(5e-5 * t, 5e-8, 0.0)))
+    assert _leads_into(path, force, first, [second]) == builds_up
+    assert not _leads_into(path, force, first, [replace(second, velocity=-5e-5)])
+    assert not _leads_into(path, force, first, [replace(second, velocity=6e-5)])
+    assert not _leads_into(path, force, first, [])
+    rested = path_of(Log(time=t, position=encoder(5e-5 * (t - np.clip(t - 0.4, 0.0, 0.04)), 5e-8, 0.0)))
+    assert not _leads_into(rested, force, first, [second])

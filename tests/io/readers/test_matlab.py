@@ -1,5 +1,8 @@
 """MATLAB files of both versions give the same table."""
 
+import io
+import pickle
+
 import h5py
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from fric.documents.yaml import read_document
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
 from fric.io.readers import tables
+from fric.io.readers.matlab import _Values
 
 T = np.arange(200_000) / 1000
 X = np.sin(T)
@@ -116,3 +120,11 @@ def test_nothing_to_read(tmp_path):
     savemat(tmp_path / "empty.mat", {"note": "nothing", "g": 3.0})
     with pytest.raises(FricError, match="holds no vector of numbers"):
         table(tmp_path / "empty.mat")
+
+
+def test_what_a_reading_process_gives_is_values_alone():
+    for made in (np.arange(3.0), {"a": [np.float64(1.0), "text"]}, np.array([{"b": 2.0}], dtype=object)):
+        again = _Values(io.BytesIO(pickle.dumps(made, protocol=5))).load()
+        assert str(again) == str(made)
+    with pytest.raises(pickle.UnpicklingError, match="is no value"):
+        _Values(io.BytesIO(pickle.dumps(print))).load()

@@ -102,7 +102,9 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
     rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest]
     if log.force is not None and np.isfinite(log.force).all():
         force = log.force
-        found = [segment for n, segment in enumerate(found) if not _leads_into(force, segment, found[n + 1 : n + 2])]
+        found = [
+            segment for n, segment in enumerate(found) if not _leads_into(path, force, segment, found[n + 1 : n + 2])
+        ]
         found = [_settled(path, force, segment) for segment in found]
     return found, rests
 
@@ -183,13 +185,16 @@ def _lasts(
     return len(segment) >= 0.5 * max(segment.start - before, after - segment.stop)
 
 
-def _leads_into(force: NDArray[np.float64], segment: Segment, after: list[Segment]) -> bool:
+def _leads_into(path: Path, force: NDArray[np.float64], segment: Segment, after: list[Segment]) -> bool:
     """Say whether a stretch goes on at its speed in the next, longer one, where its force has yet to settle.
 
     Friction that builds up along a slow stroke makes the axis lag by part of a count, which parts the stroke in two.
     """
     for later in after:
         same = abs(segment.velocity - later.velocity) <= TREND * abs(later.velocity) + 5.0 * segment.velocity_se
+        on = later.velocity * float(path.time[later.start] - path.time[segment.stop - 1])
+        behind = abs(path.travel(segment.stop - 1, later.start + 1) - on)  # where it rested between, by the rest
+        same = same and behind <= 2.0 * path.resolution + TREND * abs(on)
         if same and later.start - segment.stop < len(later) and len(segment) < len(later):
             return segment.start + settled_from(force[segment.start : later.stop])[0] >= segment.stop
     return False

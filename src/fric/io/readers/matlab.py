@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import pickle
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -24,16 +26,16 @@ MOST_TEXT = 10_000
 """Letters of a text at most."""
 _V5 = b"MATLAB 5.0 MAT-file"
 _AGAIN = "Save it again, with -v7 or -v7.3."
-_TRIAL = """
-import sys
+_READ = """
+import pickle, sys
 from scipy.io import loadmat
+out, sys.stdout = sys.stdout.buffer, sys.stderr
 try:
-    loadmat(sys.argv[1], simplify_cells=True, mat_dtype=True)
-except BaseException:
-    pass
+    found = loadmat(sys.argv[1], simplify_cells=True, mat_dtype=True)
+except BaseException as error:
+    found = f"{error}"
+pickle.dump(found, out, protocol=5)
 """
-MOST_STATUS = 2
-"""Largest status of a Python that ended by itself; Windows tells a crash by a large one."""
 
 FORMAT = Format("MATLAB", (".mat",))
 
@@ -55,22 +57,29 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 
 
 def _load(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat  # 200 ms: only when there is such a file
+    """Return what SciPy reads in a process of its own: some damage ends its compiled reader, and all with it.
 
-    _survive(path)
+    Whether it does depends on what the memory held before, so that a file which was read once may end a second reading.
+    """
+    done = subprocess.run([sys.executable, "-P", "-c", _READ, str(path)], capture_output=True, check=False)
     try:
-        found: dict[str, Any] = loadmat(path, simplify_cells=True, mat_dtype=True)
-    except Exception as error:  # whatever SciPy meets in a damaged file: it has no exception of its own for that
-        raise FricError(f"is no whole MATLAB file ({error})", where=str(path), hint=_AGAIN) from None
+        found: dict[str, Any] | str = _Values(io.BytesIO(done.stdout)).load()
+    except (EOFError, pickle.UnpicklingError):
+        found = "it ends the program that reads it"
+    if isinstance(found, str):
+        raise FricError(f"is no whole MATLAB file ({found})", where=str(path), hint=_AGAIN)
     return {name: value for name, value in found.items() if not name.startswith("__")}
 
 
-def _survive(path: Path) -> None:
-    """Read the file in a process of its own first: some damage ends SciPy's compiled reader, and all with it."""
-    words = [sys.executable, "-P", "-c", _TRIAL, str(path)]
-    done = subprocess.run(words, capture_output=True, check=False)
-    if done.returncode < 0 or done.returncode > MOST_STATUS:
-        raise FricError("is no whole MATLAB file (it ends the program that reads it)", where=str(path), hint=_AGAIN)
+class _Values(pickle.Unpickler):
+    """Takes arrays and what SciPy makes of objects, and calls nothing else: who read may have been misled."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        """Return a class that makes values; raise `pickle.UnpicklingError` for any other."""
+        makes = name in {"_reconstruct", "_frombuffer", "ndarray", "dtype", "scalar"}
+        if not ((module.startswith("numpy") and makes) or module == "scipy.io.matlab._mio5_params"):
+            raise pickle.UnpicklingError(f"{module}.{name} is no value")
+        return super().find_class(module, name)
 
 
 @dataclass(frozen=True)
