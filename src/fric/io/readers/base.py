@@ -53,20 +53,34 @@ class _Heard(logging.Handler):
             self._told.append(Notice(text, "library-warns", "doubt"))
 
 
+_LISTENING: dict[str, tuple[list[_Heard], list[tuple[logging.Logger, list[logging.Handler], bool]]]] = {}
+"""By module: who listens, and how its loggers were before the first did."""
+
+
 @contextmanager
 def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
-    """Keep from standard error what the library of a format logs meanwhile; give the list that it is put into."""
+    """Keep from standard error what the library of a format logs meanwhile; give the list that it is put into.
+
+    Files may be open at once, and be closed in any order: the library speaks as before when the last one is closed.
+    """
     top = form.module.partition(".")[0]
     logger, told = logging.getLogger(top), list[Notice]()
-    below = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(f"{top}.")]
-    before = [(one, one.handlers, one.propagate) for one in (logger, *below)]
-    for one in below:
-        one.handlers, one.propagate = [], True
-    logger.handlers, logger.propagate = [_Heard(path, told)], False
+    listening, before = _LISTENING.setdefault(top, ([], []))
+    if not listening:
+        below = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(f"{top}.")]
+        before[:] = [(one, one.handlers, one.propagate) for one in (logger, *below)]
+        for one in below:
+            one.handlers, one.propagate = [], True
+        logger.propagate = False
+    handler = _Heard(path, told)
+    listening.append(handler)
+    logger.handlers = [handler]
     try:
         yield told
     finally:
-        for one, handlers, passed in before:
+        listening.remove(handler)
+        logger.handlers = [*listening[-1:]]
+        for one, handlers, passed in () if listening else before:
             one.handlers, one.propagate = handlers, passed
 
 
