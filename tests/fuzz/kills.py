@@ -10,7 +10,7 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import chdir, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -59,12 +59,14 @@ def _fric(folder: Path, words: tuple[str, ...]) -> int:
     """Run a command in this process, in a folder; return its exit status."""
     from fric.cli.main import main
 
-    os.chdir(folder)
-    sys.argv = ["fric", *words]
+    before, sys.argv = sys.argv, ["fric", *words]
     try:
-        main()
+        with chdir(folder):
+            main()
     except SystemExit as end:
         return int(end.code or 0)
+    finally:
+        sys.argv = before
     return 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -73,4 +74,6 @@ def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
         )
     with mpl.rc_context(STYLE), staged(path, force=force) as draft:
         metadata = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
-        figure.savefig(draft, format=ending, metadata=metadata)
+        drawn = io.BytesIO()  # on a full disk the PDF backend raises what says nothing of the disk
+        figure.savefig(drawn, format=ending, metadata=metadata)
+        draft.write_bytes(drawn.getvalue())
