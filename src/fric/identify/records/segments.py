@@ -193,8 +193,8 @@ def _leads_into(path: Path, force: NDArray[np.float64], segment: Segment, after:
     for later in after:
         same = abs(segment.velocity - later.velocity) <= TREND * abs(later.velocity) + 5.0 * segment.velocity_se
         on = later.velocity * float(path.time[later.start] - path.time[segment.stop - 1])
-        behind = abs(path.travel(segment.stop - 1, later.start + 1) - on)  # where it rested between, by the rest
-        same = same and behind <= 2.0 * path.resolution + TREND * abs(on)
+        behind = abs(path.travel(segment.stop - 1, later.start + 1) - on)  # by all of it, where it rested between
+        same = same and behind <= 2.0 * path.resolution + 0.25 * abs(on)
         if same and later.start - segment.stop < len(later) and len(segment) < len(later):
             return segment.start + settled_from(force[segment.start : later.stop])[0] >= segment.stop
     return False
