@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[2]
 STROKES = sorted((ROOT / "data" / "strokes").glob("*.csv"))
 WORSE = [
     "../../escaped",
-    "/tmp/escaped",
+    "/etc/escaped",
     "x)\nM3 S9000\n(",
     "x */ system(0); /*",
     "x *) y := 1; (*",
