@@ -4,23 +4,16 @@ from __future__ import annotations
 
 import os
 import sys
-from tempfile import TemporaryDirectory
 
 ROUNDS = 15
 TABLE_ROUNDS = 5
 
 TYPER = ["-c", "import typer"]
-WARM = """
-from numba import njit
-@njit("f8(f8[::1])", cache=True)
-def first(x): return x[0]
-"""
-"""A module with one compiled function from the cache: what Numba takes of any process that calls one."""
 
 
-def _seconds(words: list[str], **environment: str) -> float:
+def _seconds(words: list[str]) -> float:
     """Return the processor time of a process [s], which does not depend on what runs beside it as its duration does."""
-    given = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"} | environment
+    given = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
     silent = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)]
     pid = os.posix_spawn(sys.executable, [sys.executable, *words], given, file_actions=silent)
     _, status, used = os.wait4(pid, 0)
@@ -28,9 +21,9 @@ def _seconds(words: list[str], **environment: str) -> float:
     return used.ru_utime + used.ru_stime
 
 
-def _fastest(commands: list[list[str]], rounds: int, **environment: str) -> list[float]:
+def _fastest(commands: list[list[str]], rounds: int) -> list[float]:
     """Return the least time of each command, in turn, after a first one that fills the caches."""
-    timed = [[_seconds(words, **environment) for words in commands] for _ in range(rounds + 1)][1:]
+    timed = [[_seconds(words) for words in commands] for _ in range(rounds + 1)][1:]
     return [min(column) for column in zip(*timed, strict=True)]
 
 
@@ -42,10 +35,5 @@ def run() -> list[tuple[str, str, str]]:
         (f"fric {' '.join(words)} / python -c 'import typer'", f"{one / typer:.2f} ({1e3 * one:.0f} ms)", target)
         for words, one, target in zip(helps, starts, ("≤ 2.2", "≤ 2.5"), strict=True)
     ]
-    with TemporaryDirectory() as folder:
-        with open(f"{folder}/warm.py", "w", encoding="utf-8") as file:
-            file.write(WARM)
-        path = os.pathsep.join(filter(None, [folder, os.environ.get("PYTHONPATH")]))
-        commands = [["-m", "fric", "simulate", "circle", "xy-table"], ["-c", "import warm"]]
-        table, floor = _fastest(commands, TABLE_ROUNDS, PYTHONPATH=path)
-    return [*rows, ("six schemes, a whole process", f"{table:.2f} s ({floor:.2f} s of it Numba)", "≤ 1.0 s")]
+    table, floor = _fastest([["-m", "fric", "simulate", "circle", "xy-table"], ["-c", "import numba"]], TABLE_ROUNDS)
+    return [*rows, ("six schemes, a whole process", f"{table:.2f} s ({floor:.2f} s to import Numba)", "≤ 1.0 s")]

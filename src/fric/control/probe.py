@@ -7,7 +7,6 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import schur
 
 from fric.kernels.block import Commands, Sample
 
@@ -53,6 +52,8 @@ class Probed:
     def _triangular(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         if not self.A.size:
             return np.zeros((0, 0), complex), np.zeros((0, 0), complex)
+        from scipy.linalg import schur  # not at the start: a contour needs no response, and it takes 0.1 s
+
         T, U = schur(self.A, output="complex")
         return T, U
 

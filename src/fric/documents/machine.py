@@ -85,7 +85,7 @@ class AxisPart(Part):
     friction: Annotated[FrictionDocument, _from_file(FrictionDocument)] = Field(
         description="the friction that the axis has: a friction file, or its sections"
     )
-    feedforward: FeedforwardPart = FeedforwardPart()
+    feedforward: FeedforwardPart = Field(default_factory=FeedforwardPart)
     blocks: dict[str, Annotated[BlockDocument | dict[str, Quantity], _from_file(BlockDocument)]] = Field(
         default_factory=dict,
         description="parameters of further control blocks, by their names, or a block file each; "

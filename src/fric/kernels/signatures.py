@@ -14,8 +14,11 @@ from typing import Any, TypeVar
 
 import numba
 import numpy as np
+from llvmlite.binding import add_symbol
 from numba import types
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
+from numba.core.runtime._nrt_python import c_helpers
 from numpy.typing import NDArray
 
 STEP = types.float64(types.float64, types.float64, types.float64, types.float64[::1], types.float64[::1])
@@ -42,6 +45,34 @@ def _sources(function: FunctionType) -> set[str]:
     called = (function.__globals__.get(name) for name in function.__code__.co_names)
     callees = [callee.py_func for callee in called if isinstance(callee, Dispatcher)]
     return {*_HERE, function.__code__.co_filename}.union(*map(_sources, callees))
+
+
+@cache
+def _link_runtime() -> None:
+    """Let cached machine code find Numba's memory management, which `rtsys.initialize` would also compile anew."""
+    for name, address in c_helpers.items():
+        add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
+
+
+def _load(dispatcher: Any, signature: object) -> bool:
+    """Load a function from the cache alone, as Numba does but for what it takes to compile another.
+
+    Numba readies its compiler first (`refresh`: 0.3 s, and SciPy's linear algebra), which cached code never asks.
+    Whatever is compiled later readies it then.
+    """
+    context = dispatcher.targetctx
+    _link_runtime()
+    with global_compiler_lock:  # whoever else compiles needs the context whole
+        context.refresh = lambda: None
+        try:
+            found = dispatcher._cache.load_overload(signature, context)
+        finally:
+            del context.refresh
+    if found is not None:
+        dispatcher._cache_hits[signature] += 1
+        context.insert_user_function(found.entry_point, found.fndesc, [found.library])
+        dispatcher.add_overload(found)
+    return found is not None
 
 
 def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Function], Function]:
@@ -72,7 +103,8 @@ def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Funct
         dispatcher.enable_caching()
         stats = [(path, os.stat(path)) for path in sorted(_sources(dispatcher.py_func)) if os.path.exists(path)]
         dispatcher._cache._cache_file._source_stamp = [(path, s.st_mtime_ns, s.st_size) for path, s in stats]
-        dispatcher.compile(signature)
+        if not _load(dispatcher, signature):
+            dispatcher.compile(signature)
         dispatcher.disable_compile()
         return dispatcher
 
