@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
-
-from fric.figures.style import STYLE
 from fric.results.text import Table
 from fric.units import readable
 
@@ -50,6 +47,10 @@ class MeasuredView:
 
 def measured_view(measured: Measured) -> MeasuredView:
     """Return what is told of a measured circle."""
+    import matplotlib as mpl  # not at the start: few pages need it
+
+    from fric.figures.style import STYLE
+
     result = measured.result
     test, held = result.found.test, result.held
     out = BytesIO()

@@ -108,8 +108,9 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     ============== ===================================================================================
 
     These are fitted where no glitch peaks: outside 2° before each reversal and as much behind it as the pulse there
-    takes to fade to a twentieth. Its tail is fitted with them, ``c·exp(-φ/λ)·cos φ`` at the angle φ behind the
-    reversal, with one λ for all; else a long one would pass for backlash. What is left without it is the glitch.
+    takes to fade to a twentieth. Its tail is fitted with them, ``c·(1 + κ·φ/λ)·exp(-φ/λ)·cos φ`` at the angle φ
+    behind there, with one λ and one κ for all, whose errors are in every interval; else a long tail, or one of two
+    equal poles, would pass for backlash. What is left without it is the glitch.
 
     Parameters
     ----------

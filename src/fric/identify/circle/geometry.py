@@ -25,6 +25,13 @@ BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
 """Around a reversal this much is left out of the geometry: before it, behind it at first, behind it at most [rad]."""
 FADES = np.radians(np.geomspace(0.7, 14.0, 13))
 """Angles in which the tail of a glitch may fade to a third [rad]."""
+STEPS = 6
+"""Steps in which the shape of the tails is fitted at most."""
+MIDDLE = np.array([float(np.log(FADES).mean()), 0.0])
+WITHIN = np.array([[np.log(FADES[0]), -0.5], [np.log(FADES[-1]), 1.0]])
+SPREAD = np.array([np.log(FADES[-1] / FADES[0]) / np.sqrt(12.0), 0.3])
+"""What is known of ln λ and κ before, as standard deviations: λ is one of `FADES`, and no tail is far from an
+exponential (one of two equal poles has κ = λ over its angle so far, 0.15 to 0.3)."""
 MOST = 10_000
 """Samples that geometry is fitted to; of more, means over so many neighbours are taken."""
 
@@ -141,38 +148,52 @@ def fit_geometry(
     basis = np.linalg.qr(X)[0]
     beside = d - basis @ (basis.T @ d)
 
-    def with_tails(fade: float) -> NDArray[np.float64]:
-        tails = np.zeros((len(d), 4 * many))
+    def tails_of(fade: float, bend: float) -> NDArray[np.float64]:
+        """Return tails and their derivatives to ln λ and κ, shape (3, n, 4·tests)."""
+        tails = np.zeros((3, len(d), 4 * many))
         end = 0
         for n, (one, _) in enumerate(parts):
-            tails[end : end + len(one.angle), 4 * n : 4 * n + 4] = _tails(one, behind[n], fade)
+            tails[:, end : end + len(one.angle), 4 * n : 4 * n + 4] = _tails(one, behind[n], fade, bend)
             end += len(one.angle)
         return tails
 
     def left(fade: float) -> float:
-        """Return the sum of squares that geometry and tails leave."""
-        tails = with_tails(fade)
+        """Return the sum of squares that geometry and exponential tails leave."""
+        tails = tails_of(fade, 0.0)[0]
         tails -= basis @ (basis.T @ tails)
         gram, score = tails.T @ tails, tails.T @ beside
         gram += 1e-9 * (np.trace(gram) + 1e-300) * np.eye(len(gram))
         return float(beside @ beside - score @ np.linalg.solve(gram, score))
 
-    best = int(np.argmin([left(fade) for fade in FADES]))
-    around = np.geomspace(FADES[max(best - 1, 0)], FADES[min(best + 1, len(FADES) - 1)], 9)
-    fade = float(around[np.argmin([left(one) for one in around])])
-    columns = np.hstack([X, with_tails(fade)])
-    values, *_ = np.linalg.lstsq(columns, d, rcond=None)
-    slope = (with_tails(fade * 1.01) - with_tails(fade / 1.01)) @ values[p:]
-    residual = d - columns @ values
+    shape = np.array([np.log(FADES[np.argmin([left(fade) for fade in FADES])]), 0.0])
+    for _ in range(STEPS):
+        tails, *slopes = tails_of(float(np.exp(shape[0])), shape[1])
+        columns = np.hstack([X, tails])
+        values, *_ = np.linalg.lstsq(columns, d, rcond=None)
+        residual = d - columns @ values
+        slope = np.column_stack([one @ values[p:] for one in slopes])
+        moved, *_ = np.linalg.lstsq(columns, slope, rcond=None)
+        own = slope - columns @ moved
+        known = float(residual @ residual) / len(d) * np.diag(SPREAD**-2)
+        step = np.linalg.lstsq(own.T @ own + known, own.T @ residual - known @ (shape - MIDDLE), rcond=None)[0]
+        if np.abs(step).max() < 1e-3:
+            break
+        shape = np.clip(shape + np.clip(step, -0.3, 0.3), *WITHIN)
     if np.ptp(residual) <= 1e-12 * max(float(np.ptp(d)), 1e-15):
         covariance = np.zeros((p, p))
     else:
-        if np.linalg.norm(slope) > 3 * np.std(residual):  # how sure the fade is matters where there is a tail
-            columns = np.column_stack([columns, slope])
-        covariance = covariance_of(columns, residual, [length for _, pieces in parts for length in pieces])[:p, :p]
+        lengths = [length for _, pieces in parts for length in pieces]
+        covariance = covariance_of(columns, residual, lengths)
+        for way in np.linalg.svd(own * SPREAD, full_matrices=False)[2] * SPREAD:  # orthogonal: each adds its own
+            alone = own @ way
+            told = 1.0 / covariance_of(alone[:, None], residual, lengths)[0, 0] if alone.any() else 0.0
+            covariance += np.outer(moved @ way, moved @ way) / (told + 1.0)
+    fade = float(np.exp(shape[0]))
     # what a tail's shape misses is alike from one reversal to the next: as many stretches as that are independent
     freedom = min(len(d) - p, sum(len(pieces) for _, pieces in parts) - 1)
-    return Geometry(_names(many, both, len(lines)), values[:p], covariance, freedom, tuple(lines), many, both, fade)
+    return Geometry(
+        _names(many, both, len(lines)), values[:p], covariance[:p, :p], freedom, tuple(lines), many, both, fade
+    )
 
 
 def _means(turns: Revolutions, used: NDArray[np.intp], every: int) -> tuple[Revolutions, list[int]]:
@@ -186,10 +207,12 @@ def _means(turns: Revolutions, used: NDArray[np.intp], every: int) -> tuple[Revo
     return means, [len(part) // every for part in stretches]
 
 
-def _tails(turns: Revolutions, behind: Mapping[str, float], fade: float) -> NDArray[np.float64]:
-    """Return the tails of the four glitches, each 1 where it begins, shape (n, 4)."""
+def _tails(turns: Revolutions, behind: Mapping[str, float], fade: float, bend: float) -> NDArray[np.float64]:
+    """Return the tails of the four glitches, each 1 where it begins, and derivatives to ln λ and κ, shape (3, n, 4)."""
     tails = []
     for n, name in enumerate(QUADRANTS):
         phi = (turns.test.direction * (turns.angle - n * pi / 2)) % (2 * pi)
-        tails.append(np.exp(np.minimum((behind[name] - phi) / fade, 0.0)) * np.cos(phi) * (phi > behind[name]))
-    return np.column_stack(tails)
+        u = np.maximum(phi - behind[name], 0.0) / fade
+        size = np.exp(-u) * np.cos(phi) * (phi > behind[name])
+        tails.append([size * (1 + bend * u), size * u * (1 + bend * u - bend), size * u])
+    return np.moveaxis(np.array(tails), 0, -1)

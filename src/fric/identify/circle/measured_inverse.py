@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from fric.errors import FricError
 from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.motion import low_pass
 from fric.notice import Notice
 
 if TYPE_CHECKING:
@@ -86,12 +86,14 @@ def next_feedforward(
     how
         How it is learned.
     """
+    from scipy.signal import sosfiltfilt
+
     dt = float(t[1] - t[0])
-    low_pass = butter(2, min(how.bandwidth * 2 * dt, 0.95), output="sos")
-    slow = sosfiltfilt(low_pass, error)
+    sections = low_pass(how.bandwidth, 1 / dt)
+    slow = sosfiltfilt(sections, error)
     rate = np.gradient(slow, t)
     missing = (np.gradient(rate, t) + plant.A * rate) / plant.B
-    needed = sosfiltfilt(low_pass, voltage) + np.interp(t + plant.T_d, t, missing)
+    needed = sosfiltfilt(sections, voltage) + np.interp(t + plant.T_d, t, missing)
     return np.asarray((1 - how.share) * before + how.share * (needed - model))
 
 

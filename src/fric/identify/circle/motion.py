@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.fft import next_fast_len
-from scipy.signal import butter
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,6 +47,8 @@ def smoothed(
 
 def low_pass(corner: float, sampling: float) -> NDArray[np.float64]:
     """Return the second-order sections of a Butterworth low-pass of second order with a corner [Hz]."""
+    from scipy.signal import butter
+
     return np.asarray(butter(2, min(corner / (sampling / 2), 0.95), output="sos"))
 
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.signal import sosfiltfilt
 
 from fric.identify.circle.motion import low_pass
 from fric.identify.circle.tune_fit import NOISE, Search
@@ -55,6 +54,8 @@ class Instruments:
     @classmethod
     def of(cls, found: Fitted) -> Instruments:
         """Return the instruments about a fit."""
+        from scipy.signal import sosfiltfilt
+
         coordinates, p = found.balance.coordinates, len(found.x)
         parts = found.parts()
         weights = np.repeat(found.balance.weights, [len(part) for part in parts])

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import decimate, sosfiltfilt
 from scipy.sparse import csr_array
 
 from fric.errors import FricError
@@ -107,6 +106,8 @@ class VoltageRecord:
     @cached_property
     def _filter(self) -> csr_array:
         """The filter, from the nodes, between which friction is linear, to the samples used."""
+        from scipy.signal import sosfiltfilt
+
         n, rate = len(self.time), 1.0 / float(self.time[1] - self.time[0])
         reach = min(int(TAPS * rate / COMPARED), (n - 1) // 2)
         pulse = np.zeros(2 * reach + 1)
@@ -164,6 +165,8 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
     FricError
         When reference or voltage were not recorded, or the sampling is too slow.
     """
+    from scipy.signal import decimate, sosfiltfilt
+
     trace = test.axis(name)
     where = f"{test.where}, axis {name}"
     if trace.reference is None or trace.input is None:

@@ -102,7 +102,8 @@ class VirginCurve:
         """Where the curve is furthest below its least concave majorant [m], and by how much, beyond its error [N].
 
         Friction that slips block by block is concave; a play between motor and table is flat, and rises again. A step
-        between two records is none, nor is what falls with speed once all slides.
+        between two records is none, nor that all behind it is lower by as much (friction that grew with the time of
+        rest in the slower one), nor is what falls with speed once all slides.
         """
         z, F = np.append(0.0, self.displacement), np.append(0.0, self.force)
         above = [0]
@@ -119,6 +120,7 @@ class VirginCurve:
         below -= 2.5 * np.hypot(scatter, self.blur)
         for _, end in self.record[:-1]:
             below[np.abs(self.displacement - end) < 0.2 * end] = 0.0
+            below[self.displacement > end] -= max(self.mismatch, 0.0)
         below[self.force > SLIDING * F.max()] = 0.0
         below[self.displacement < 2.0 * self.step] = 0.0  # a staircase is hollow between two counts
         at = int(np.argmax(below))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
-from scipy import fft, signal
+from scipy import fft
 
 from fric.errors import FricError
 from fric.identify.plant.driven_lines import distortion, excited
@@ -22,7 +22,7 @@ from fric.identify.plant.spectra import (
     segment_spectra,
     swept,
 )
-from fric.identify.records.conditioning import zero_phase
+from fric.identify.records.conditioning import butterworth, zero_phase
 from fric.identify.records.sampling import even_sampling
 from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
@@ -245,7 +245,7 @@ def _over_segments(
     G, deviation, coherence = estimate(spectra)
     sure = spectra.frequency[coherence > COHERENT]
     top = min(float(sure.max()) if sure.size else 0.1 * sampling, 0.4 * sampling)
-    smooth = zero_phase(signal.butter(4, top, fs=sampling, output="sos"), z, 4)
+    smooth = zero_phase(butterworth(top, sampling), z, 4)
     return MeasuredResponse(
         as_table(record, spectra.frequency, G, deviation, coherence),
         "segments",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy import fft, signal, special
+from scipy import fft, special
 
 from fric.errors import FricError
 
@@ -66,6 +66,8 @@ def find_period(values: Real) -> int | None:
     below zero.
     """
     n = len(values)
+    from scipy import signal
+
     x = signal.detrend(values)
     power = np.abs(fft.rfft(x, fft.next_fast_len(2 * n))) ** 2
     r = fft.irfft(power)[: n // 2 + 1]
@@ -157,6 +159,8 @@ def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sam
     """
     n = len(input) - 1
     starts = np.arange(0, n - segment + 1, max(segment // 2, 1))
+    from scipy import signal
+
     window = signal.windows.hann(segment, sym=False)
     pick = starts[:, None] + np.arange(segment)
     rows = [signal.detrend(x[pick]) * window for x in (driver[1:], input[1:], np.diff(position))]
@@ -184,6 +188,8 @@ def neighbour_spectra(input: Real, position: Real, driver: Real, sampling: float
         Lines to each frequency.
     """
     n = len(input) - 2
+    from scipy import signal
+
     fade = signal.windows.tukey(n, 0.05)
     rows = [signal.detrend(x) * fade for x in (driver[1:-1], input[1:-1], np.diff(position, 2))]
     bands = (n // 2 - 3) // count

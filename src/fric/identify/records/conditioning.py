@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import signal
 
 from fric.errors import FricError
 from fric.identify.records.motion import Motion
@@ -85,7 +84,7 @@ def filtered_motion(log: Log, settings: Conditioning) -> Motion:
             f"{settings.decimation}", where=log.where, hint="Log a longer motion, or give a smaller --decimation.",
         )  # fmt: skip
     dt = float(log.time[-1] - log.time[0]) / (len(log) - 1)
-    sos = signal.butter(4, settings.cutoff, fs=1 / dt, output="sos")
+    sos = butterworth(settings.cutoff, 1 / dt)
     if log.position is not None:
         position = zero_phase(sos, log.position, 4)
         velocity = np.gradient(position, dt)
@@ -95,12 +94,21 @@ def filtered_motion(log: Log, settings: Conditioning) -> Motion:
     return Motion(log.time, position, velocity, np.gradient(velocity, dt), 0.0)
 
 
+def butterworth(corner: float, sampling: float) -> NDArray[np.float64]:
+    """Return the second-order sections of a Butterworth low-pass of fourth order with a corner [Hz]."""
+    from scipy import signal  # not at the start: it brings scipy.stats, 0.5 s, which pages and circles do not need
+
+    return np.asarray(signal.butter(4, corner, fs=sampling, output="sos"))
+
+
 def thinned(values: NDArray[np.float64], decimation: int) -> NDArray[np.float64]:
     """Return one sample of so many, the last one among them, after a zero-phase Chebyshev filter.
 
     Eighth order, 0.05 dB, 0.8 of the new half rate, as in MATLAB's ``decimate``, from which the published figures
     come; `scipy.signal.decimate` counts from the first sample and extends the edges otherwise.
     """
+    from scipy import signal
+
     if decimation == 1:
         return values
     order = 8
@@ -115,4 +123,6 @@ def kept(n: int, decimation: int) -> slice:
 
 def zero_phase(sos: NDArray[np.float64], values: NDArray[np.float64], order: int) -> NDArray[np.float64]:
     """Return the values filtered forwards and backwards, their edges mirrored over three times the order."""
+    from scipy import signal
+
     return np.asarray(signal.sosfiltfilt(sos, values, padlen=3 * order))

@@ -10,7 +10,6 @@ from zlib import crc32
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import lfilter
 
 from fric.drive.sensing import low_pass_pole
 from fric.kernels.sensing import reading
@@ -111,6 +110,8 @@ def _behind(values: Real, corner: float, sampling: float) -> Real:
     """Return values behind the drive's low-pass ``y[n] = p·y[n-1] + (1 - p)·x[n]``."""
     if not np.isfinite(corner):
         return values
+    from scipy.signal import lfilter
+
     p = low_pass_pole(corner, sampling)
     return np.asarray(lfilter([1.0 - p], [1.0, -p], values, zi=[p * values[0]])[0])
 
@@ -125,6 +126,8 @@ def _between(values: Real, at: Real) -> Real:
 
 def _coloured(rng: np.random.Generator, count: int, noise: ColouredNoise, sampling: float) -> Real:
     """Return noise that remembers, in its steady state from the first sample on."""
+    from scipy.signal import lfilter
+
     p = low_pass_pole(noise.corner, sampling)
     white = rng.normal(size=count)
     white[1:] *= np.sqrt(1.0 - p * p)
