@@ -16,8 +16,7 @@ from matplotlib.axes import Axes
 
 import fric
 from docs import examples
-from fric.figures.palette import BLUE, GREY, VERMILION
-from fric.figures.style import new_figure, save_figure
+from fric.figures.style import BLUE, GREY, VERMILION, new_figure, save_figure
 from fric.identify.static_map.identify import steady_points
 from fric.io.hdf5 import read_logs
 from fric.log import Log

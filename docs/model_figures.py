@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from fric.figures.comparison import draw_comparison
-from fric.figures.palette import CYCLE, GREY
-from fric.figures.style import new_figure, save_figure
+from fric.figures.style import CYCLE, GREY, new_figure, save_figure
 from fric.friction import FrictionModel
 from fric.friction.dahl import Dahl
 from fric.friction.gms import GMS

@@ -14,6 +14,7 @@ from fric.log import Log
 from fric.reference import Reference
 from fric.simulate.axis import run_axis
 from fric.simulate.machine import Axis
+from fric.simulate.stated import controller_behind
 from fric.simulate.validation import validate_closed_loop, validate_inverse, validate_open_loop
 
 PLANT = Plant(A=2.0, B=0.4, T_d=0.5e-3, K_f=35.0)
@@ -74,11 +75,11 @@ def rig():
         1000.0, 0.06 * (1 - np.cos(phase * time)), 0.06 * phase * np.sin(phase * time),
         0.06 * phase**2 * np.cos(phase * time),
     )  # fmt: skip
-    axis = Axis("x", PLANT, replace(CASCADE, K_p=60.0), LUGRE, load=-3.0)
 
-    def record(pulses, channel=False):
+    def record(pulses, channel=False, K_i=0.0, size=2e-7):
+        axis = Axis("x", PLANT, replace(CASCADE, K_p=60.0, K_i=K_i), LUGRE, load=-3.0)
         run = run_axis(axis, reference, excitation=pulses)
-        noise = np.random.default_rng(3).normal(0.0, 2e-7, len(time))
+        noise = np.random.default_rng(3).normal(0.0, size, len(time))
         added = {"added": pulses} if channel else {}
         return axis, Log(time=time, position=run.measured + noise, reference=run.reference, input=run.input, **added)
 
@@ -111,14 +112,25 @@ def test_pulses_on_the_voltage_leave_the_errors_of_the_closed_loop_alone(rig, ch
     assert "controller-differs" not in codes
 
 
-def test_a_controller_with_half_of_its_gain_is_told_and_not_blamed_on_friction(rig):
-    axis, log = rig(np.zeros(8000))
-    half = replace(axis.cascade, K_p=0.5 * axis.cascade.K_p)
-    told = {one.code: one for one in validate_closed_loop(log, PLANT, half, LUGRE, load=-3.0).warnings}
-    assert told["controller-differs"].severity == "wrong"
-    assert "K_p is 2.0" in told["controller-differs"]
-    right = validate_closed_loop(log, PLANT, axis.cascade, LUGRE, load=-3.0).warnings
-    assert "controller-differs" not in [one.code for one in right]
+@pytest.mark.parametrize("pulses", [0.0, 0.8])
+@pytest.mark.parametrize(("K_i", "size"), [(0.0, 2e-7), (600.0, 2e-7), (600.0, 1e-6)])
+def test_a_controller_whose_gain_is_a_tenth_off_is_told_and_not_blamed_on_friction(rig, K_i, size, pulses):
+    """With an integral part what a wrong gain misses comes in pulses too, and is no voltage that was added."""
+    axis, log = rig(pulses_of(pulses), K_i=K_i, size=size)
+
+    def told(share):
+        stated = replace(axis.cascade, K_p=share * axis.cascade.K_p)
+        _, _, warnings = controller_behind(log, PLANT, stated, log.reference, log.input, 1000.0)
+        codes = {one.code: one for one in warnings}
+        assert ("added-voltage-found" in codes) is (pulses > 0)
+        return codes.get("controller-differs")
+
+    assert told(1.0) is None
+    assert told(0.95) is None
+    for share, found in ((0.5, "2.00"), (0.8, "1.2"), (0.9, "1.1"), (1.25, "0.80")):
+        wrong = told(share)
+        assert wrong.severity == "wrong"
+        assert f"K_p is {found}" in wrong
 
 
 def test_the_inverse_of_the_true_axis_gives_the_force_of_another_record(rig):

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.design.margins import decibel
-from fric.figures.palette import GREY
-from fric.figures.style import look, new_figure
+from fric.figures.style import GREY, look, new_figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -10,8 +10,7 @@ import numpy as np
 from matplotlib.projections.polar import PolarAxes
 
 from fric.contour import QUADRANTS
-from fric.figures.palette import BLUE, GREY, VERMILION
-from fric.figures.style import new_figure
+from fric.figures.style import BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
 
 if TYPE_CHECKING:

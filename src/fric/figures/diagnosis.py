@@ -9,8 +9,7 @@ import numpy as np
 from matplotlib.projections.polar import PolarAxes
 
 from fric.figures.circle import LINES, direction_arrow, grid_lines, grid_of
-from fric.figures.palette import BLUE, GREEN, GREY, ORANGE, VERMILION
-from fric.figures.style import new_figure
+from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure
 from fric.figures.views import view
 from fric.identify.circle.glitches import smoothed
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.figures.palette import BLACK, BLUE, GREY, ORANGE, VERMILION
-from fric.figures.style import new_figure
+from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure
 from fric.figures.views import view
 from fric.units import prefixed, si_unit
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import LogLocator
 
-from fric.figures.palette import BLUE, GREY, VERMILION
-from fric.figures.style import new_figure
+from fric.figures.style import BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
 
 if TYPE_CHECKING:

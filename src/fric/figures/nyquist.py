@@ -8,8 +8,7 @@ import numpy as np
 
 from fric.design.margins import decibel
 from fric.figures.bode import unwrapped
-from fric.figures.palette import BLACK, GREY
-from fric.figures.style import look, new_figure
+from fric.figures.style import BLACK, GREY, look, new_figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fric.figures.palette import BLACK, BLUE, CYCLE, GREY, VERMILION
-from fric.figures.style import look, new_figure
+from fric.figures.style import BLACK, BLUE, CYCLE, GREY, VERMILION, look, new_figure
 from fric.figures.views import view
 from fric.units import si_unit
 

@@ -6,16 +6,21 @@ import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 from cycler import cycler
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from fric.errors import FricError
-from fric.figures.palette import CYCLE, DASHES
 from fric.output import staged
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette, distinguishable with every common colour vision and in grey.
+BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#7F7F7F"
+CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+DASHES: Any = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 2)), (0, (2, 1)))
 
 STYLE: Any = {
     "font.size": 9,
@@ -47,6 +52,10 @@ def look(n: int) -> dict[str, Any]:
 @contextmanager
 def new_figure(width: float = 6.3, height: float = 4.0) -> Iterator[Figure]:
     """Give an empty figure [inch] in the style, without pyplot's global state."""
+    import matplotlib as mpl  # not at the start: pages have these colours without it
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)
@@ -61,6 +70,8 @@ def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
     FricError
         When the ending is none that Matplotlib writes.
     """
+    import matplotlib as mpl
+
     path = Path(path)
     ending = path.suffix.lstrip(".").lower()
     if ending not in {"png", "svg", "pdf"}:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fric.figures.palette import GREY, VERMILION
-from fric.figures.style import new_figure
+from fric.figures.style import GREY, VERMILION, new_figure
 from fric.figures.views import view
 from fric.units import prefixed, si_unit
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from bokeh.models import BasicTickFormatter, ColumnDataSource, HoverTool, LogAxis
 from bokeh.plotting import figure
 
-from fric.figures.palette import BLACK, BLUE, GREY
+from fric.figures.style import BLACK, BLUE, GREY
 from fric.units import prefixed, si_unit
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from bokeh.models import ColumnDataSource, Label, Range1d
 
-from fric.figures.palette import CYCLE, GREY
+from fric.figures.style import CYCLE, GREY
 from fric.report.canvas import INK, Drawn, canvas, curve, hover
 from fric.report.canvas import legend as place_legend
 from fric.units import readable

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fric.control.q_filter import QFilter
-from fric.figures.palette import BLACK, BLUE, GREY, ORANGE, VERMILION
+from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
 from fric.identify.records.prepared import prepared
 from fric.report.canvas import Drawn, band, canvas, curve, hover, legend, measured, scale
 from fric.units import readable, si_unit

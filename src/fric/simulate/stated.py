@@ -24,6 +24,12 @@ FED = 0.7
 """How much less a controller that feeds forward must miss the recorded voltage, to be taken for one."""
 ALIKE = 0.06
 """Share of the fed back voltage by which a stated controller may miss it."""
+GAIN = 0.1
+"""By how much a gain may differ [1], where another one would explain what is missed."""
+WINDOW = 0.01
+"""Time over which means of a recorded voltage and of a stated one are compared [s]."""
+TRIED, CLEAR = tuple(np.geomspace(0.25, 4.0, 17)), 0.8
+"""Gains that are tried, over the stated ones, and what they may leave at most of what these leave."""
 QUIET = 0.25
 """Share of what a controller misses in all, up to which its median is: the rest comes in pulses, and is added."""
 ABOVE = 6.0
@@ -61,13 +67,17 @@ class StatedController:
 
     @property
     def as_stated(self) -> bool:
-        """Whether the controller is as it was stated."""
-        return self.apart <= ALIKE
+        """Whether the controller is as it was stated: it misses little, and no other gains would miss half of it."""
+        other = max(abs(gain - 1.0) for gain in (self.K_p, self.K_i) if gain is not None) > GAIN
+        return self.apart <= ALIKE and not (other and self.explained < 0.5 * self.apart)
 
     def told(self) -> str:
         """Return what differs, in a sentence."""
         gains = f"K_p is {self.K_p:.2f} times" + ("" if self.K_i is None else f", K_i {self.K_i:.2f} times")
-        why = f"; it shows that {gains} what is stated" if self.explained < 0.5 * self.apart else ""
+        alike = (
+            "" if abs(self.K_p - (self.K_i or self.K_p)) > GAIN else " (as another K_v or a scaled voltage shows too)"
+        )
+        why = f"; it shows that {gains} what is stated{alike}" if self.explained < 0.5 * self.apart else ""
         return f"the stated controller misses the recorded voltage by {self.apart:.0%} of what is fed back{why}"
 
 
@@ -118,8 +128,8 @@ def against_stated(
 ) -> StatedController:
     """Hold a recorded voltage against that of the stated controller, and find what was added to it.
 
-    A wrong gain misses all along; what was added to the output is there in pulses, and the controller as stated
-    between. Gains are found by least squares of the recorded voltage by both parts of the stated one.
+    A wrong gain misses wherever its part is; what was added to the output is in pulses that no gain makes, and the
+    controller is between. Gains are those of both parts of the stated voltage that make most of the recorded one.
 
     Parameters
     ----------
@@ -129,28 +139,60 @@ def against_stated(
         The recorded voltage [V], shape (n,).
     """
     given, proportional, integral = stated_voltage(cascade, plant, reference, measured, rate, ahead=ahead)
-    ahead_of_it = given - proportional - integral
-    size = max(float(np.std(voltage - ahead_of_it)), 1e-12)
+    rest = voltage - (given - proportional - integral)
+    parts = np.column_stack([proportional, *([integral] if cascade.K_i > 0 else [])])
+    seen, seen_parts = _smooth(rest, rate), np.column_stack([_smooth(part, rate) for part in parts.T])
+    size = max(float(np.std(seen)), 1e-12)
+    gains, constant = _gains(seen, seen_parts, 1e-3 * size)
     difference = voltage - given
-    constant = float(np.median(difference))
-    difference = difference - constant
-    spread = float(np.median(np.abs(difference))) * 1.4826
-    added = None
-    if (
-        spread < QUIET * float(np.std(difference))
-        and spread < ALIKE * size
-        and float(np.std(difference)) > ALIKE * size
-    ):
-        added = np.where(np.abs(difference) > max(ABOVE * spread, 1e-3 * size), difference, 0.0)
-        difference = difference - added
-    rest = voltage - (0.0 if added is None else added) - ahead_of_it
-    parts = [proportional, *([integral] if cascade.K_i > 0 else []), np.ones(len(rest))]
-    found, *_ = np.linalg.lstsq(np.column_stack(parts), rest, rcond=None)
-    left = rest - np.column_stack(parts) @ found
+    difference = difference - float(np.median(difference))
+    missed = float(np.median(np.abs(difference))) * 1.4826
+    left = seen - seen_parts @ gains - constant
+    spread = float(np.median(np.abs(left))) * 1.4826
+    swing, added = float(np.std(left)), None
+    if spread < QUIET * swing and spread < ALIKE * size < swing:
+        added = np.where(np.abs(left) > max(ABOVE * spread, 1e-3 * size), difference, 0.0)
+        kept = added == 0.0
+        difference, left = difference * kept, left * kept
     return StatedController(
-        voltage, given + constant, added, float(np.std(difference)) / size, float(found[0]),
-        float(found[1]) if cascade.K_i > 0 else None, float(np.std(left)) / size, spread,
+        voltage, voltage - difference - (0.0 if added is None else added), added,
+        float(np.std(_smooth(difference, rate))) / size, float(gains[0]),
+        float(gains[1]) if cascade.K_i > 0 else None, float(np.std(left)) / size, missed,
     )  # fmt: skip
+
+
+def _smooth(values: Real, rate: float) -> Real:
+    """Return means over `WINDOW`: noise of the log, which the controller did not see, is all but gone."""
+    n = max(int(WINDOW * rate), 1)
+    return np.convolve(values, np.full(n, 1.0 / n), mode="same")
+
+
+def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
+    """Return by how much each part of a controller's output is in what was recorded, and a constant [V].
+
+    What was added to the output is in few samples, but where the controller answers it: least squares would take it for
+    a gain. So of `TRIED` gains those are taken that leave most samples within `ABOVE` times what is left in the median,
+    the stated ones unless others leave far more, and least squares go over these samples.
+    """
+    tried = [np.ones(parts.shape[1])]
+    for size in TRIED:
+        tried += [
+            np.full(parts.shape[1], size),
+            *(np.where(row, size, 1.0) for row in np.eye(parts.shape[1], dtype=bool)),
+        ]
+    rests = [rest - parts @ gains for gains in tried]
+    rests = [one - np.median(one) for one in rests]
+    scale = ABOVE * max(1.4826 * min(float(np.median(np.abs(one))) for one in rests), least)
+    losses = [float(np.mean(np.minimum((one / scale) ** 2, 1.0))) for one in rests]
+    best = int(np.argmin(losses))
+    near = np.abs(rests[best if losses[best] < CLEAR * losses[0] else 0]) < scale
+    columns, found = np.column_stack([parts, np.ones(len(rest))]), np.append(tried[0], 0.0)
+    for _ in range(3):
+        if np.count_nonzero(near) < len(rest) // 2:
+            near = np.ones(len(rest), bool)
+        found, *_ = np.linalg.lstsq(columns[near], rest[near], rcond=None)
+        near = np.abs(rest - columns @ found) < scale
+    return found[:-1], float(found[-1])
 
 
 def controller_behind(
