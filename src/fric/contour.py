@@ -96,7 +96,7 @@ def circularity(x: NDArray[np.float64], y: NDArray[np.float64], radius: float) -
     Raises
     ------
     FricError
-        When the motion is no whole revolution.
+        When the motion is no whole revolution, or has no sample near a reversal.
     """
     angle = np.arctan2(y, x)
     angle[1:] -= 2 * pi * np.cumsum(np.round(np.diff(angle) / (2 * pi)))  # unwrapped
@@ -115,6 +115,11 @@ def circularity(x: NDArray[np.float64], y: NDArray[np.float64], radius: float) -
 
     def peak(centre: float) -> float:
         near = deviation[np.abs((angle - centre + pi) % (2 * pi) - pi) <= WINDOW]
+        if not len(near):
+            raise FricError(
+                f"a revolution has {len(rho)} samples, and none near one of its reversals",
+                hint="Lower the feed, widen the circle, or sample more often.",
+            )
         return float(near[np.argmax(np.abs(near))])
 
     first, second, third, fourth = (peak(quarter * pi / 2) for quarter in range(4))

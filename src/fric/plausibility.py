@@ -222,7 +222,8 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
         if log.position is not None and log.reference is not None and np.ptp(log.reference) and np.ptp(log.position):
             yield Finding("following", float(np.ptp(log.position) / np.ptp(log.reference)), motion, where)
         if log.force is not None and log.input is not None:
-            squares += [float(log.force @ log.force), float(log.input @ log.input)]
+            with np.errstate(over="ignore"):  # a sample of 1e300 is told where it is used
+                squares += [float(log.force @ log.force), float(log.input @ log.input)]
     if squares.all():
         ratio = float(np.sqrt(squares[0] / squares[1]))
         yield Finding("force-per-input", ratio, logs[0].motion, logs[0].source)

@@ -5,11 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
 
+import h5py
 import numpy as np
 import pytest
 
+from fric.contour import circularity
+from fric.documents.machine_files import read_machine
 from fric.documents.mapping import Layout
 from fric.errors import FricError
+from fric.io.hdf5 import read_records, write_logs
 from fric.io.readers import sinumerik, xlsx
 from fric.io.report import read_report
 from fric.log import Log
@@ -59,3 +63,33 @@ def test_a_channel_that_reaches_what_no_machine_does() -> None:
     log = Log(t, position=np.sin(t), force=np.where(t > 0.05, 1e13, 1.0))
     with pytest.raises(FricError, match="which no machine does"):
         log.require("force", "a map")
+
+
+def test_a_list_in_place_of_a_text_is_damage(tmp_path: Path) -> None:
+    """HDF5 ends the process where the type of such a list is damaged (`log-601-381.h5` of the corpus)."""
+    t = np.arange(400) * 1e-3
+    path = tmp_path / "log.h5"
+    for place, match in (("fric", "attribute 'fric' is no text"), ("list", "holds lists")):
+        write_logs(path, [Log(time=t, position=t**2, name="a", source="a.csv", sha256="a" * 64)], force=True)
+        with h5py.File(path, "a") as file:
+            kind = h5py.vlen_dtype("f8")
+            if place == "fric":
+                made = np.empty(1, object)
+                made[0] = t[:3]
+                file.attrs.create(place, made, dtype=kind)
+            else:
+                file["records/a"].create_dataset(place, (2,), dtype=kind)
+        with pytest.raises(FricError, match=match):
+            read_records(path)
+
+
+def test_a_circle_too_fast_to_be_seen_is_refused() -> None:
+    """As 0.1 mm at 500 mm/s at 4 kHz: no sample near a reversal."""
+    angle = np.pi / 4 + np.linspace(0.0, 2 * np.pi, 5)
+    with pytest.raises(FricError, match="5 samples, and none near one of its reversals"):
+        circularity(np.cos(angle), np.sin(angle), 1.0)
+
+
+def test_a_model_that_is_none_is_refused() -> None:
+    with pytest.raises(FricError, match=r"no friction model '\[/\]'"):
+        read_machine(Path(__file__).parents[2] / "configs" / "xy-table.yaml", friction_model="[/]")

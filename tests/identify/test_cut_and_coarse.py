@@ -54,6 +54,28 @@ def test_coarse_counts_of_a_force_are_no_clipping() -> None:
         assert clipped_samples(np.clip(np.round(fine / count) * count, -limit, limit)) > 0.2 * len(fine)
 
 
+def test_coarse_counts_of_a_force_are_told() -> None:
+    def codes(step: float) -> set[str]:
+        logs = fric.read(DATA / "constant-velocity.h5")
+        coarse = [replace(log, force=step * np.round(log.force / step)) for log in logs]
+        return {one["code"] for one in fric.identify_static(*coarse).document["warnings_coded"]}
+
+    assert "force-coarse" in codes(25.0)
+    assert not {"force-coarse", "force-clipped"} & codes(1.0)
+
+
+def test_a_clipped_multisine_is_told() -> None:
+    """Its crests are short: K_f came out as 143.0 ± 0.9 N/V for 150 without a word."""
+    (log,) = fric.read(DATA / "frequency-response.h5")
+    cut = 0.6 * float(np.abs(log.force).max())
+    assert clipped_samples(np.clip(log.force, -cut, cut)) > 600
+    assert clipped_samples(log.force) == 0
+    found = fric.identify_plant(replace(log, force=np.clip(log.force, -cut, cut)))
+    assert {"force-clipped": "wrong"}.items() <= {
+        one["code"]: one["severity"] for one in found.document["warnings_coded"]
+    }.items()
+
+
 def test_an_encoder_too_coarse_for_slow_strokes_leaves_no_break_away_force() -> None:
     """With counts of 50 µm the strokes below 2 mm/s are gone; F_s came out as 113 (103 … 124) for 91.6."""
     coarse = [

@@ -115,8 +115,16 @@ class FrictionDocument(OfAxis):
         return own + self.model_names()
 
     def friction(self, name: str) -> FrictionModel:
-        """Return one friction model of this file (``static``, ``gms``, …), with a map a direction where it has them."""
+        """Return one friction model of this file (``static``, ``gms``, …), with a map a direction where it has them.
+
+        Raises
+        ------
+        FricError
+            When there is no such model, or the file lacks what it needs.
+        """
         sections = {key: self.estimates(key) for key in self.sections()}
+        if name not in models():
+            raise FricError(f"there is no friction model '{name}'", hint=f"There are {', '.join(models())}.")
         return directed(models()[name].from_sections(sections), self.backward())
 
     def backward(self) -> StaticMap | None:

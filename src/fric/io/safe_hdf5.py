@@ -22,6 +22,7 @@ MOST_PACKED = 3000
 """Bytes that one stored byte becomes at most: DEFLATE reaches 1032."""
 SMALL = 1 << 20
 """Bytes that a dataset may declare, whatever is stored of it."""
+_PLAIN = (h5py.h5t.STRING, h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 
 
 @contextmanager
@@ -54,6 +55,7 @@ def _check(file: h5py.File, path: Path) -> None:
     """Walk through all of a file, and refuse what is not in it."""
     pending: list[tuple[h5py.Group, int]] = [(file, 0)]
     seen: set[Any] = set()
+    _check_attributes(file, str(path))
     while pending:
         group, depth = pending.pop()
         if depth > MOST_DEPTH or len(seen) > MOST_OBJECTS:
@@ -70,13 +72,27 @@ def _check(file: h5py.File, path: Path) -> None:
             if mark in seen:
                 continue
             seen.add(mark)
+            _check_attributes(node, where)
             if isinstance(node, h5py.Group):
                 pending.append((node, depth + 1))
             elif isinstance(node, h5py.Dataset):
                 _check_dataset(node, where)
 
 
+def _check_attributes(node: Any, where: str) -> None:
+    """Refuse attributes that are no texts or numbers: HDF5 ends the process where a list's type is damaged."""
+    for name in node.attrs:
+        kind = node.attrs.get_id(name).get_type().get_class()
+        if kind not in _PLAIN and name != "MATLAB_fields":  # which nobody reads
+            raise FricError(
+                f"is damaged: its attribute '{printable(name, 80)}' is no text and no number", where=where,
+                hint="Make the file again.",
+            )  # fmt: skip
+
+
 def _check_dataset(data: h5py.Dataset, where: str) -> None:
+    if data.id.get_type().get_class() == h5py.h5t.VLEN:
+        raise FricError("is damaged: it holds lists, not numbers", where=where, hint="Make the file again.")
     if data.is_virtual or data.external:
         raise FricError("takes its values from another file", where=where, hint="Store the data itself.")
     stored, declared = data.id.get_storage_size(), data.size * data.dtype.itemsize if data.size else 0

@@ -43,9 +43,10 @@ def clipped(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     for side in (values, -values):
         top = side >= side.max() - rounding
         edges = np.flatnonzero(np.diff(np.concatenate([[False], top, [False]]).astype(int)))
-        longest = int((edges[1::2] - edges[::2]).max())
-        below = np.count_nonzero(side >= side.max() - 1.5 * step) - np.count_nonzero(top) if step else 0
-        if longest >= STUCK and np.count_nonzero(top) > 3 * below:
+        runs, often = edges[1::2] - edges[::2], np.count_nonzero(top)
+        below = np.count_nonzero(side >= side.max() - 1.5 * step) - often if step else 0
+        stuck = runs.max() >= STUCK or (often >= 4 * STUCK and runs.mean() >= 2.0)  # crests of a multisine are short
+        if stuck and often > 3 * below:
             found |= top
     return found
 

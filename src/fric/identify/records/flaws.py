@@ -1,7 +1,7 @@
 """What is amiss with records, judged once for `inspect` and every `identify`: clock, encoder, place and time.
 
-Each flaw has its code: ``force-clipped``, ``input-clipped``, ``samples-lost``, ``sampling-jitters``, ``encoder-errs``,
-``force-over-position``, ``friction-over-position``, ``force-drifts``.
+Each flaw has its code: ``force-clipped``, ``input-clipped``, ``force-coarse``, ``samples-lost``, ``sampling-jitters``,
+``encoder-errs``, ``force-over-position``, ``friction-over-position``, ``force-drifts``.
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Literal
+
+import numpy as np
 
 from fric.identify.records.clipping import clipped_among
 from fric.identify.records.encoder_error import encoder_error
@@ -30,6 +32,8 @@ FASTER = 1.2
 """Ratio of speeds from which on a record shows the jitter that a slower one does."""
 HALF_WIDTHS = 1.0
 """Half-widths of the tightest interval of a level from which on an estimate is wrong by what varies."""
+COARSE = 12
+"""Steps of the force's range up to which means over strokes and loops of hysteresis are off by the steps."""
 
 
 def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
@@ -54,7 +58,22 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
             "range of the trace.", f"{name}-clipped", "wrong",
         )
         for log, name, samples in found if samples
-    ] + clock_flaws(logs, purpose)  # fmt: skip
+    ] + _coarse_force(logs) + clock_flaws(logs, purpose)  # fmt: skip
+
+
+def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
+    """Return that the force comes in steps which are no small part of it."""
+    levels = [np.unique(log.force) for log in logs if log.force is not None]
+    if not levels or sum(map(len, levels)) > COARSE * len(levels):  # noise of the channel itself is finer
+        return []
+    forces = np.unique(np.concatenate(levels))
+    step = float(np.min(np.diff(forces))) if len(forces) > 1 else 0.0
+    if step == 0.0 or float(np.ptp(forces)) > COARSE * step:
+        return []
+    return [Notice(
+        f"the force comes in steps of {readable(step, logs[0].unit('force'))}, {len(forces)} levels in all: what lies "
+        "between them is lost, and forces are off by up to half a step. Log it finer.", "force-coarse", "doubt",
+    )]  # fmt: skip
 
 
 def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
