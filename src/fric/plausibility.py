@@ -3,7 +3,8 @@
 Each bound is generous: from a micro-tribometer (µN, or rad) to an axis of 10 t nothing real comes near it. What lies
 beyond ends in an error, which `lifted` turns into a warning that a number is wrong until it is mended. Much passes that
 is wrong all the same: where mass, force and force constant are wrong by one factor, no law of physics tells.
-So force in kN that is taken for N passes where no plant, static map or frequency response stands beside it.
+So force in kN that is taken for N passes where no plant, static map or frequency response stands beside it; but what
+few machines have is told, for most often it is a unit.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, nan
 from typing import TYPE_CHECKING
 
 from fric.errors import FricError
@@ -151,12 +152,16 @@ def lifted() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Finding:
-    """A quantity that is to be held against its bound: the bound's name, the value in SI, and where it is from."""
+    """A quantity that is to be held against its bound: the bound's name, the value in SI, and where it is from.
+
+    Below what is ``usual`` for a linear axis of a machine nothing is impossible, but told.
+    """
 
     name: str
     value: float
     motion: Motion
     where: str = ""
+    usual: float = 0.0
 
     def beyond(self) -> bool:
         """Say whether it is beyond what a drive can be; a value that is not known is not."""
@@ -164,29 +169,42 @@ class Finding:
         low, high = bound.rotary if self.motion == "rotary" else bound.linear
         return isfinite(self.value) and not low <= self.value <= high
 
+    def unusual(self) -> bool:
+        """Say whether few machines have it."""
+        return self.motion == "linear" and 0.0 < self.value < self.usual
+
     def notice(self) -> Notice:
         """Return what is told of it."""
         bound = BOUNDS[self.name]
-        shown = readable(self.value, si_unit(bound.dimension, self.motion))
+        unit = si_unit(bound.dimension, self.motion)
+        shown = readable(self.value, unit)
+        if self.unusual():
+            return Notice(
+                f"{bound.what} is {shown}, and few machines are below {readable(self.usual, unit)}: is the unit of "
+                f"{bound.units} right? Where it is, say --implausible ok.",
+                f"unusual-{self.name}", "doubt",
+            )  # fmt: skip
         return Notice(f"{bound.what} is {shown}: {bound.reason}", f"implausible-{self.name}", "wrong")
 
 
 def settled(findings: Iterable[Finding]) -> list[Notice]:
-    """Return what is implausible as warnings where that is lifted.
+    """Return what is unusual, or, where that is lifted, what is implausible, as warnings.
 
     Raises
     ------
     FricError
         When something is implausible, and that is not lifted.
     """
-    found = [finding for finding in findings if finding.beyond()]
+    known = list(findings)
+    found = [finding for finding in known if finding.beyond()]
     if found and not _lifted.get():
         first, bound = found[0], BOUNDS[found[0].name]
         raise FricError(
             str(first.notice()), where=first.where,
             hint=f"Look at the units of {bound.units}; where it is so, say --implausible ok.",
         )  # fmt: skip
-    return list(dict.fromkeys(finding.notice() for finding in found))
+    unusual = [] if _lifted.get() else [finding for finding in known if finding.unusual()]
+    return list(dict.fromkeys(finding.notice() for finding in found or unusual))
 
 
 def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:
@@ -207,18 +225,14 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
             continue
         motion, where = log.motion, log.where
         yield Finding("sampling", 1.0 / float(np.median(np.diff(log.time))), motion, where)
-        step = min(8, len(log) // 4)
-        moved = None if log.position is None else log.position[step:] - log.position[:-step]
-        if log.velocity is not None:
-            yield Finding("speed", float(np.quantile(np.abs(log.velocity), 0.99)), motion, where)
-            if moved is not None:
-                between = np.append(0.0, np.cumsum(0.5 * (log.velocity[1:] + log.velocity[:-1]) * np.diff(log.time)))
-                way = between[step:] - between[:-step]
-                if np.any(way) and np.any(moved):
-                    yield Finding("travel", float(np.sqrt((moved @ moved) / (way @ way))), motion, where)
-        elif moved is not None:
-            rates = np.abs(moved) / (log.time[step:] - log.time[:-step])
-            yield Finding("speed", float(np.quantile(rates, 0.99)), motion, where)
+        yield Finding("speed", _speed(log), motion, where)
+        if log.velocity is not None and log.position is not None:
+            step = min(8, len(log) // 4)
+            moved = log.position[step:] - log.position[:-step]
+            between = np.append(0.0, np.cumsum(0.5 * (log.velocity[1:] + log.velocity[:-1]) * np.diff(log.time)))
+            way = between[step:] - between[:-step]
+            if np.any(way) and np.any(moved):
+                yield Finding("travel", float(np.sqrt((moved @ moved) / (way @ way))), motion, where)
         if log.position is not None and log.reference is not None and np.ptp(log.reference) and np.ptp(log.position):
             yield Finding("following", float(np.ptp(log.position) / np.ptp(log.reference)), motion, where)
         if log.force is not None and log.input is not None:
@@ -231,17 +245,31 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
             yield Finding("force-constant", ratio / plant.K_f, logs[0].motion, logs[0].source)
 
 
+def _speed(log: Log) -> float:
+    """Return the greatest speed of a record but for a hundredth of its samples; NaN where neither channel tells."""
+    import numpy as np
+
+    if log.velocity is not None:
+        return float(np.quantile(np.abs(log.velocity), 0.99))
+    if log.position is None or len(log) < 4:
+        return nan
+    step = min(8, len(log) // 4)
+    return float(
+        np.quantile(np.abs(log.position[step:] - log.position[:-step]) / (log.time[step:] - log.time[:-step]), 0.99)
+    )
+
+
 def of_friction(static: StaticMap, motion: Motion, mass: float | None = None, where: str = "") -> Iterator[Finding]:
     """Yield what can be held against physics in a static map, and in its size beside the mass that it moves."""
     level = max(abs(static.F_s), abs(static.F_c))
-    yield Finding("friction", level, motion, where)
+    yield Finding("friction", level, motion, where, usual=0.5)
     if mass:
         yield Finding("friction-over-mass", level / mass, motion, where)
         yield Finding("viscous-over-mass", abs(static.sigma) / mass, motion, where)
 
 
 def of_strokes(logs: Sequence[Log]) -> Iterator[Finding]:
-    """Yield the longest way of the records that a map of sliding friction is identified from."""
+    """Yield the longest way, and the greatest speed, of the records that sliding friction is identified from."""
     import numpy as np
 
     ways = []
@@ -253,13 +281,17 @@ def of_strokes(logs: Sequence[Log]) -> Iterator[Finding]:
     if ways:
         way, log = max(ways, key=lambda one: one[0])
         yield Finding("stroke", way, log.motion, log.where)
+        yield Finding("speed", max(_speed(log) for _, log in ways), log.motion, log.where, usual=5e-4)
 
 
 def of_amplitudes(logs: Sequence[Log]) -> Iterator[Finding]:
-    """Yield the amplitudes of pre-sliding sines."""
+    """Yield the amplitudes of pre-sliding sines, and how often they were sampled."""
+    import numpy as np
+
     for log in logs:
         if log.kind == "presliding-sine" and log.position is not None and len(log):
             yield Finding("amplitude", 0.5 * float(log.position.max() - log.position.min()), log.motion, log.where)
+            yield Finding("sampling", 1.0 / float(np.median(np.diff(log.time))), log.motion, log.where, usual=3.0)
 
 
 def of_level(logs: Sequence[Log], F_s: float) -> Iterator[Finding]:

@@ -82,6 +82,28 @@ def test_a_unit_taken_for_another_is_an_error(channel: str, by: float, verb: str
     assert "--implausible ok" in error.value.hint
 
 
+@pytest.mark.parametrize(
+    ("channel", "by", "verb", "code"),
+    [
+        ("force", 1e-3, "static", "unusual-friction"),  # kN
+        ("force", 1e-3, "gms", "unusual-friction"),
+        ("position", 1e-3, "static", "unusual-speed"),  # m for mm
+        ("time", 1e3, "static", "unusual-speed"),  # s for ms
+        ("time", 1e3, "gms", "unusual-sampling"),
+    ],
+    ids=str,
+)
+def test_what_no_law_tells_and_few_machines_have_is_told(channel: str, by: float, verb: str, code: str) -> None:
+    def codes(given: float) -> dict[str, str]:
+        found = VERBS[verb](lambda logs: scaled([replace(one, input=None) for one in logs], channel, given))
+        return {one["code"]: one["severity"] for one in found.document["warnings_coded"]}
+
+    assert codes(by)[code] == "doubt"
+    assert not [one for one in codes(1.0) if one.startswith("unusual")]
+    with lifted():
+        assert not [one for one in codes(by) if one.startswith("unusual")]
+
+
 def test_force_that_is_984_times_the_static_map_stops_without_any_input() -> None:
     bare = [replace(log, input=None, force=984 * log.force) for log in sines()]
     with pytest.raises(FricError, match="over F_s of the static map is 1000"):
@@ -152,7 +174,8 @@ def test_micro_contacts_and_axes_of_ten_tons_are_plausible(motion: str) -> None:
     large |= {"stroke": 10.0, "viscous-over-mass": 1e3}
     large |= {"speed": 5.0, "friction-over-mass": 100.0, "force-per-input": 2e4}
     for values in (small, large):
-        assert not settled(Finding(name, value, motion) for name, value in values.items())
+        found = settled(Finding(name, value, motion) for name, value in values.items())
+        assert not [one for one in found if one.severity == "wrong"]
     assert not Finding("speed", np.nan, motion).beyond()
 
 

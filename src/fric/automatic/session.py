@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import shlex
-import subprocess
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from fric.apart import run_python
 from fric.automatic.machine import PARTS
 from fric.automatic.sources import Sources
 from fric.automatic.steps import Step, axis_steps, ingest_steps
@@ -23,9 +22,10 @@ Run = Callable[[Sequence[str]], None]
 
 def run_apart(words: Sequence[str]) -> None:
     """Run a command in a process of its own."""
-    done = subprocess.run([sys.executable, "-m", "fric", *words], capture_output=True, text=True, check=False)
+    done = run_python("from fric.cli.main import main\nmain()", *words)
     if done.returncode:
-        raise FricError(done.stderr.strip().removeprefix("error: ") or f"ended with status {done.returncode}")
+        told = done.stderr.decode(errors="replace").strip().removeprefix("error: ")
+        raise FricError(told or f"ended with status {done.returncode}")
 
 
 class Session:

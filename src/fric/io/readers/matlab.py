@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import io
 import pickle
-import subprocess
-import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from fric.apart import run_python
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import Column, Format, Memory, Table
@@ -61,7 +60,7 @@ def _load(path: Path) -> dict[str, Any]:
 
     Whether it does depends on what the memory held before, so that a file which was read once may end a second reading.
     """
-    done = subprocess.run([sys.executable, "-P", "-c", _READ, str(path)], capture_output=True, check=False)
+    done = run_python(_READ, str(path))
     try:
         found: dict[str, Any] | str = _Values(io.BytesIO(done.stdout)).load()
     except (EOFError, pickle.UnpicklingError):

@@ -1,0 +1,37 @@
+"""Python in a process of its own, which ends when the one that started it does, however that ends."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+_WATCHED = """
+import os, signal, sys, threading, time
+def end():
+    os.read(0, 1)  # until the other end is closed
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(2.0)
+    os._exit(1)
+threading.Thread(target=end, daemon=True).start()
+"""
+
+
+def run_python(code: str, *words: str) -> subprocess.CompletedProcess[bytes]:
+    """Run code in a process of its own, which a polite kill reaches when this process is gone; return what came of it.
+
+    Parameters
+    ----------
+    code
+        Python. Its standard input is taken.
+    words
+        Its ``sys.argv[1:]``.
+    """
+    reading, writing = os.pipe()
+    try:
+        return subprocess.run(
+            [sys.executable, "-P", "-c", _WATCHED + code, *words], stdin=reading, capture_output=True, check=False
+        )
+    finally:
+        os.close(reading)
+        os.close(writing)
