@@ -43,7 +43,7 @@ warnings_coded: [{code: force-lags, severity: wrong, text: the logged force lags
 @pytest.mark.parametrize("target", sorted(targets()))
 def test_every_target_writes_its_files_and_a_manifest_that_holds_their_digests(target: str, tmp_path: Path) -> None:
     found = fric.export_axis(target, MACHINE, axis="x", scheme="c")
-    found.save(tmp_path / "out")
+    found.save(tmp_path / "out", force=True)
     manifest = json.loads((tmp_path / "out/manifest.json").read_text())
     written = {file.name: file for file in (tmp_path / "out").iterdir() if file.name != "manifest.json"}
     assert manifest["files"] == {name: sha256(file.read_bytes()).hexdigest() for name, file in written.items()}
@@ -87,6 +87,33 @@ def test_what_the_verdict_doubts_is_told_and_kept(tmp_path: Path) -> None:
     assert {one.code for one in found.doubts} >= {"no-measured-circle"}
     assert "not to be trusted yet" in repr(found)
     assert not found.document["verdict"]["trusted"]
+    with pytest.raises(FricError, match=r"not to be trusted yet: .*no machines around it were drawn"):
+        found.save(tmp_path / "out")
+    with pytest.raises(FricError, match="not to be trusted yet"):  # before LinuxCNC is started
+        fric.export_axis("linuxcnc", MACHINE, axis="x", scheme="c", trial=tmp_path / "trial")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_the_verdict_trusts_is_exported(tmp_path: Path) -> None:
+    fric.circle(MACHINE, "a").save(tmp_path / "circle.h5")
+    fric.circle(MACHINE, "a,c", machines=20, workers=1).save(tmp_path / "run.h5")
+    known = {"axis": "x", "drawn": [tmp_path / "run.h5"], "circles": [tmp_path / "circle.h5"]}
+    found = fric.export_axis("csv", MACHINE, scheme="c", **known)
+    assert found.document["verdict"] == {"trusted": True, "why": []}
+    found.save(tmp_path / "out")
+    alone = fric.export_axis("csv", MACHINE, scheme="c", **(known | {"circles": []}))
+    assert [one.code for one in alone.doubts] == ["no-measured-circle"]
+    for other, told in (
+        ({"scheme": "f"}, "without scheme f"),
+        ({"scheme": "c", "gain": 1.0}, "another friction, gain"),
+    ):
+        with pytest.raises(FricError, match=told):
+            fric.export_axis("csv", MACHINE, **(known | other))
+    fric.circle(MACHINE, "a,c", machines=2, axis="y", workers=1).save(tmp_path / "run.h5", force=True)
+    with pytest.raises(FricError, match="without axis x"):
+        fric.export_axis("csv", MACHINE, scheme="c", **known)
+    few = fric.export_axis("csv", MACHINE, scheme="c", **(known | {"axis": "y"}))
+    assert [one.code for one in few.doubts] == ["few-machines"]
 
 
 @pytest.mark.parametrize(
@@ -107,11 +134,11 @@ def test_what_cannot_be_is_told_in_a_sentence(given: tuple[str, dict[str, object
 
 
 def test_a_file_that_exists_is_kept_and_nothing_is_half_written(tmp_path: Path) -> None:
-    (tmp_path / "fric_x.c").write_text("mine")
+    (tmp_path / "fric_x_machine.c").write_text("mine")
     with pytest.raises(FricError, match="exists"):
-        fric.export_axis("c", MACHINE, axis="x").save(tmp_path)
-    assert [file.name for file in tmp_path.iterdir()] == ["fric_x.c"]
-    assert (tmp_path / "fric_x.c").read_text() == "mine"
+        fric.export_axis("c", MACHINE, axis="x", part="machine").save(tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["fric_x_machine.c"]
+    assert (tmp_path / "fric_x_machine.c").read_text() == "mine"
 
 
 def test_tables_hold_the_parameters_and_the_steady_friction(tmp_path: Path) -> None:

@@ -165,7 +165,11 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "example": lambda to: fric.example("xy-table", output=to / "example"),
     "auto": _session,
     "steps": _step,
-    **{f"export {name}": (lambda to, name=name: exported(name).save(to / name)) for name in targets() if name != "fmi"},
+    **{
+        f"export {name}": (lambda to, name=name: exported(name).save(to / name, force=True))
+        for name in targets()
+        if name != "fmi"
+    },
 }
 
 

@@ -33,6 +33,10 @@ def export(
         list[Path] | None,
         typer.Option("--circle", metavar="CIRCLE.h5", help="A measured circle: it must be as the machine predicts."),
     ] = None,
+    drawn: Annotated[
+        list[Path] | None,
+        typer.Option("--run", metavar="RUN.h5", help="The scheme on machines drawn around this one: simulate circle."),
+    ] = None,
     trial: Annotated[
         bool, typer.Option("--try", help="linuxcnc: run circles in LinuxCNC, beside their simulation.")
     ] = False,
@@ -44,15 +48,16 @@ def export(
 ) -> None:
     """Write what a controller runs: friction feedforward, observers, and a manifest of all that is in it.
 
-    Nothing is exported that the verdict speaks against, unless --force is given: a warning of severity 'wrong' in the
-    machine's files, a limit cycle, a simulated circle that becomes worse, a measured one that is not as predicted.
+    Nothing is exported that the verdict does not trust, unless --force is given. Against it speak a warning of severity
+    'wrong' in the machine's files, a limit cycle, a simulated circle that becomes worse, a measured one that is not as
+    predicted; it doubts what no machines were drawn for (--run) and no circle was measured for (--circle).
     """
     finish(
         lambda advance: fric.export_axis(
             target, machine, axis=axis, scheme=scheme, part=part, single=single,
             nominal_files=friction or (), gain=gain,
             lead=lead_given(lead), known=schemes, circles=circle or (),
-            trial=output / "trial" if trial else None, advance=advance,
+            drawn=drawn or (), trial=output / "trial" if trial else None, force=force, advance=advance,
         ),
         json=json, force=force, doing="LinuxCNC" if trial else "", into=output,
     )  # fmt: skip

@@ -28,13 +28,14 @@ def judged(
     disagreements: Sequence[str] = (),
     *,
     compared: bool = False,
+    drawn: Sequence[Evidence] = (),
 ) -> tuple[list[Notice], list[Notice]]:
     """Return what speaks against putting a scheme on an axis, and what the verdict doubts besides.
 
     What is wrong in the files that the machine is made of speaks against it, and a measured circle that is not as
     predicted. Where the axis is one of a circle's, the circle is simulated at 100 and at 10 mm/s: what the verdict has
-    against the scheme at one of them, or a drive that saturates, does too. That no machines were drawn and no circle
-    was measured are doubts.
+    against the scheme at one of them, or a drive that saturates, does too. Besides, the verdict doubts what it has no
+    machines drawn for, and no measured circle.
 
     Parameters
     ----------
@@ -44,6 +45,8 @@ def judged(
         What the files that the machine is made of say of themselves.
     disagreements, compared
         Where measured circles are not as predicted; whether any was held against the machine.
+    drawn
+        What the scheme, and none, left on machines that were drawn around this one, by circle.
 
     Raises
     ------
@@ -68,6 +71,9 @@ def judged(
         against += [Notice(f"{where}: {one}", one.code, one.severity) for one in reasons_against(with_it, given)]
         if with_it.warnings and not alone.warnings:
             against.append(Notice(f"{where}: {with_it.warnings[0]}", "scheme-saturates", "wrong"))
-    why = [one for one in decide(given).why if on_circle or one.code != "nothing-simulated"]
+    for one in drawn:
+        against += reasons_against(next(c for c in one.candidates if not c.scheme.bare), one)
+    told = [notice for one in drawn or (given,) for notice in decide(one).why]
+    why = [one for one in dict.fromkeys(told) if on_circle or one.code != "nothing-simulated"]
     wrong = [one for one in why if one.severity == "wrong"]
     return list(dict.fromkeys([*wrong, *against])), [one for one in why if one.severity != "wrong"]

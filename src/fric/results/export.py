@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fric.documents.bundled import located
 from fric.documents.machine_files import axis_notices, read_machine, read_machine_document
@@ -18,6 +18,7 @@ from fric.export.manifest import manifest, manifest_text
 from fric.export.select import compensation_of, machine_of
 from fric.export.trial import Arc, trial_document, trial_schemes, try_in_linuxcnc
 from fric.export.trust import judged
+from fric.io.run import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice
 from fric.output import write_folder
 from fric.results.base import Result
@@ -25,8 +26,14 @@ from fric.results.diagnose import diagnose
 from fric.results.given import Advance, path_of, silent
 from fric.results.machine import schemes_of, unique
 from fric.results.text import Piece, Table
+from fric.results.verdict import evidence_of
 from fric.simulate.machine import Machine
 from fric.units import readable
+from fric.verdict.candidates import candidates_of
+
+if TYPE_CHECKING:
+    from fric.control.scheme import Scheme
+    from fric.verdict.evidence import Evidence
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,13 +103,10 @@ class ExportResult(Result):
         Raises
         ------
         FricError
-            When something speaks against it, or a file exists, and ``force`` is not set.
+            When the verdict does not trust it, or a file exists, and ``force`` is not set.
         """
-        if self.against and not force:
-            raise FricError(
-                f"scheme {self.part.scheme} on axis {self.part.axis} is not to be trusted: {self.against[0]}",
-                hint="Mend that first; --force exports it nevertheless.",
-            )
+        if not force:
+            require_trust(self.part, self.against, self.doubts)
         write_folder(Path(path), self._all(), force=force)
 
     def _all(self) -> dict[str, str | bytes]:
@@ -122,7 +126,9 @@ def export_axis(
     lead: Any = None,
     known: Any = None,
     circles: Sequence[Path | str] = (),
+    drawn: Sequence[Path | str] = (),
     trial: Path | str | None = None,
+    force: bool = False,
     advance: Advance = silent,
 ) -> ExportResult:
     """Write what one scheme does on one axis in the language of a controller.
@@ -147,8 +153,12 @@ def export_axis(
         Schemes by name, or their file; the paper's where not given.
     circles
         Measured circles: one that is not as the machine predicts speaks against the export.
+    drawn
+        Run files with the scheme on machines drawn around this one: the verdict is by them.
     trial
         A folder in which circles are run in LinuxCNC, beside their simulation (target ``linuxcnc``, as root).
+    force
+        Run the trial also of what the verdict does not trust.
     advance
         Is told of each session of LinuxCNC.
 
@@ -175,15 +185,59 @@ def export_axis(
     against, doubts = list[Notice](), list[Notice]()
     if part == "compensation":
         apart = [text for one in circles for text in diagnose(one, machine=machine).disagreements(str(one))]
-        against, doubts = judged(subject, axis, wanted, notices, apart, compared=bool(circles))
+        more = {"compared": bool(circles), "disagreements": apart, "notices": notices}
+        around = [_around(Path(one), subject, wanted, axis, more) for one in drawn]
+        against, doubts = judged(subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around)
     arcs: list[Arc] = []
     if trial is not None:
         if target != "linuxcnc":
             raise FricError(f"a trial is for the target linuxcnc, and this is {target}")
+        if not force:
+            require_trust(made, against, doubts)
         advance(0, total=len(trial_schemes(wanted)))
         Path(trial).mkdir(parents=True, exist_ok=True)
         arcs = try_in_linuxcnc(subject, wanted, Path(trial), advance=advance)
     return ExportResult(chosen, made, files, notices, against, doubts, made_from, arcs)
+
+
+def require_trust(part: Part, against: Sequence[Notice], doubts: Sequence[Notice]) -> None:
+    """Raise a `FricError` where the verdict does not trust what would be exported."""
+    if against:
+        raise FricError(
+            f"scheme {part.scheme} on axis {part.axis} is not to be trusted: {against[0]}",
+            hint="Mend that first; --force exports it nevertheless.",
+        )
+    if doubts:
+        raise FricError(
+            f"scheme {part.scheme} on axis {part.axis} is not to be trusted yet: {'; '.join(doubts)}",
+            hint="Give machines drawn around it (fric simulate circle --monte-carlo 20 -o RUN.h5) with --run, and a "
+            "measured circle with --circle; --force exports it nevertheless.",
+        )
+
+
+def _around(file: Path, machine: Machine, scheme: Scheme, axis: str, more: dict[str, Any]) -> Evidence:
+    """Return what a scheme, and none, left on the machines that a run file holds.
+
+    Raises
+    ------
+    FricError
+        When it is of another machine, or without the scheme or the axis.
+    """
+    made, left, prediction = read_run_provenance(file), read_drawn(file), read_prediction(file)
+    runs = [run for run in read_runs(file, traces=False) if run.scheme == scheme or run.scheme.bare]
+    of, here = ({**one, "path": ""} for one in (made.get("origin", {}), machine.origin))
+    if made.get("machine") != machine.name or of != here:
+        raise FricError(f"the run is not of {machine.name}, or with another friction, gain or lead", where=str(file))
+    if axis not in made.get("axes", ()):
+        raise FricError(f"the run is without axis {axis}", where=str(file))
+    if scheme.name not in {run.scheme.name for run in runs if not run.scheme.bare}:
+        raise FricError(f"the run is without scheme {scheme.name}", where=str(file),
+                        hint=f"Make it with --scheme a,{scheme.name}.")  # fmt: skip
+    candidates = [
+        replace(one, drawn=left[one.scheme.name].glitches, swings=left[one.scheme.name].swings) if left else one
+        for one in candidates_of(runs, prediction=prediction)
+    ]
+    return evidence_of(made, candidates, prediction, **more)
 
 
 def one_target(name: str, part: str, *, single: bool) -> Target:
