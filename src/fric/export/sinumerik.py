@@ -11,7 +11,6 @@ at the reversal: it rises to its maximum at ACCEL1, stays until ACCEL2, falls to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -23,22 +22,24 @@ from fric.control.scheme import PAPER_SCHEMES
 from fric.errors import FricError
 from fric.export.base import Files, Part, Target
 from fric.export.c import name_of
-from fric.reference import Reference, circle
+from fric.reference import circle
 from fric.simulate.axis import run_axis
 
 if TYPE_CHECKING:
     from fric.simulate.machine import Axis, Machine
 
-ACCELERATIONS = np.geomspace(0.002, 0.67, 8)
-"""Accelerations at a reversal to which the amplitude is fitted [m/s²]: circles of 30 mm at 8 to 140 mm/s."""
+RADIUS = 0.03
+"""Of the circles whose reversals the pulse is fitted to [m]."""
+FEEDS = (0.1, 0.03, 0.01)
+"""Their feeds [m/s]: accelerations at the reversal from 0.0033 to 0.33 m/s²."""
 WINDOW = 0.05
-"""Time behind a reversal over which the pulse is fitted [s]."""
+"""Time behind the fastest reversal over which friction's rise tells where to begin [s]."""
 DECAYS = np.geomspace(0.004, 0.2, 12)
 """Decays that are tried [s]."""
+SHARES = np.arange(0.4, 1.35, 0.1)
+"""Amplitudes that are tried, over that of the fastest reversal's rise."""
 ACCURACY = 5e-9
 """Accuracy of the simulated circles [m]."""
-FEEDS = (0.1, 0.03, 0.01)
-"""Feeds of the circles that are simulated [m/s], of 30 mm."""
 
 
 @dataclass(frozen=True)
@@ -68,60 +69,57 @@ class Pulse:
         return np.asarray(np.interp(a, at, values))
 
 
-def reversals(part: Part, feed: float) -> tuple[Reference, NDArray[np.intp]]:
-    """Return a circle of 30 mm at a feed [m/s], and the samples at which its axis turns at full feed."""
-    motion = circle(0.03, feed, 2, part.sampling)[0]
-    turns = np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0) + 1
-    return motion, turns[np.abs(motion.acceleration[turns]) > 0.99 * feed**2 / 0.03]
-
-
 def through_controller(part: Part, decay: float, t: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return what a velocity pulse of 1 m/s becomes behind the speed controller [V], at times t behind the reversal."""
     left = np.exp(-t / decay)
     return part.K_p * left + part.K_i * decay * (1 - left)
 
 
-def rises_of(part: Part) -> list[NDArray[np.float64]]:
-    """Return how friction rises behind a reversal, as a voltage, for each of `ACCELERATIONS`, each of shape (n,)."""
-    found = []
-    for a in ACCELERATIONS:
-        motion, turns = reversals(part, float(np.sqrt(0.03 * a)))
-        F, n = part.model.replay(motion.time, motion.position, motion.velocity), int(turns[-1])
-        heading = float(np.sign(motion.velocity[n + 1]))
-        found.append(part.gain / part.K_f * heading * (F[n : n + int(WINDOW * part.sampling)] - F[n]))
-    return found
+def rise_of(part: Part) -> NDArray[np.float64]:
+    """Return how friction rises behind the fastest reversal, as a voltage, shape (n,)."""
+    motion = circle(RADIUS, FEEDS[0], 2, part.sampling)[0]
+    turns = np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0) + 1
+    n = int(turns[np.abs(motion.acceleration[turns]) > 0.99 * FEEDS[0] ** 2 / RADIUS][-1])  # at full feed
+    F = part.model.replay(motion.time, motion.position, motion.velocity)
+    heading = float(np.sign(motion.velocity[n + 1]))
+    return part.gain / part.K_f * heading * (F[n : n + int(WINDOW * part.sampling)] - F[n])
 
 
-def amplitudes(part: Part, rises: Sequence[NDArray[np.float64]], decay: float) -> NDArray[np.float64]:
-    """Return the amplitude [m/s] at each of `ACCELERATIONS` that comes nearest to friction's rise, by least squares."""
-    pulse = through_controller(part, decay, np.arange(len(rises[0])) / part.sampling)
-    return np.array([max(float(pulse @ rise / (pulse @ pulse)), 0.0) for rise in rises])
+def flat(amplitude: float, decay: float) -> Pulse:
+    """Return a pulse of one amplitude [m/s] at all of `FEEDS`."""
+    least, *_, most = sorted(feed**2 / RADIUS for feed in FEEDS)
+    return Pulse(amplitude, amplitude, decay, 0.5 * least, 2 * most, 4 * most)
 
 
-def characteristic(found: NDArray[np.float64], decay: float) -> Pulse:
-    """Return the characteristic of the amplitudes that were found [m/s] for a decay [s]."""
-    high = np.flatnonzero(found >= 0.9 * found.max())
-    a_1, a_2 = float(ACCELERATIONS[high[0]]), float(ACCELERATIONS[high[-1]])
-    a_3 = float(ACCELERATIONS[-1]) if high[-1] < len(ACCELERATIONS) - 1 else 2.0 * a_2
-    return Pulse(float(found.max()), float(found[-1]), decay, a_1, a_2, a_3)
+def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
+    """Return the characteristic that leaves least on the circles of `FEEDS`, and the best amplitude of each [m/s].
 
-
-def fitted(axis: Axis, part: Part) -> Pulse:
-    """Return the characteristic that leaves least of the glitch on the circles of `FEEDS`, by simulation.
-
-    For each decay the amplitudes follow from what the friction model does behind reversals; where they have risen, and
-    the largest, are then tried about that.
+    By simulation. For each decay the amplitude follows from what the friction model does behind the fastest reversal;
+    then amplitudes are tried about it at each feed. The characteristic goes through the best of each, or is flat,
+    whichever leaves less over all of them.
     """
-    rises = rises_of(part)
-    able = [characteristic(amplitudes(part, rises, decay), decay) for decay in DECAYS]
+    rise = rise_of(part)
+    t = np.arange(len(rise)) / part.sampling
 
-    def left(one: Pulse) -> float:
-        return sum(left_over(axis, part, one, feed) for feed in FEEDS)
+    def left(one: Pulse) -> list[float]:
+        return [left_over(axis, part, one, feed) for feed in FEEDS]
 
-    best = min(able, key=left)  # its decay; then where, and how far, the amplitude has risen
-    best = min((replace(best, a_1=float(a)) for a in ACCELERATIONS[best.a_2 >= ACCELERATIONS]), key=left)
-    sizes = [share * best.largest for share in (0.7, 0.8, 0.9, 1.0, 1.1)]
-    return min((replace(best, largest=a, smallest=min(a, best.smallest)) for a in sizes), key=left)
+    def begun(decay: float) -> Pulse:
+        pulse = through_controller(part, decay, t)
+        return flat(max(float(pulse @ rise / (pulse @ pulse)), 0.0), decay)
+
+    best = min(map(begun, map(float, DECAYS)), key=lambda one: sum(left(one)))
+    tried = [flat(float(share) * best.largest, best.decay) for share in SHARES]
+    table = np.array([left(one) for one in tried])
+    alone = [tried[n].largest for n in np.argmin(table, axis=0)]
+    plain = tried[int(np.argmin(table.sum(axis=1)))]
+    fast, middle, slow = (feed**2 / RADIUS for feed in FEEDS)
+    adaptive = Pulse(max(alone), min(alone[0], max(alone)), best.decay, plain.a_1, plain.a_2, plain.a_3)
+    if alone[2] < adaptive.largest:
+        adaptive = replace(adaptive, a_1=min(slow * adaptive.largest / alone[2], middle))
+    if alone[0] < adaptive.largest:
+        adaptive = replace(adaptive, a_2=middle, a_3=fast)
+    return min((plain, adaptive), key=lambda one: sum(left(one))), alone
 
 
 def as_block(part: Part, pulse: Pulse) -> dict[str, float]:
@@ -135,14 +133,14 @@ def as_block(part: Part, pulse: Pulse) -> dict[str, float]:
 
 def left_over(axis: Axis, part: Part, pulse: Pulse | None, feed: float) -> float:
     """Return the glitch [m] of a circle of 30 mm with the pulse; with the model fed forward where there is none."""
-    motion, other = circle(0.03, feed, 2, part.sampling)
+    motion, other = circle(RADIUS, feed, 2, part.sampling)
     scheme = PAPER_SCHEMES["c" if part.model.name == "gms" else "b"]
     if pulse is not None:
         scheme = replace(scheme, friction=None, blocks=("reversal-pulse",))
         at_once = replace(axis.nominal_friction, lead=0.0)
         axis = replace(axis, nominal_friction=at_once, blocks={"reversal-pulse": as_block(part, pulse)})
     run = run_axis(axis, motion, scheme, accuracy=ACCURACY)
-    quadrants = circularity(run.position, other.position, 0.03).quadrants
+    quadrants = circularity(run.position, other.position, RADIUS).quadrants
     return max(abs(quadrants[0]), abs(quadrants[2]))
 
 
@@ -157,7 +155,7 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
     if part.motion != "linear":
         raise FricError("the target sinumerik is for linear axes", hint="Export to c or st.")
     axis = machine.axis(part.axis)
-    pulse = fitted(axis, part)
+    pulse, alone = fitted(axis, part)
     per_minute = 6e4  # mm/min in m/s
     data: list[tuple[str, Any, str]] = [
         ("MA_FRICT_COMP_MODE", 1, "32490: friction compensation with a constant or adaptive value"),
@@ -178,11 +176,17 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
     for feed in FEEDS:
         left = (f"{1e6 * left_over(axis, part, one, feed):.1f} µm" for one in (idle, pulse, None))
         table.append(f"| {1e3 * feed:g} mm/s | {' | '.join(left)} |")
-    wanted = amplitudes(part, rises_of(part), pulse.decay)
+    at = np.array(FEEDS) ** 2 / RADIUS
+    given = pulse.amplitude(at)
     fits = [
-        f"| {a:.3g} | {per_minute * one:.2f} | {per_minute * float(pulse.amplitude(a)):.2f} |"
-        for a, one in zip(ACCELERATIONS, wanted, strict=True)
+        f"| {a:.2g} | {per_minute * one:.0f} | {per_minute * other:.0f} |"
+        for a, one, other in zip(at, alone, given, strict=True)
     ]
+    same = float(np.ptp(given)) == 0.0
+    told = (
+        " The characteristic is flat: friction rises by the same force behind every reversal, and one that follows "
+        "these amplitudes leaves no less."
+    )
     page = (
         f"# Friction compensation of axis {part.axis} for SINUMERIK\n\n"
         f"`{name_of(part)}.mpf` holds machine data 32490 to 32580. The pulse goes into the velocity that the speed "
@@ -191,9 +195,9 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
         f"{part.axis} on circles of 30 mm, by simulation of this machine with the block `reversal-pulse`:\n\n"
         f"| feed | controller alone | this pulse | {part.model.name} feedforward |\n|---|---|---|---|\n"
         + "\n".join(table)
-        + "\n\nAmplitude over the acceleration at the reversal: what comes nearest to friction's rise there, and what "
-        "the adaptive characteristic of the machine data gives:\n\n"
-        "| m/s² | nearest, mm/min | characteristic, mm/min |\n|---|---|---|\n"
+        + "\n\nAmplitude over the acceleration at the reversal: what leaves least on that circle alone, and what the "
+        f"adaptive characteristic of the machine data gives.{told if same else ''}\n\n"
+        "| m/s² | best alone, mm/min | characteristic, mm/min |\n|---|---|---|\n"
         + "\n".join(fits)
         + "\n\nThe assignments were written from the published names and units; no control was at hand to read them.\n"
     )
