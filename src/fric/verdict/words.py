@@ -72,7 +72,7 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, passes: bool | None =
         yield f"fric tune {machine} {circle} -o tuned"
     elif chosen is not None and not chosen.scheme.bare:
         axis = evidence.axes[0] if evidence.axes else "x"
-        known = evidence.command.split(" -o ")[1:]  # the run that the verdict is from
-        run = known[0].split()[0] if known else "run.h5"
+        _, _, end = evidence.command.partition(" -o ")  # the run that the verdict is from
+        run = end.split()[0] if end else "run.h5"
         given = f"--run {run} --circle {circle}"
         yield f"fric export linuxcnc {machine} --axis {axis} --scheme {chosen.scheme.name} {given} -o controller"
