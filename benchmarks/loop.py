@@ -15,8 +15,9 @@ from time import perf_counter
 import numpy as np
 
 from benchmarks._exported import shared_library, write_step
-from fric.control.scheme import NONE, PAPER_SCHEMES
+from fric.control.scheme import NONE, PAPER_SCHEMES, Scheme
 from fric.documents.machine_files import read_machine
+from fric.documents.schemes import read_schemes
 from fric.drive.sensing import low_pass_pole
 from fric.kernels.loop import closed_loop, parts_of_a_sample
 from fric.kernels.plant import LASTING, TOLERANCE, WEIGHTS, reaches
@@ -79,6 +80,12 @@ def _loops(folder: str, scheme: str) -> tuple[Callable[[], np.ndarray], Callable
     return here, in_c
 
 
+def _of_scheme(scheme: Scheme) -> Callable[[], object]:
+    """Return a run of one scheme, its blocks designed before."""
+    step, state, *others = _loop_arguments(AXIS, REFERENCE, scheme)
+    return lambda: closed_loop(step, state.copy(), *others)
+
+
 def _lsoda() -> tuple[Callable[[], object], float]:
     """Return a simpler loop of one axis in python-control, and its simulated time [s].
 
@@ -118,6 +125,13 @@ def run() -> list[tuple[str, str, str]]:
                 rows.append((f"closed loop, scheme {scheme} / the same loop in C at -O2", told, "at most 1.0"))
     else:
         rows.append(("closed loop / C", "skipped: there is no cc", "at most 1.0"))
+
+    schemes = read_schemes(MACHINE.with_name("literature.yaml"))
+    times = _best([_of_scheme(scheme) for scheme in schemes.values()], rounds=12)
+    ratios = {name: one / times[list(schemes).index("f")] for name, one in zip(schemes, times, strict=True)}
+    slowest = max(ratios, key=lambda name: ratios[name])
+    told = f"{ratios[slowest]:.2f} ({slowest})"
+    rows.append((f"closed loop, the slowest of {len(schemes)} schemes / (f)", told, "at most 1.15"))
 
     words = [sys.executable, "-m", "fric", "simulate", "circle", str(MACHINE), "--json"]
 

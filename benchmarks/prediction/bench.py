@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import fric
+from benchmarks._tuned import recorded
 from benchmarks.prediction.drawn import drawn_machine
 from benchmarks.reality.session import MACHINES, PERIODS, SPEEDS, drawn, machine_with
-from benchmarks.tune import recorded
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine import MachineDocument
 from fric.documents.yaml import plain, read_tree, write_document

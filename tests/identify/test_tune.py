@@ -16,12 +16,13 @@ from fric.documents.tuned import write_tuned
 from fric.errors import FricError
 from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.measured import AxisTrace, MeasuredCircle, measured_from_run
+from fric.identify.circle.next_circle import NextCircle, measured_glitch, worse_ahead
 from fric.identify.circle.tune import tune, tune_axis
 from fric.identify.circle.tune_fit import Balance, at, fit
 from fric.identify.circle.tune_identifiability import alike_warnings, groups_alike
 from fric.identify.circle.tune_instruments import instrumented
 from fric.identify.circle.tune_intervals import tuned_estimates
-from fric.identify.circle.tune_loop import loop_warnings
+from fric.identify.circle.tune_loop import cautious, loop_warnings
 from fric.identify.circle.voltage import refined, voltage_record
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.spread import draw_machine
@@ -272,6 +273,28 @@ def test_a_loop_that_does_not_hold_falling_friction_is_designed_anew(tmp_path):
     axis, made = fric.read_machine(tmp_path / "held" / "machine.yaml").axes["y"], held.machine.axes["y"]
     assert pytest.approx(made.cascade.K_p, rel=1e-4) == axis.cascade.K_p
     assert axis.observer.q.cutoff == pytest.approx(made.observer.q.cutoff)
+    # in the loop that is there errors grow, furthest where the axis is ahead of its friction: less is fed forward
+    shy = cautious(before)
+    assert shy.axis.nominal_friction.gain < 1 == before.axis.nominal_friction.gain
+    assert cautious(one) is one
+    counts = 0.03 + np.arange(8) / 8 * 0.25e-6
+    whole, less = (
+        np.mean([glitches(subject, radius=radius, feed=0.01) for radius in counts])
+        for subject in (replace(held.machine, axes={**held.machine.axes, "y": what.axis}) for what in (before, shy))
+    )
+    assert less < whole
+    write_tuned(replace(held, axes={**held.axes, "y": shy}), ROOT / "configs/xy-table.yaml", tmp_path / "shy")
+    read = fric.read_machine(tmp_path / "shy" / "machine.yaml")
+    assert read.axes["y"].nominal_friction.gain == shy.axis.nominal_friction.gain
+    assert read.axes["x"].nominal_friction.gain == 1
+
+
+def test_a_circle_ahead_that_may_be_worse_is_refused_by_what_can_be_trusted(circles, tuned):
+    seen = measured_glitch(circles[1])
+    ahead = [NextCircle(0.01, 0.03, scheme, 0.5 * seen, (0.0, 1.1 * seen)) for scheme in "cf"]
+    assert not worse_ahead(circles, ahead, trusted=True)
+    assert "may have a glitch" in worse_ahead(circles, ahead, trusted=False)
+    assert not worse_ahead(circles, tuned.predicted, trusted=False)
 
 
 def test_a_ball_bar_does_not_tune(drawn):

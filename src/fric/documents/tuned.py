@@ -74,7 +74,7 @@ def write_tuned(
         done.append(folder / f"{name}-plant.yaml")
         axis = dict(tree["axes"][name])
         axis["nominal"] = f"{name}-plant.yaml"
-        axis["feedforward"] = {"lead": "auto", "friction": f"{name}.yaml"}
+        axis["feedforward"] = _feedforward(name, one)
         if isinstance(axis.get("observer"), dict):  # its G_n is the nominal plant
             axis["observer"] = {key: part for key, part in axis["observer"].items() if key not in ("A", "B")}
         if one.loop:
@@ -88,11 +88,18 @@ def write_tuned(
     for name in found.axes:
         if found.axes[name].improves:
             written["axes"][name] |= {
-                "nominal": f"{name}-plant.yaml", "feedforward": {"lead": "auto", "friction": f"{name}.yaml"}
+                "nominal": f"{name}-plant.yaml", "feedforward": _feedforward(name, found.axes[name])
             }  # fmt: skip
     write_document(folder / "machine.yaml", written, force=force)
     done.append(folder / "machine.yaml")
     return files
+
+
+def _feedforward(name: str, one: TunedAxis) -> dict[str, Any]:
+    """Return what is fed forward of a tuned axis: its friction, or a share of it."""
+    gain = one.axis.nominal_friction.gain
+    share = {} if gain == 1.0 else {"gain": {"value": gain, "unit": "1"}}
+    return {"lead": "auto", "friction": f"{name}.yaml", **share}
 
 
 def _loop(one: TunedAxis, axis: dict[str, Any]) -> dict[str, Any]:

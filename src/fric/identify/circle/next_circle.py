@@ -186,7 +186,7 @@ def worse_ahead(tests: Sequence[MeasuredCircle], predicted: Sequence[NextCircle]
         if expected and min(expected) > seen:
             return (
                 f"the next circle at {test.feed * 1e3:g} mm/s may have a glitch of {min(expected) * 1e6:.2f} µm, and "
-                f"the recorded one has {seen * 1e6:.2f}: what is left is not friction of this shape"
+                f"the recorded one has {seen * 1e6:.2f}"
             )
     return ""
 

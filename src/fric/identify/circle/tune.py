@@ -19,7 +19,7 @@ from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
 from fric.identify.circle.tune_identifiability import alike_warnings, identifiability_warnings
 from fric.identify.circle.tune_instruments import instrumented
 from fric.identify.circle.tune_intervals import tuned_estimates
-from fric.identify.circle.tune_loop import holding, loop_warnings
+from fric.identify.circle.tune_loop import cautious, holding, holds, loop_warnings
 from fric.identify.circle.tuned import TunedAxis
 from fric.identify.circle.voltage import refined, voltage_record
 from fric.identify.records.flaws import clock_flaws
@@ -41,6 +41,9 @@ DISPLACED = 0.5e-6
 """By how much a clock that jitters may move the position [m]: more is more than what is to be compensated."""
 AGAIN, RESTS = 3, 0.01
 """How often the motion is refined and the fit repeated at most, and the move in the logarithm below which it rests."""
+
+MISFIT = "what is left is not friction of this shape"
+GROWING = "errors grow by themselves in falling friction, which the loop does not hold (--loop designs one that does)"
 
 
 def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None) -> TunedAxis:
@@ -219,19 +222,23 @@ def tune(
                 hint="Give controller traces of the same axes.",
             )  # fmt: skip
     axes = {name: tune_axis(machine.axis(name), tests, done) for name in names}
-    axes = {name: holding(one) if loop else one for name, one in axes.items()}
+    axes = {name: cautious(holding(one) if loop else one) for name, one in axes.items()}
     logs = [log for test in tests for log in test.logs()]
     warnings = [warning for one in axes.values() for warning in one.warnings] + clock_flaws(logs, "inspect")
     better = all(one.improves for one in axes.values())
     predicted = next_circles(tests, axes, done) if better else []
-    # where friction of this shape, or one that stays, does not explain the circle, only a prediction's upper end counts
-    misfit = any(warning.code in {"circle-misfit", "friction-drifts"} for warning in warnings)
+    # where friction of this shape, or one that stays, does not explain the circle, or errors grow by themselves in the
+    # loop, only a prediction's upper end counts
+    doubtful = any(warning.code in {"circle-misfit", "friction-drifts"} for warning in warnings)
+    grows = better and not all(holds(one) for one in axes.values())
     if any(clock.lost or clock.displaced > DISPLACED for clock in map(timing, logs)):
         why = "the log's clock is wrong (see above)"
     elif better and not predicted:
         why = "with what was found no stable circle can be simulated"
     else:
-        why = worse_ahead(tests, predicted, trusted=not misfit)
+        why = worse_ahead(tests, predicted, trusted=not (doubtful or grows))
+        if why:
+            why += f": {GROWING if grows else MISFIT}"
     if why:
         text = f"{why}: the result is refused, and what was believed is kept"
         warnings.append(Notice(text, "tuning-refused", "wrong"))
