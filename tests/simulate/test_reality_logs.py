@@ -8,13 +8,15 @@ import pytest
 from scipy.signal import freqz
 
 from fric.documents.machine_files import read_machine
+from fric.drive.plant import LinearPlant
+from fric.drive.sampled import SampledPlant
 from fric.drive.sensing import Encoder, low_pass_pole
 from fric.errors import FricError
 from fric.log import Log
 from fric.simulate.experiment import constant_velocity, experiment, frequency_response, presliding_sine
 from fric.simulate.reality.flaws import Reality
 from fric.simulate.reality.log_flaws import Clock, ColouredNoise, ForceChannel, Interpolation
-from fric.simulate.reality.trace import encoder_tells
+from fric.simulate.reality.trace import _between, _driven, encoder_tells
 
 MACHINES = Path("configs/reality")
 BASE = read_machine(MACHINES / "base.yaml").axis("x")
@@ -58,6 +60,22 @@ def test_a_position_that_is_logged_late_is_that_of_before() -> None:
     at_speed = slice(900, 1400)
     np.testing.assert_allclose((plain.position - late.position)[at_speed], 0.02 * 0.4e-3, rtol=2e-3)
     np.testing.assert_array_equal(plain.force, late.force)
+
+
+def test_a_position_between_two_samples_is_that_of_the_plant_behind_its_hold() -> None:
+    """What a held voltage adds is known there: a spline through the samples alone is 0.4 % off at 500 Hz."""
+    plant, late = BASE.plant, 0.4e-3
+    f = np.array([10.0, 100.0, 300.0, 500.0])
+    exact = [SampledPlant.of(LinearPlant(0.0, plant.B, plant.T_d + add), 4000).response(f, 4000) for add in (late, 0.0)]
+    n = np.arange(12_001)
+    u = np.sum([np.cos(2 * np.pi * one * n / 4000) for one in f], axis=0)
+    at = np.arange(4000.0, 8000.0)
+    moved = _driven(BASE, u)
+    z = moved(n.astype(float))
+    lines = np.rint(f).astype(int)
+    rise = np.mean(z[8000:12_000] - z[4000:8000]) / 4000
+    found = [np.fft.rfft(w - rise * at)[lines] for w in (_between(z, at - late * 4000, moved), _between(z, at))]
+    np.testing.assert_allclose(found[0] / found[1], exact[0] / exact[1], atol=3e-4)
 
 
 def test_a_force_in_steps_of_the_current_lies_on_them() -> None:

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+from itertools import permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import ndimage
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
+    from fric.identify.plant.frequency_response import MeanLines
     from fric.identify.plant.spectra import Real, Spectra
+
+APART = 1.5
+"""Ratio of two amplitudes from which on they tell lines apart that are driven and that are not."""
+
+LESS = 0.75
+"""Power of that ratio by which a driven line grows at least."""
 
 
 def excited(
@@ -43,6 +53,38 @@ def excited(
     power = np.real(1j * np.mean(spectra.position, axis=0) * np.mean(spectra.input, axis=0).conj())
     seen = (both > surely * around) | ((both > tall * around) & (power > 0))
     return np.asarray(seen & (tall * np.maximum.accumulate(U) < U) & (5 * noise < U))
+
+
+def driven_alike(records: Sequence[MeanLines | None]) -> list[NDArray[np.bool_] | None]:
+    """Return which lines of each record are driven by what two amplitudes of one excitation show, None where nothing.
+
+    What is driven grows with the excitation, in input or in position (a loop that holds one leaves the other to
+    friction); friction's harmonics do not. So a line is driven that one of two records shows as such, and that grows
+    from the one to the other about as much as the upper quartile does of those that both show.
+
+    Parameters
+    ----------
+    records
+        The lines of each record, None for one without periods.
+    """
+    found: list[NDArray[np.bool_] | None] = [None] * len(records)
+    for small, large in permutations(range(len(records)), 2):
+        one, other = records[small], records[large]
+        if one is None or other is None or not np.array_equal(one.frequency, other.frequency):
+            continue
+        growth = np.maximum(_ratio(other.input, one.input), _ratio(other.position, one.position))
+        both = one.driven & other.driven
+        if not both.any() or (whole := float(np.quantile(growth[both], 0.75))) < APART:
+            continue
+        driven = (growth > whole**LESS) & (one.driven | other.driven)
+        for n in (small, large):
+            if not records[n].told:  # type: ignore[union-attr]
+                found[n] = driven if found[n] is None else driven & found[n]
+    return found
+
+
+def _ratio(over: NDArray[np.complex128], under: NDArray[np.complex128]) -> Real:
+    return np.asarray(np.abs(over) / np.maximum(np.abs(under), 1e-300))
 
 
 def distortion(spectra: Spectra, driven: NDArray[np.bool_], neighbours: int = 12) -> Real:

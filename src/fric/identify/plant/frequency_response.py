@@ -47,12 +47,17 @@ COHERENT = 0.5
 """Coherence from which on one signal counts as driven by the other."""
 
 
-class QuietLines(NamedTuple):
-    """Lines that are not driven: frequency [Hz], mean complex amplitude of input [V] and position [m], shape (n,)."""
+class MeanLines(NamedTuple):
+    """Lines of a period: frequency [Hz], mean complex amplitude of input [V] and position [m], which are driven; (n,).
+
+    The reference may have told which are driven.
+    """
 
     frequency: NDArray[np.float64]
     input: NDArray[np.complex128]
     position: NDArray[np.complex128]
+    driven: NDArray[np.bool_]
+    told: bool
 
 
 @dataclass(frozen=True)
@@ -79,8 +84,8 @@ class MeasuredResponse:
         motion never reverses; None for a table.
     speed
         Root mean square of v' [m/s]; None for a table.
-    quiet
-        What repeats itself at lines that are not driven; None where there is no telling.
+    lines
+        All lines of the excitation's period; None where it has none.
     warnings
         What the record cannot tell.
     """
@@ -93,7 +98,7 @@ class MeasuredResponse:
     sampling: float | None = None
     reversing: float | None = None
     speed: float | None = None
-    quiet: QuietLines | None = None
+    lines: MeanLines | None = None
     warnings: tuple[str, ...] = ()
 
     @property
@@ -108,6 +113,7 @@ def measure_response(
     period: float | None = None,
     segment: float | None = None,
     output: Literal["position", "force"] = "position",
+    driven: NDArray[np.bool_] | None = None,
 ) -> MeasuredResponse:
     """Return the frequency response from control voltage to position (or to force) of one record.
 
@@ -125,6 +131,8 @@ def measure_response(
         Length of a Welch segment [s]; given, the record is not looked at for periods.
     output
         The channel that answers the input; of a force the magnitude is F/U [N/V].
+    driven
+        Which lines of the period are driven, where that is known already.
 
     Raises
     ------
@@ -141,7 +149,7 @@ def measure_response(
     if segment is None:
         samples = _period(record, u, sampling) if period is None else round(period * sampling)
         if samples is not None:
-            return _over_periods(record, u, z, samples, sampling)
+            return _over_periods(record, u, z, samples, sampling, driven)
     return _over_segments(record, u, z, segment, sampling)
 
 
@@ -177,19 +185,21 @@ def _accelerates(reference: NDArray[np.float64]) -> bool:
 
 
 def _over_periods(
-    record: Log, u: NDArray[np.float64], z: NDArray[np.float64], period: int, sampling: float
-) -> MeasuredResponse:
+    record: Log, u: NDArray[np.float64], z: NDArray[np.float64], period: int, sampling: float,
+    known: NDArray[np.bool_] | None,
+) -> MeasuredResponse:  # fmt: skip
     try:
         spectra = period_spectra(u, z, period, sampling)
     except FricError as error:
         raise error.at(record.where) from None
-    known = _driven(record.reference, period) if record.reference is not None else None
+    if known is None and record.reference is not None:
+        known = _driven(record.reference, period)
     lines = excited(spectra, known)
     if np.count_nonzero(lines) < 3:
         raise FricError("fewer than three frequencies are excited", where=record.where, hint="Excite more of them.")
     repeating = distortion(spectra, lines)
-    means = (np.mean(x[:, ~lines], axis=0) for x in (spectra.input, spectra.position))
-    quiet = QuietLines(spectra.frequency[~lines], *means) if np.any(~lines) else None
+    U, Z = (np.mean(x, axis=0) for x in (spectra.input, spectra.position))
+    mean_lines = MeanLines(spectra.frequency, U, Z, lines, told=known is not None)
     spectra = spectra.at(lines)
     G, deviation, coherence = estimate(spectra)
     deviation = np.where(repeating > DISTORTED * deviation, np.hypot(repeating, deviation), deviation)
@@ -205,7 +215,7 @@ def _over_periods(
         spectra.correlation,
         sampling,
         *_motion(fft.irfft(mean, period) + drift(z[-count * period :], period) * sampling),
-        quiet,
+        mean_lines,
         (Notice(f"{count} periods tell little of the variance; log ten", "few-periods"),) if count < 4 else (),
     )
 

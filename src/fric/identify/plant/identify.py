@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from itertools import chain
 
 import numpy as np
 from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.identify.plant.driven_lines import driven_alike
 from fric.identify.plant.fit import FrictionInfluence, PlantFit, ResponseFit
 from fric.identify.plant.force_constant import against_mass, force_constant
-from fric.identify.plant.frequency_response import measure_response
+from fric.identify.plant.frequency_response import MeasuredResponse, measure_response
 from fric.identify.plant.mode_fit import at, solve_with_modes
 from fric.identify.plant.plant_warnings import described
 from fric.identify.plant.response_fit import Solution, solve
@@ -22,9 +24,6 @@ from fric.identify.records.flaws import record_flaws
 from fric.identify.records.sampling import evened
 from fric.log import FrequencyResponse, Log
 from fric.threads import one_blas_thread
-
-if TYPE_CHECKING:
-    pass
 
 APART = 0.05
 """Share by which the friction's gain must differ between two records for their amplitudes to be compared."""
@@ -75,24 +74,19 @@ def identify_plant(
     FricError
         When a record does not give a response, too few lines are sure, or the sign of input or position is turned.
     """
-    fits, sets, clocks, logs, uneven = [], [], [], list[Log](), list[str]()
+    # of the records as they were logged: what is made up for along a cubic looks like jitter
+    clocks = [record_flaws([given], "plant") if isinstance(given, Log) else [] for given in records]
+    even, uneven = list[Log | FrequencyResponse](), list[str]()
     for given in records:
-        # of the record as it was logged: what is made up for along a cubic looks like jitter
-        clock = record_flaws([given], "plant") if isinstance(given, Log) else []
-        clocks += clock
-        record: Log | FrequencyResponse = given
-        if isinstance(given, Log):
-            record, told_of_clock = evened(given)
-            uneven += told_of_clock
-            logs.append(record)
-        try:
-            measured = measure_response(record, period=period, segment=segment)
-            rate = None if continuous else hold or measured.sampling
+        record, told_of_clock = evened(given) if isinstance(given, Log) else (given, [])
+        even.append(record)
+        uneven += told_of_clock
+    logs = [record for record in even if isinstance(record, Log)]
+    fits, sets = [], []
+    for measured, clock in zip(_measured(even, clocks, period, segment), clocks, strict=True):
+        rate = None if continuous else hold or measured.sampling
+        with _blamed_on(clock):
             lines, used = select(measured, hold=rate, coherence=coherence, band=band)
-        except FricError as error:
-            if not clock:
-                raise
-            raise FricError(error.what, where=error.where, hint=f"The cause may be this: {clock[0]}") from None
         try:
             solution, kept = solve_with_modes(lines)
         except FricError as error:
@@ -116,8 +110,35 @@ def identify_plant(
     return PlantFit(
         fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
         _second_mass(solution),
-        (*described(fits, solution, influence, estimates, rate), *text, *clocks),
+        (*described(fits, solution, influence, estimates, rate), *text, *chain.from_iterable(clocks)),
     )  # fmt: skip
+
+
+@contextmanager
+def _blamed_on(clock: Sequence[str]) -> Iterator[None]:
+    """Name what is wrong with a record's clock as the cause of an error, where anything is."""
+    try:
+        yield
+    except FricError as error:
+        if not clock:
+            raise
+        raise FricError(error.what, where=error.where, hint=f"The cause may be this: {clock[0]}") from None
+
+
+def _measured(
+    records: Sequence[Log | FrequencyResponse], clocks: Sequence[Sequence[str]], period: float | None,
+    segment: float | None,
+) -> list[MeasuredResponse]:  # fmt: skip
+    """Return the responses of records, at lines that are driven by what all of them show."""
+    measured = []
+    for record, clock in zip(records, clocks, strict=True):
+        with _blamed_on(clock):
+            measured.append(measure_response(record, period=period, segment=segment))
+    for n, driven in enumerate(driven_alike([one.lines for one in measured])):
+        known = measured[n].lines
+        if known is not None and driven is not None and np.any(driven != known.driven):
+            measured[n] = measure_response(records[n], period=period, segment=segment, driven=driven)
+    return measured
 
 
 def _second_mass(solution: Solution) -> dict[str, Estimate] | None:
@@ -155,8 +176,11 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
     split = solve(sets, friction=True, misfits=misfits, resonance=mode, start=start)
     value, deviation = float(split.values[3]), float(np.sqrt(split.covariance[3, 3]))
     alike = max(_alike(split, lines, misfit) for lines, misfit in zip(sets, misfits, strict=True))
-    split = replace(split, covariance=split.covariance * alike)
-    half_width = float(stdtrit(split.freedom, 0.975)) * deviation * float(np.sqrt(alike))
+    quantile = float(stdtrit(split.freedom, 0.975))
+    rest = np.zeros(len(split.values))  # of B and T_d, which pre-sliding moves and its describing function does not
+    rest[1:3] = np.polyfit(gains, [fit.solution.values[1:3] for fit in fits], 1)[1] - split.values[1:3]
+    split = replace(split, covariance=split.covariance * alike + np.outer(rest, rest) / quantile**2)
+    half_width = quantile * deviation * float(np.sqrt(alike))
     length = "rad" if fits[0].measured.table.motion == "rotary" else "m"
     coulomb = Estimate(value, f"{length}/s^2", (value - half_width, value + half_width))
     differs = abs(value) > float(stdtrit(split.freedom, (1 + SURE) / 2)) * deviation

@@ -184,17 +184,17 @@ def _friction_seen(fit: ResponseFit) -> float | None:
     1 - 2/π is at all lines, and what it takes in voltage at those that are not driven, ``Z/G - U``, tells its level.
     It reaches to about three times the highest line that is looked at; the factor of 2 is for caution.
     """
-    quiet, gain = fit.measured.quiet, fit.measured.reversing
-    if quiet is None or gain is None:
+    lines, gain = fit.measured.lines, fit.measured.reversing
+    if lines is None or gain is None:
         return None
     f = fit.measured.table.frequency[fit.used]
-    within = (quiet.frequency >= f.min()) & (quiet.frequency <= min(float(f.max()), QUIET))
+    within = ~lines.driven & (lines.frequency >= f.min()) & (lines.frequency <= min(float(f.max()), QUIET))
     if np.count_nonzero(within) < 3:
         return None
-    at = quiet.frequency[within]
-    voltage = quiet.position[within] / fit.model(at) - quiet.input[within]
-    lines = 3 * QUIET / float(np.min(np.diff(quiet.frequency)))
-    power = 2 * float(np.mean(np.abs(voltage) ** 2)) * lines
+    at = lines.frequency[within]
+    voltage = lines.position[within] / fit.model(at) - lines.input[within]
+    count = 3 * QUIET / float(lines.frequency[0])
+    power = 2 * float(np.mean(np.abs(voltage) ** 2)) * count
     level = 2 * np.sqrt(power / (1 - 2 / np.pi))
     plant = fit.solution.plant()
     return float(level * plant.B * gain / max(plant.A, 1e-300))

@@ -63,7 +63,8 @@ def find_period(values: Real) -> int | None:
     """Return the period of a signal in samples, None where there are not two that are alike.
 
     The smallest lag at which the autocorrelation has a peak about as high as the highest, once it has been
-    below zero.
+    below zero, and the signal differs from itself about as little as at any: sparse lines are all but alike at a lag
+    at which the highest of them are.
     """
     n = len(values)
     from scipy import signal
@@ -80,7 +81,10 @@ def find_period(values: Real) -> int | None:
     r[: below[0]] = 0.0
     best = float(r.max())  # a few high lines alone are almost alike at a shorter lag, but for noise only almost
     peaks, _ = signal.find_peaks(np.append(r, 0.0), height=max(ALIKE, best - 0.005 - 0.2 * max(1 - best, 0.0)))
-    return int(peaks[0]) if peaks.size else None
+    if not peaks.size:
+        return None
+    unlike = np.array([np.mean((x[lag:] - x[:-lag]) ** 2) for lag in peaks])
+    return int(peaks[np.argmax(unlike <= 1.1 * unlike.min() + 1e-6 * np.mean(x**2))])
 
 
 def period_spectra(input: Real, position: Real, period: int, sampling: float) -> Spectra:

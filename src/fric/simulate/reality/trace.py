@@ -18,6 +18,8 @@ from fric.simulate.reality.log_flaws import ColouredNoise
 from fric.simulate.reality.motion import sensing_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from fric.simulate.axis import Trace
@@ -56,7 +58,9 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
     noise = np.random.default_rng(key).normal(0.0, 1.0, count) * axis.force_noise
     rng = np.random.default_rng([*key, 1])
     taken = even + _jitter(rng, count, flaws.clock.jitter * sampling, divider)
-    sensed = run.position if run.sensed is None else run.sensed
+    late = flaws.clock.position * sampling
+    driven = _driven(axis, run.input) if axis.second_mass is None else None
+    sensed = _between(run.position if run.sensed is None else run.sensed, taken - late, driven)
     voltage = _averaged(run.input, taken - flaws.clock.input * sampling, divider)
     force = _averaged(_behind(run.input, flaws.force.filter, sampling), taken - flaws.force.lag * sampling, divider)
     force = axis.plant.K_f * force + noise
@@ -66,7 +70,7 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
     kept = _kept(rng, count, flaws.clock.lost)
     log = Log(
         time=(stamp[kept] if flaws.clock.stamped else stamp[: kept.sum()]) / sampling,
-        position=encoder_tells(axis, _between(sensed, taken - flaws.clock.position * sampling))[kept],
+        position=encoder_tells(axis, sensed)[kept],
         force=_single(_quantised(force, flaws.force.step))[kept],
         input=_single(voltage)[kept],
         reference=_between(run.reference, taken)[kept],
@@ -116,12 +120,37 @@ def _behind(values: Real, corner: float, sampling: float) -> Real:
     return np.asarray(lfilter([1.0 - p], [1.0, -p], values, zi=[p * values[0]])[0])
 
 
-def _between(values: Real, at: Real) -> Real:
-    """Return values at places between the samples, on the cubic spline through them; at a sample the value itself."""
+def _between(values: Real, at: Real, part: Callable[[Real], Real] | None = None) -> Real:
+    """Return values at places between the samples, on the cubic spline through them; at a sample the value itself.
+
+    Of a part that is known at every place the spline has no share.
+    """
     at = np.clip(at, 0, len(values) - 1)
     if np.array_equal(at, np.rint(at)):
         return np.asarray(values[at.astype(np.int64)])
-    return np.asarray(CubicSpline(np.arange(len(values)), values)(at))
+    n = np.arange(len(values), dtype=float)
+    if part is None:
+        return np.asarray(CubicSpline(n, values)(at))
+    return np.asarray(CubicSpline(n, values - part(n))(at) + part(at))
+
+
+def _driven(axis: Axis, voltage: Real) -> Callable[[Real], Real]:
+    """Return what a held voltage (n,) adds to the position [m], over places in samples: ``B·∬u(t - τ)``.
+
+    Its second derivative steps between the samples, which no spline through them knows (0.4 % of magnitude and 3 mrad
+    at an eighth of the sampling rate).
+    """
+    speed = np.concatenate([[0.0], np.cumsum(voltage)[:-1]])
+    way = np.concatenate([[0.0], np.cumsum(speed + 0.5 * voltage)[:-1]])
+    size = axis.plant.B / axis.cascade.sampling**2
+    delay = axis.plant.transport_delay(axis.cascade.sampling) * axis.cascade.sampling
+
+    def added(at: Real) -> Real:
+        x = np.maximum(at - delay, 0.0)
+        k = np.minimum(x.astype(np.int64), len(voltage) - 1)
+        return np.asarray(size * (way[k] + (x - k) * (speed[k] + 0.5 * (x - k) * voltage[k])))
+
+    return added
 
 
 def _coloured(rng: np.random.Generator, count: int, noise: ColouredNoise, sampling: float) -> Real:
