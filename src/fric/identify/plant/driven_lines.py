@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import permutations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy import ndimage
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fric.identify.plant.frequency_response import MeanLines
     from fric.identify.plant.spectra import Real, Spectra
 
 APART = 1.5
@@ -21,6 +20,19 @@ APART = 1.5
 
 LESS = 0.75
 """Power of that ratio by which a driven line grows at least."""
+
+
+class MeanLines(NamedTuple):
+    """Lines of a period: frequency [Hz], mean complex amplitude of input [V] and position [m], which are driven; (n,).
+
+    The reference may have told which are driven.
+    """
+
+    frequency: NDArray[np.float64]
+    input: NDArray[np.complex128]
+    position: NDArray[np.complex128]
+    driven: NDArray[np.bool_]
+    told: bool
 
 
 def excited(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy import fft
 
 from fric.errors import FricError
-from fric.identify.plant.driven_lines import distortion, excited
+from fric.identify.plant.driven_lines import MeanLines, distortion, excited
 from fric.identify.plant.spectra import (
     coherence_of,
     drift,
@@ -45,19 +45,6 @@ DISTORTED = 1.5
 
 COHERENT = 0.5
 """Coherence from which on one signal counts as driven by the other."""
-
-
-class MeanLines(NamedTuple):
-    """Lines of a period: frequency [Hz], mean complex amplitude of input [V] and position [m], which are driven; (n,).
-
-    The reference may have told which are driven.
-    """
-
-    frequency: NDArray[np.float64]
-    input: NDArray[np.complex128]
-    position: NDArray[np.complex128]
-    driven: NDArray[np.bool_]
-    told: bool
 
 
 @dataclass(frozen=True)
