@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 
 from fric.friction.stribeck import StaticMap
-from fric.identify.static_map.identify import identify_static as identify
+from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
 from tests.identify.constant_velocity import both_directions, stroke
 from tests.identify.test_flaws import session
-
-identify_static = partial(identify, delta="auto", over_position="auto")
 
 SPEEDS = np.geomspace(0.1e-3, 30e-3, 12)
 MAP = StaticMap(F_c=80.0, F_s=115.0, v_s=1.8e-3, delta=1.0, sigma=120.0)
@@ -49,6 +47,35 @@ def test_another_shape_is_found_and_can_be_forced_away(delta: float) -> None:
     assert fit.method.startswith("eq. (2) with delta free (errors at strokes held out: ")
     assert identify_static(logs, delta=1.0).static.estimates["delta"].fixed
     assert not identify_static(rig(3), delta="free").static.estimates["delta"].fixed
+
+
+@pytest.mark.parametrize(("growth", "age"), [(0.06, 0.1), (0.02, 0.02)])
+def test_friction_that_ages_is_named_and_keeps_the_fall_of_eq_2(growth: float, age: float) -> None:
+    """Strokes of F_s·(1 + growth·ln(1 + θ/age)), θ = 10 µm/|v|: the slowest keep their weight, and F_s is in bounds."""
+    rng = np.random.default_rng(5)
+    speeds = np.array([0.05, 0.1, 0.2, 0.5, 1, 2, 4, 8, 14, 20, 30]) * 1e-3
+    aged = {v: replace(MAP, F_s=MAP.F_s * (1 + growth * np.log1p(1e-5 / v / age))) for v in speeds}
+    found = identify_static(
+        [stroke(v, rng, friction=aged[abs(v)], samples=600, noise=0.005) for v in both_directions(speeds)]
+    )
+    code = {notice.code: notice for notice in found.warnings}
+    assert code["friction-ages"].severity == "wrong"
+    assert "strokes-stand-off" not in code
+    assert found.static.estimates["delta"].fixed
+    assert found.static.held_out.ages == pytest.approx(growth * MAP.F_s, rel=0.6)
+    told = [float(one.steady_state(v)) - MAP.sigma * v for v, one in aged.items()]
+    by_hand = StribeckProblem(speeds, np.array(told), np.ones(len(speeds)), with_offset=False).solve()
+    low, high = found.static.estimates["F_s"].ci95
+    assert low < by_hand.theta["F_s"] < high
+
+
+def test_steps_of_the_force_are_no_shape() -> None:
+    """A force in steps errs alike in both directions: one stroke does not tell of the other that is held out."""
+    for seed in range(4):
+        logs = [replace(log, force=np.round(log.force / 1.3) * 1.3) for log in rig(seed, scatter=0.0)]
+        fit = identify_static([log for log in logs if log.force.any()])
+        assert fit.static.estimates["delta"].fixed
+        assert "friction-ages" not in {notice.code for notice in fit.warnings}
 
 
 def test_directions_that_differ_get_a_map_each_and_can_be_forced_together() -> None:

@@ -142,7 +142,9 @@ def _damping_plant(files: AxisFiles, machine: Path | None, axis: str) -> Any:
 
 def _static(files: AxisFiles, machine: Path | None, axis: str) -> None:
     plant = _damping_plant(files, machine, axis)  # the paper's form: one map
-    found = identify_static(files.log("constant-velocity"), plant=plant, direction="both")
+    found = identify_static(  # in the form of Table 1
+        files.log("constant-velocity"), plant=plant, delta=1.0, direction="both", over_position="off"
+    )
     _left(found, files.static, files.fig_2)
 
 

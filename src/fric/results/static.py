@@ -65,9 +65,9 @@ class StaticResult(IdentifiedFriction):
 def identify_static(
     *logs: Any,
     plant: Any = None,
-    delta: float | str = 1.0,
+    delta: float | str = "auto",
     direction: Literal["auto", "both", "each"] = "auto",
-    over_position: Literal["auto", "off", "on"] = "off",
+    over_position: Literal["auto", "off", "on"] = "auto",
     weights: Literal["error", "equal"] = "error",
     average: Literal["robust", "median"] = "robust",
     form: Literal["auto", "coulomb", "stribeck"] = "auto",

@@ -22,7 +22,7 @@ def static(
             metavar="VALUE|free|auto",
             help="Stribeck shape factor, fixed or free; auto: 1, or free where that predicts held-out strokes better.",
         ),
-    ] = "1",
+    ] = "auto",
     direction: Annotated[
         Literal["auto", "both", "each"],
         typer.Option(help="One map and an offset, a map for each direction, or what predicts held-out strokes better."),
@@ -30,7 +30,7 @@ def static(
     over_position: Annotated[
         Literal["auto", "off", "on"],
         typer.Option(help="Whether to take off what comes again at the same places; auto: where that predicts better."),
-    ] = "off",
+    ] = "auto",
     weights: Annotated[
         Literal["error", "equal"], typer.Option(help="Weigh strokes by their errors and scatter, or all the same.")
     ] = "error",

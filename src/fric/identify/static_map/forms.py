@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.identify.static_map.scatter import Fitted, solve_with_scatter
+from fric.identify.static_map.ageing import aged
+from fric.identify.static_map.scatter import REPEATED, Fitted, solve_with_scatter
 from fric.identify.static_map.stribeck_fit import DELTA_RANGE, Solution, StribeckProblem
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ TOLD = {
     "stribeck": "by eq. (2)",
     "coulomb": "without its fall",
     "delta": "with delta free",
+    "ages": "with an F_s that ages",
     "each": "by a map for each direction",
 }
 """What the forms are called, in the order in which they are told."""
@@ -53,6 +55,8 @@ class HeldOut:
         self.weight, self.form, self.errors = weight, form, dict(errors)
         self.also: dict[str, float] = {}
         """Errors of what was tried beside the forms [N], by what it is called."""
+        self.ages: float | None = None
+        """What F_s grows by with each factor e of the age of the contact [N], where that predicts best."""
 
     def __getitem__(self, form: str) -> float:
         """Return the weighted root mean square error of a form [N]."""
@@ -71,12 +75,51 @@ class HeldOut:
 
 
 def left_out_errors(problem: StribeckProblem, solution: Solution) -> Real:
-    """Return the error at each stroke while it is held out [N], by its leverage (Allen 1974: PRESS), shape (n,)."""
-    J = problem.jacobian(solution.theta) / problem.standard_error[:, None]
+    """Return the error at each stroke while it is held out [N], shape (n,)."""
+    residual = problem.F - problem.model(solution.theta)
+    return by_leverage(problem, residual, problem.jacobian(solution.theta))
+
+
+def by_leverage(problem: StribeckProblem, residual: Real, jacobian: Real) -> Real:
+    """Return what residuals [N] are while their stroke is held out, by its leverage (Allen 1974: PRESS), shape (n,)."""
+    leverage = np.sum(_directions(problem, jacobian) ** 2, axis=1)
+    return np.asarray(residual / np.maximum(1 - leverage, 1e-3))
+
+
+def at_other_speeds(problem: StribeckProblem, plain: tuple[Real, Real], rich: tuple[Real, Real]) -> bool:
+    """Return whether a richer form predicts clearly better where all strokes of a speed are held out together.
+
+    What both directions show at one speed may be a place, or steps of the force: one tells of the other then.
+
+    Parameters
+    ----------
+    problem
+        The strokes.
+    plain, rich
+        Residuals [N] and Jacobian of either form, shapes (n,) and (n, p).
+    """
+    speed = np.abs(problem.v)
+    order = np.argsort(speed)
+    alike = np.split(order, 1 + np.flatnonzero(np.diff(np.log(speed[order])) > np.log1p(REPEATED)))
+    squares: list[list[float]] = []
+    for residual, jacobian in (plain, rich):
+        U, r = _directions(problem, jacobian), residual / problem.standard_error
+        squares.append([])
+        for one in alike:
+            left, axes = np.linalg.eigh(np.eye(len(one)) - U[one] @ U[one].T)
+            squares[-1].append(float(np.sum((axes.T @ r[one] / np.maximum(left, 1e-3)) ** 2)))
+    without, within = np.array(squares)
+    gain, n = without - within, len(alike)
+    spread = np.sqrt(n / (n - 1)) * np.linalg.norm(gain - gain.mean()) if n > 1 else np.inf
+    return bool(gain.sum() > spread and within.sum() < CLEARLY**2 * without.sum())
+
+
+def _directions(problem: StribeckProblem, jacobian: Real) -> Real:
+    """Return the directions in which a fit can move its weighed points, orthonormal, shape (n, p)."""
+    J = jacobian / problem.standard_error[:, None]
     size = np.linalg.norm(J, axis=0)
     Q = np.linalg.svd(J[:, size > 0] / size[size > 0], full_matrices=False)
-    leverage = np.sum(Q.U[:, 1e-9 * Q.S.max() < Q.S] ** 2, axis=1)
-    return np.asarray((problem.F - problem.model(solution.theta)) / np.maximum(1 - leverage, 1e-3))
+    return np.asarray(Q.U[:, 1e-9 * Q.S.max() < Q.S])
 
 
 def at_bound(problem: StribeckProblem, solution: Solution) -> tuple[str, ...]:
@@ -111,14 +154,29 @@ def chosen(fitted: Fitted, *, fall: bool, shape: bool, fixed: bool) -> tuple[Fit
         held_out.errors["coulomb"] = left_out_errors(simple.problem, simple.solution)
         if held_out["coulomb"] <= held_out["stribeck"] or at_bound(plain, solution):
             held_out.form, fitted = "coulomb", simple
+    if not fitted.problem.fall:
+        return fitted, held_out
+    misfit = plain.F - plain.model(solution.theta), plain.jacobian(solution.theta)
+    if plain.swing is None and fitted.between > 0 and plain.degrees_of_freedom >= 5:
+        ageing = aged(plain, solution)
+        better = held_out.better("ages", by_leverage(plain, ageing.residual, ageing.jacobian))
+        clearly = held_out["ages"] < CLEARLY * held_out["stribeck"]
+        if better and clearly and at_other_speeds(plain, misfit, (ageing.residual, ageing.jacobian)):
+            held_out.ages = ageing.rise
     free = replace(plain, delta=None)
-    if shape and fitted.problem.fall and free.degrees_of_freedom >= 3:
+    if (shape or held_out.ages is not None) and free.degrees_of_freedom >= 3:
         freed = _solved(fitted, free, solution, fixed=fixed)
         low, high = DELTA_RANGE
-        inside = low * 1.01 < freed.solution.theta["delta"] < high / 1.01 and not at_bound(free, freed.solution)
+        theta = freed.solution.theta
+        inside = low * 1.01 < theta["delta"] < high / 1.01 and not at_bound(free, freed.solution)
         better = held_out.better("delta", left_out_errors(freed.problem, freed.solution))
-        if better and inside and held_out["delta"] < CLEARLY * held_out["stribeck"]:
-            held_out.form, fitted = "delta", freed
+        if held_out.ages is not None and held_out["delta"] < held_out["ages"]:
+            held_out.ages = None
+        better &= inside and held_out["delta"] < CLEARLY * held_out["stribeck"]
+        if shape and held_out.ages is None and better:
+            without = free.F - free.model(theta), free.jacobian(theta)
+            if at_other_speeds(plain, misfit, without):
+                held_out.form, fitted = "delta", freed
     return fitted, held_out
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isinf, sqrt
+from math import isinf, log, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -84,6 +84,18 @@ def identifiability_warnings(fit: MapFit, motion: Motion) -> list[str]:
                 "Coulomb plus viscous friction with --form coulomb.", "F_c-at-bound", "wrong",
             )
         )  # fmt: skip
+    if (rise := fit.held_out.ages) is not None:
+        newton, slow = si_unit("force", motion), float(np.abs(problem.v).min())
+        plain, ageing = (readable(fit.held_out[form], newton, 3) for form in ("stribeck", "ages"))
+        notices.append(
+            Notice(
+                f"static friction ages: it grows by {readable(rise * log(10.0), newton, 2)} with each tenfold of the "
+                f"time of contact (errors at strokes held out: {ageing} so, {plain} by eq. (2)). F_s is that of "
+                f"strokes down to {readable(slow, si_unit('velocity', motion))}, and too little for an axis that has "
+                "rested: log strokes as slow as it moves at work, and look at break-away after rests.",
+                "friction-ages", "wrong",
+            )
+        )  # fmt: skip
     if fit.left_out:
         unit = si_unit("velocity", motion)
         strokes = ", ".join(f"{p.record} ({readable(p.velocity, unit)})" for p in fit.left_out)
@@ -115,8 +127,9 @@ def identifiability_warnings(fit: MapFit, motion: Motion) -> list[str]:
     if visible and _patterned(problem.v, fit.residual / problem.standard_error):
         notices.append(
             Notice(
-                "the residuals are not noise, they follow the speed: eq. (2) does not describe these strokes wholly. "
-                "Try --delta free or --direction each, and look at the figure.", "residuals-follow-speed", "doubt",
+                "the residuals are not noise, they follow the speed: eq. (2) does not describe these strokes wholly; "
+                "`method` in the file tells which forms were tried. Look at the figure.",
+                "residuals-follow-speed", "doubt",
             )
         )  # fmt: skip
     return notices

@@ -95,7 +95,8 @@ def _beyond(problem: StribeckProblem, solution: Solution, own: NDArray[np.float6
     """Return by how much single strokes stand off a map that all others agree on [N], shape (n,).
 
     They are kept, for they may be the fall of a real drive, and weigh by what they stand off: an axis that hunts
-    between the counts of its encoder sticks now and then, which its logged position does not show.
+    between the counts of its encoder sticks now and then, which its logged position does not show. That takes less
+    force: where both directions take more at one speed, it is the map that is wrong there, and they weigh as all.
     """
     found = 0.0 * own
     least = np.maximum(own, REPEATS * float(np.median(np.abs(problem.F))))
@@ -106,6 +107,7 @@ def _beyond(problem: StribeckProblem, solution: Solution, own: NDArray[np.float6
     for _ in range(10):
         residual = np.abs(problem.F - problem.model(solution.theta))
         stands = residual > STANDING * np.maximum(least, MAD_TO_SIGMA * float(np.median(residual)))
+        stands &= ~_mirrored(problem, stands & (np.abs(problem.F) > np.abs(problem.model(solution.theta))))
         before, found = found, np.where(stands, residual, 0.0)
         if np.count_nonzero(stands) > MOST_OUTLYING * len(own):
             return 0.0 * own  # it is the map that is wrong
@@ -114,6 +116,12 @@ def _beyond(problem: StribeckProblem, solution: Solution, own: NDArray[np.float6
         error = np.hypot(own, found)
         solution, _ = solve_with_scatter(replace(problem, standard_error=error), error, fixed=False)
     return found
+
+
+def _mirrored(problem: StribeckProblem, some: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which of some strokes have another of them beside them at their speed, in the other direction."""
+    v = np.where(some, problem.v, np.nan)
+    return np.asarray(np.any(np.abs(v[:, np.newaxis] + v) <= REPEATED * np.abs(v), axis=0))
 
 
 def _outlying(
