@@ -78,12 +78,12 @@ def write_tuned(
         if isinstance(axis.get("observer"), dict):  # its G_n is the nominal plant
             axis["observer"] = {key: part for key, part in axis["observer"].items() if key not in ("A", "B")}
         if one.loop:
-            axis |= _loop(one, axis)
+            axis |= _loop(one)
         tree["axes"] = {**tree["axes"], name: axis}
     content = {
         key: part for key, part in tree.items() if key not in ("fric", "warnings", "warnings_coded", "provenance")
     }
-    made = MachineDocument.made(_plain(content, folder), notices=found.warnings, also=_sources(found.tests))
+    made = MachineDocument.made(_plain(content), notices=found.warnings, also=_sources(found.tests))
     written = made.tree()
     for name in found.axes:
         if found.axes[name].improves:
@@ -102,7 +102,7 @@ def _feedforward(name: str, one: TunedAxis) -> dict[str, Any]:
     return {"lead": "auto", "friction": f"{name}.yaml", **share}
 
 
-def _loop(one: TunedAxis, axis: dict[str, Any]) -> dict[str, Any]:
+def _loop(one: TunedAxis) -> dict[str, Any]:
     """Return the gains of a loop that was designed anew, as parts of an axis."""
     own, watch = one.axis.cascade, one.axis.observer
     gains = {
@@ -116,7 +116,7 @@ def _loop(one: TunedAxis, axis: dict[str, Any]) -> dict[str, Any]:
     return {"controller": gains, "observer": {"filter": watch.q.name, "cutoff": cutoff}}
 
 
-def _plain(content: dict[str, Any], folder: Path) -> dict[str, Any]:
+def _plain(content: dict[str, Any]) -> dict[str, Any]:
     """Return the machine with the files that it names read, to be checked."""
     axes = {}
     for name, part in content["axes"].items():

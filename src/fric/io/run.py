@@ -159,7 +159,7 @@ def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
                 f"holds {found}, not {FORMAT}", where=str(path), hint="Give a file of `fric simulate circle`."
             )
         with foreign(path, AGAIN, lacking=True):
-            return [_read(name, group, traces) for name, group in file.items() if name != MONTE_CARLO]
+            return [_read(group, traces) for name, group in file.items() if name != MONTE_CARLO]
 
 
 def read_run_provenance(path: Path) -> dict[str, Any]:
@@ -217,7 +217,7 @@ def _write(group: h5py.Group, name: str, values: NDArray[np.float64], unit: str)
     dataset.attrs["unit"] = unit
 
 
-def _read(name: str, group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
+def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     attributes = {key: _plain(value) for key, value in group.attrs.items()}
     scheme = Scheme.of({key[7:]: value for key, value in attributes.items() if key.startswith("scheme_")})
     traces = {

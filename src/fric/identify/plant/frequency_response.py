@@ -134,7 +134,7 @@ def measure_response(
     if np.ptp(u) == 0:
         raise FricError("the input does not move", where=record.where, hint="Log an excitation.")
     if segment is None:
-        samples = _period(record, u, sampling) if period is None else round(period * sampling)
+        samples = _period(record, u) if period is None else round(period * sampling)
         if samples is not None:
             return _over_periods(record, u, z, samples, sampling, driven)
     return _over_segments(record, u, z, segment, sampling)
@@ -159,7 +159,7 @@ def _table(record: FrequencyResponse) -> MeasuredResponse:
     return MeasuredResponse(table, "table", "a table", 0, warnings=tuple(warnings))
 
 
-def _period(record: Log, u: NDArray[np.float64], sampling: float) -> int | None:
+def _period(record: Log, u: NDArray[np.float64]) -> int | None:
     """Return the period of what drives the axis in samples: of the reference where it has one, or of the input."""
     r = record.reference
     found = find_period(np.diff(r)) if r is not None and _accelerates(r) else None

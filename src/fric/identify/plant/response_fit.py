@@ -204,7 +204,7 @@ def solve(
             return np.concatenate([_residual(form, x, lines, a) for lines, a in zip(sets, added, strict=True)])
 
         return optimize.least_squares(
-            residual, start, jac="3-point", bounds=(lower, upper), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12,
+            residual, start, jac="3-point", bounds=(lower, upper), x_scale=scale, xtol=1e-10, ftol=1e-10, gtol=1e-10,
         )  # fmt: skip
 
     added = [0.0] * len(sets) if misfits is None else list(misfits)
