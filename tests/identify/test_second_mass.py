@@ -103,6 +103,14 @@ def test_two_amplitudes_tell_the_lines_that_are_driven() -> None:
         assert float(fit.estimates["B"]) == pytest.approx(rubbing.B, rel=0.03)
 
 
+def test_a_period_is_not_three_of_them_where_noise_is_less_alike() -> None:
+    """A multisine with a bit of what does not repeat: some multiple is alike by chance, the shortest is the period."""
+    rng, time = np.random.default_rng(2), np.arange(16000) / 4000
+    x = sum(np.cos(2 * np.pi * f * time + rng.uniform(0, 6)) for f in range(2, 500, 12))
+    drift = 0.04 * np.sin(2 * np.pi * time / 1.5)  # alike after three periods alone
+    assert find_period(x + drift) == 2000
+
+
 def test_the_period_of_sparse_lines_is_not_that_of_the_highest() -> None:
     """Twelve lines from 2 to 400 Hz are alike to 0.4 % after 85 ms, and altogether after a second."""
     for count in (8, 12, 16):

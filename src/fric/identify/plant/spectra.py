@@ -84,7 +84,7 @@ def find_period(values: Real) -> int | None:
     if not peaks.size:
         return None
     unlike = np.array([np.mean((x[lag:] - x[:-lag]) ** 2) for lag in peaks])
-    return int(peaks[np.argmax(unlike <= 1.1 * unlike.min() + 1e-6 * np.mean(x**2))])
+    return int(peaks[np.argmax(unlike <= 1.1 * unlike.min() + 1e-4 * np.mean(x**2))])
 
 
 def period_spectra(input: Real, position: Real, period: int, sampling: float) -> Spectra:
