@@ -30,6 +30,9 @@ def held(seed: int, *, both: bool, near: float = NEAR) -> dict[str, bool]:
     found = diagnose(tests)
     lengths = {"m": 1.0, "1": 0.03, "rad": 0.03}
     result = {}
+    for name, truth in zip("xy", faults.lag, strict=True):
+        low, high = found.lag[name].ci95
+        result[f"lag {name}"] = bool(abs(found.lag[name].value - truth) * 0.1 <= near or low <= truth <= high)
     for name, truth in truths(faults).items():
         one = found.geometry[name]
         low, high = one.ci95
@@ -52,7 +55,7 @@ def test_the_intervals_alone_hold_known_faults_in_93_to_98_percent_of_200_seeds(
     found = [held(seed, both=seed % 2 == 0, near=0.0) for seed in range(200)]
     both = found[::2]  # one direction leaves these two open
     told = {
-        name: np.mean([one[name] for one in (both if name in {"mismatch", "squareness"} else found)])
+        name: np.mean([one[name] for one in (both if name in {"mismatch", "squareness", "lag x", "lag y"} else found)])
         for name in found[0]
     }  # fmt: skip
     assert 0.93 <= np.mean(list(told.values())) <= 0.98
@@ -68,7 +71,8 @@ def test_without_noise_everything_is_exact():
         assert one.value == pytest.approx(truth, abs=2e-9 if one.unit == "m" else 1e-7), name
     for glitch in found.glitches.values():
         assert abs(glitch.value) < 5e-9
-    assert found.lag["x"] == pytest.approx(30e-6, abs=2e-6)
+    assert found.lag["x"].value == pytest.approx(30e-6, abs=0.1e-6)
+    assert found.lag["y"].value == pytest.approx(10e-6, abs=0.1e-6)
 
 
 def test_what_repeats_with_the_pitch_is_found_and_disturbs_nothing_else():
@@ -94,12 +98,15 @@ def test_one_direction_leaves_mismatch_and_squareness_open_and_says_so():
     found = diagnose([circle(faults, rng)])
     assert np.isinf(found.geometry["mismatch"].ci95).all()
     assert np.isinf(found.geometry["squareness"].ci95).all()
+    assert np.isinf(found.lag["x"].ci95).all()  # squareness makes one too
     assert "mismatch-or-squareness" in {warning.code for warning in found.warnings}
     # the sum of both is what is told: F·τ/2 - R·β/2
     assert found.geometry["mismatch"].value == pytest.approx(1.5e-6 - 0.6e-6, abs=0.05e-6)
     own = diagnose([circle(Faults(lag=(30e-6, 0.0)), rng, instrument="encoders")])
     assert own.geometry["mismatch"].value == pytest.approx(1.5e-6, abs=0.05e-6)
     assert np.isfinite(own.geometry["mismatch"].ci95).all()
+    low, high = own.lag["x"].ci95
+    assert low < 30e-6 < high < low + 3e-6
 
 
 def bar(angle: np.ndarray, deviation: np.ndarray) -> MeasuredCircle:

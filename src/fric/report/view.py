@@ -261,6 +261,8 @@ def _next_step(inputs: ReportInput) -> str:
     if not frictions:
         return "No friction and no run was given. Begin with `fric identify static` on strokes at constant velocity."
     step = "" if has_gms else "The friction has no pre-sliding part yet; `fric identify gms` finds it from slow sines. "
+    if all(item.motion == "rotary" for item in frictions):
+        return step + "What a compensation leaves is told by a circle of two linear axes, and this axis is rotary."
     return (
         step + "To see which compensation leaves how large a glitch, run `fric simulate circle MACHINE.yaml --friction "
         f"{frictions[0].axis}=FRICTION.yaml -o RUN.h5` and give RUN.h5 to `fric report` too."

@@ -95,7 +95,7 @@ class DiagnosisResult(Result):
             rows += [_row(f"{what} {name}", document[what][name], unit, offset) for name in found.test.names]
         rows.append(_row("mismatch of the loops", document["mismatch"], "µm"))
         rows.append(_row("squareness", document["squareness"], "µrad"))
-        rows += [[f"lag {name}", f"{lag * 1e3:.4f}", "", "ms"] for name, lag in found.lag.items()]
+        rows += [_row(f"lag {name}", lag, "µs") for name, lag in document["lag"].items()]
         for one in document["pitch"]:
             pitch = readable(one["pitch"]["value"], "m")
             rows.append(_row(f"repeats every {pitch} of {one['axis']}", one["amplitude"], "µm"))

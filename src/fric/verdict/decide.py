@@ -116,7 +116,7 @@ def doubts(evidence: Evidence) -> Iterator[Notice]:
     elif evidence.machines < FEW:
         text = f"{evidence.machines} machines were drawn: 95 % of so few is a guess"
         yield Notice(text, "few-machines", "doubt")
-    if not evidence.compared:
+    if not evidence.compared and not evidence.rotary:
         yield Notice("there is no measured circle to hold the simulation against", "no-measured-circle", "doubt")
     yield from dict.fromkeys(one for one in evidence.notices if one.severity == "wrong")
     yield from evidence.distrust

@@ -147,6 +147,7 @@ class Evidence:
     machine: str = "MACHINE.yaml"
     circle: str = "CIRCLE.h5"
     command: str = ""
+    rotary: bool = False
 
     @property
     def machines(self) -> int:

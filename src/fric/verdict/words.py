@@ -46,6 +46,8 @@ def nothing(evidence: Evidence) -> str:
             f"No scheme is recommended: the measured circle is not what this machine file predicts "
             f"({evidence.disagreements[0]}). Explain that first."
         )
+    if evidence.rotary:
+        return "No scheme is recommended: what one leaves is told by a circle, and that takes two linear axes."
     if not evidence.candidates:
         return "No scheme is recommended: nothing was simulated."
     return "No scheme is recommended: something forbids each that was run."
@@ -54,6 +56,9 @@ def nothing(evidence: Evidence) -> str:
 def steps(evidence: Evidence, chosen: Candidate | None, *, passes: bool | None = None) -> Iterator[str]:
     """Yield what to type next, the most urgent first."""
     machine, circle = evidence.machine, evidence.circle
+    if evidence.rotary:
+        yield f"fric export c {machine} --axis {evidence.axes[0] if evidence.axes else 'c'} --scheme c -o controller"
+        return
     if evidence.disagreements:
         yield f"fric diagnose {circle} --machine {machine} --plot circle.png"
         yield f"fric tune {machine} {circle} -o tuned"

@@ -16,6 +16,7 @@ from fric.identify.circle.geometry import BEFORE, FIRST, LARGEST, Geometry, colu
 from fric.identify.circle.glitches import Glitch, Pulse, glitch_of, noise_of, pulses, smoothed
 from fric.identify.circle.identifiability import identifiability_warnings
 from fric.identify.circle.iso230 import Iso230, iso230
+from fric.identify.circle.lag import lags
 from fric.identify.circle.pitch import Periodic, periodic_errors
 from fric.identify.circle.revolutions import Revolutions, revolutions
 from fric.identify.records.resolution import lattice_step
@@ -42,7 +43,7 @@ class Diagnosis:
         By name: ``centre.AXIS`` [m], ``scale.AXIS`` [1], ``backlash.AXIS`` [m], ``mismatch`` [m], ``squareness``
         [rad], each with its 95 % interval; open where the test does not tell it.
     lag
-        Time by which each axis is behind its reference [s]; empty where no reference was recorded.
+        Time by which each axis is behind its reference [s], with its 95 % interval; none of an axis without reference.
     glitches
         Per quadrant, of the first test; ``all_glitches`` holds those of every test.
     all_glitches
@@ -62,7 +63,7 @@ class Diagnosis:
 
     tests: tuple[Revolutions, ...]
     geometry: Mapping[str, Estimate]
-    lag: Mapping[str, float]
+    lag: Mapping[str, Estimate]
     all_glitches: tuple[Mapping[str, Glitch], ...]
     periodic: tuple[tuple[Periodic, Estimate], ...]
     figures: Iso230
@@ -153,7 +154,7 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     noise = float(np.median(noises))
     notices = identifiability_warnings(tests, turns, geometry, both, behind, float(LARGEST))
     return Diagnosis(
-        turns, geometry, _lags(turns), found, periodic, iso230(turns), _rms_of_parts(outside),
+        turns, geometry, lags(turns, behind, fit), found, periodic, iso230(turns), _rms_of_parts(outside),
         float(np.mean(known)) if known else None, noise, tuple(fit.model(one, n) for n, one in enumerate(turns)),
         notices,
     )  # fmt: skip
@@ -270,8 +271,3 @@ def _resolution(test: MeasuredCircle) -> float:
         assert test.deviation is not None
         return lattice_step(test.deviation) or 0.0
     return max(lattice_step(test.axis(name).position) or 0.0 for name in test.names)
-
-
-def _lags(turns: Sequence[Revolutions]) -> dict[str, float]:
-    names = turns[0].lag
-    return {name: float(np.mean([one.lag[name] for one in turns if name in one.lag])) for name in names}

@@ -40,7 +40,7 @@ def diagnosis_document(found: Diagnosis) -> dict[str, Any]:
         "squareness": geometry["squareness"].as_dict(),
         "backlash": per_axis("backlash"),
         "mismatch": geometry["mismatch"].as_dict(),
-        "lag": {name: plain(value, "s") for name, value in found.lag.items()},
+        "lag": {name: value.as_dict() for name, value in found.lag.items()},
         "glitch": glitches(found.glitches),
         "glitch_of": {
             directions[one.test.direction]: glitches(of)

@@ -48,6 +48,7 @@ class Geometry:
     many: int
     both: bool
     fade: float
+    bend: float
 
     def model(self, turns: Revolutions, n: int) -> NDArray[np.float64]:
         """Return what is explained of a test, shape (n,) [m]."""
@@ -148,18 +149,18 @@ def fit_geometry(
     basis = np.linalg.qr(X)[0]
     beside = d - basis @ (basis.T @ d)
 
-    def tails_of(fade: float, bend: float) -> NDArray[np.float64]:
+    def all_tails(fade: float, bend: float) -> NDArray[np.float64]:
         """Return tails and their derivatives to ln λ and κ, shape (3, n, 4·tests)."""
         tails = np.zeros((3, len(d), 4 * many))
         end = 0
         for n, (one, _) in enumerate(parts):
-            tails[:, end : end + len(one.angle), 4 * n : 4 * n + 4] = _tails(one, behind[n], fade, bend)
+            tails[:, end : end + len(one.angle), 4 * n : 4 * n + 4] = tails_of(one, behind[n], fade, bend)
             end += len(one.angle)
         return tails
 
     def left(fade: float) -> float:
         """Return the sum of squares that geometry and exponential tails leave."""
-        tails = tails_of(fade, 0.0)[0]
+        tails = all_tails(fade, 0.0)[0]
         tails -= basis @ (basis.T @ tails)
         gram, score = tails.T @ tails, tails.T @ beside
         gram += 1e-9 * (np.trace(gram) + 1e-300) * np.eye(len(gram))
@@ -167,7 +168,7 @@ def fit_geometry(
 
     shape = np.array([np.log(FADES[np.argmin([left(fade) for fade in FADES])]), 0.0])
     for _ in range(STEPS):
-        tails, *slopes = tails_of(float(np.exp(shape[0])), shape[1])
+        tails, *slopes = all_tails(float(np.exp(shape[0])), shape[1])
         columns = np.hstack([X, tails])
         values, *_ = np.linalg.lstsq(columns, d, rcond=None)
         residual = d - columns @ values
@@ -192,7 +193,15 @@ def fit_geometry(
     # what a tail's shape misses is alike from one reversal to the next: as many stretches as that are independent
     freedom = min(len(d) - p, sum(len(pieces) for _, pieces in parts) - 1)
     return Geometry(
-        _names(many, both, len(lines)), values[:p], covariance[:p, :p], freedom, tuple(lines), many, both, fade
+        _names(many, both, len(lines)),
+        values[:p],
+        covariance[:p, :p],
+        freedom,
+        tuple(lines),
+        many,
+        both,
+        fade,
+        float(shape[1]),
     )
 
 
@@ -207,7 +216,7 @@ def _means(turns: Revolutions, used: NDArray[np.intp], every: int) -> tuple[Revo
     return means, [len(part) // every for part in stretches]
 
 
-def _tails(turns: Revolutions, behind: Mapping[str, float], fade: float, bend: float) -> NDArray[np.float64]:
+def tails_of(turns: Revolutions, behind: Mapping[str, float], fade: float, bend: float) -> NDArray[np.float64]:
     """Return the tails of the four glitches, each 1 where it begins, and derivatives to ln λ and κ, shape (3, n, 4)."""
     tails = []
     for n, name in enumerate(QUADRANTS):

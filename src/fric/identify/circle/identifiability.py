@@ -47,7 +47,7 @@ def identifiability_warnings(
         warnings.append(Notice(text, "squareness-unseen", "note"))
     moved = [name for name in test.names if not _holds_zero(geometry[f"backlash.{name}"])]
     if moved:
-        warnings.append(_lost_motion(test, moved, bool(turns[0].lag)))
+        warnings.append(_lost_motion(test, moved, bool(turns[0].errors)))
     if test.is_ball_bar:
         text = (
             "a ball bar alone tells no lag of an axis, and scale only as far as its own length is calibrated: an error "

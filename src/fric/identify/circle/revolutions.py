@@ -14,7 +14,7 @@ from fric.errors import FricError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.identify.circle.measured import AxisTrace, MeasuredCircle
+    from fric.identify.circle.measured import MeasuredCircle
 
 STEADY = 0.01
 """Relative deviation of the feed from its median up to which a motion is steady."""
@@ -179,15 +179,15 @@ class Revolutions:
         Radial deviation from the nominal circle [m], shape (n,).
     turn
         Number of the revolution that each sample is of, shape (n,).
-    lag
-        Time by which each axis is behind its reference [s], by name; empty where no reference was recorded.
+    errors
+        Reference less position of each axis [m], by name, shape (n,); none of an axis without reference.
     """
 
     test: MeasuredCircle
     angle: NDArray[np.float64]
     deviation: NDArray[np.float64]
     turn: NDArray[np.intp]
-    lag: dict[str, float]
+    errors: dict[str, NDArray[np.float64]]
 
     @property
     def count(self) -> int:
@@ -224,7 +224,7 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
     FricError
         When there is no whole revolution.
     """
-    lag: dict[str, float] = {}
+    errors: dict[str, NDArray[np.float64]] = {}
     if test.angle is not None and test.deviation is not None:
         angle, deviation = np.unwrap(test.angle), test.deviation
         inside = slice(0, len(angle))
@@ -238,9 +238,9 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
             a, b, _ = fit_circle(x, y)
             angle = np.unwrap(np.arctan2(y - b, x - a))
         inside = steady(first.time, angle)
-        if first.reference is not None and second.reference is not None:
-            for name, trace in zip(test.names, (first, second), strict=True):
-                lag[name] = _lag(trace.part(inside))
+        for name, trace in zip(test.names, (first, second), strict=True):
+            if trace.reference is not None:
+                errors[name] = trace.reference - trace.position
         deviation = np.hypot(x - a, y - b) - test.radius
     angle, deviation = angle[inside], deviation[inside]
     turned = np.abs(angle[-1] - angle)
@@ -253,13 +253,5 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
         )  # fmt: skip
     start = int(np.flatnonzero(turned >= 2 * pi * whole - spare)[-1])
     turn = np.minimum((np.abs(angle[start:] - angle[start]) / (2 * pi) + 1e-9).astype(np.intp), whole - 1)
-    return Revolutions(test, angle[start:], deviation[start:], turn, lag)
-
-
-def _lag(trace: AxisTrace) -> float:
-    """Return the time by which position is behind reference [s]: what of the error goes with velocity."""
-    assert trace.reference is not None
-    velocity = np.gradient(trace.reference, trace.time)
-    error = trace.reference - trace.position
-    basis = np.column_stack([velocity, np.ones_like(velocity), trace.reference, np.sign(velocity)])
-    return float(np.linalg.lstsq(basis, error, rcond=None)[0][0])
+    errors = {name: error[inside][start:] for name, error in errors.items()}
+    return Revolutions(test, angle[start:], deviation[start:], turn, errors)
