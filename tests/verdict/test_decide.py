@@ -139,3 +139,11 @@ def test_waves_of_a_guideway_are_no_limit_cycle(name: str):
     given = evidence(*candidates_of([run_circle(machine, PAPER_SCHEMES[one]) for one in "acd"]))
     assert max(one.oscillation for one in given.candidates) > 0.5 * UM
     assert not any(forbidden(one, given) for one in given.candidates)
+
+
+def test_a_rotary_axis_is_not_told_to_simulate_a_circle():
+    found = decide(Evidence(axes=("z",), rotary=True))
+    assert found.choice is None
+    assert "two linear axes" in found.headline
+    assert not found.next
+    assert not any("circle" in text for text in found.why)

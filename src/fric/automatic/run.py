@@ -43,6 +43,8 @@ class AutoResult(Result):
         Steps there are, and how many had to be run.
     page
         The report; None where there was nothing to report.
+    rotary
+        Whether all axes are rotary.
     """
 
     folder: Path
@@ -51,6 +53,7 @@ class AutoResult(Result):
     steps: int
     made: int
     page: Report | None
+    rotary: bool = False
 
     @property
     def warnings(self) -> Sequence[str]:
@@ -69,7 +72,9 @@ class AutoResult(Result):
 
     def _decided(self) -> Verdict:
         inputs = self.page.inputs if self.page else None
-        return inputs.verdict(inputs.tests[-1]) if inputs and inputs.tests else decide(Evidence())
+        if inputs and inputs.tests:
+            return inputs.verdict(inputs.tests[-1])
+        return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary))
 
     def report(self) -> list[Piece]:
         """Return what was done and is missing of each axis, and the verdict."""
@@ -161,7 +166,8 @@ def auto(
     words = {name: {"done": one["done"], "missing": one["missing"]} for name, one in axes.items()}
     failed = [f"{name}: {text}" for name, text in session.failed.items() if name.partition(":")[0] not in axes]
     told = list(dict.fromkeys(found.description + failed))
-    return AutoResult(folder, words, told, session.steps, session.made, page)
+    rotary = bool(axes) and all(one["motion"] == "rotary" for one in axes.values())
+    return AutoResult(folder, words, told, session.steps, session.made, page, rotary)
 
 
 def _machine(session: Session, axes: dict[str, dict[str, Any]], given: Path | None) -> Path | None:

@@ -133,6 +133,8 @@ class Evidence:
         Names of the machine's file and of the measured circle's, for what to type next.
     command
         The command that simulated; empty where it is not known.
+    rotary
+        Whether all axes are rotary, which no circle is of.
     """
 
     candidates: Sequence[Candidate] = ()

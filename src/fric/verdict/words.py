@@ -57,7 +57,6 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, passes: bool | None =
     """Yield what to type next, the most urgent first."""
     machine, circle = evidence.machine, evidence.circle
     if evidence.rotary:
-        yield f"fric export c {machine} --axis {evidence.axes[0] if evidence.axes else 'c'} --scheme c -o controller"
         return
     if evidence.disagreements:
         yield f"fric diagnose {circle} --machine {machine} --plot circle.png"
