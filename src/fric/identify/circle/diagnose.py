@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 ROUNDS = 4
 """How often what a glitch covers is looked at again."""
+SHARE = 2e-3
+"""Of the largest glitch, what the tails of glitches may miss: what repeats by less is not told from that."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +143,10 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
         fit = fit_geometry(turns, behind, lines, both)
         if settled:
             break
-    seen = [line for n, line in enumerate(lines) if _is_seen(fit.amplitude(n))]
+    least = SHARE * max(
+        float(np.abs(pulse.rest).max()) for n, one in enumerate(turns) for pulse in _pulses_of(one, fit, n).values()
+    )
+    seen = [line for n, line in enumerate(lines) if _is_seen(fit.amplitude(n), least)]
     if len(seen) < len(lines):
         lines = seen
         fit = fit_geometry(turns, behind, lines, both)
@@ -160,10 +165,10 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     )  # fmt: skip
 
 
-def _is_seen(amplitude: Estimate) -> bool:
-    """Return whether an amplitude is three times the half-width of its interval."""
+def _is_seen(amplitude: Estimate, least: float) -> bool:
+    """Return whether an amplitude is three times the half-width of its interval, and more than a least one [m]."""
     assert isinstance(amplitude.ci95, tuple)
-    return float(amplitude) > 3 * (float(np.max(amplitude.ci95)) - float(amplitude))
+    return float(amplitude) > max(3 * (float(np.max(amplitude.ci95)) - float(amplitude)), least)
 
 
 def both_directions(tests: Sequence[MeasuredCircle], feed: float | None = None) -> list[MeasuredCircle]:
