@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fric.documents.provenance import provenance
@@ -60,11 +61,13 @@ def summary_of(
     """Return the summary of what a page tells."""
     names = dict.fromkeys(str(test.provenance.get("machine", "")) for test in inputs.tests)
     machine = "; ".join(filter(None, names)) or (machine_name(inputs.machine) if inputs.machine else "")
-    files = [*(item.source for item in inputs.items), *(test.source for test in inputs.tests)]
+    files = [Path(inputs.machine).name] if inputs.machine else []
+    files += [*(item.source for item in inputs.items), *(test.source for test in inputs.tests)]
     files += [*(one.source for one in inputs.circles), *(name for name, _ in inputs.logs)]
     made = datetime.fromisoformat(str(provenance()["created"]))
     facts = [("machine", machine)] if machine else []
-    facts += [("axes", ", ".join(inputs.axes()))] if inputs.axes() else []
+    axes = dict.fromkeys([*inputs.axes(), *(name for test in inputs.tests for name in test.axes)])
+    facts += [("axes", ", ".join(axes))] if axes else []
     facts += [("date", f"{made:%Y-%m-%d}"), ("files", ", ".join(dict.fromkeys(files)))]
     if inputs.tolerance is not None:
         facts.append(("tolerance", f"glitch within {readable(inputs.tolerance, 'm')}"))
