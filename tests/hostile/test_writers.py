@@ -17,9 +17,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import fric
+from fric.automatic.fleet import Unit, UnitOutcome
+from fric.automatic.result import FleetResult
 from fric.automatic.session import Session
 from fric.cli.console import finish
 from fric.errors import FricError
@@ -32,6 +35,7 @@ from fric.io.propose import propose
 from fric.io.report import write_report
 from fric.reproduce.step_cache import StepCache
 from fric.results.export import export_axis
+from fric.simulate.path import PointPath
 from tests.fuzz.kills import halves
 
 ROOT = Path(__file__).parents[2]
@@ -127,6 +131,47 @@ def _table() -> Any:
     return fric.learn(_tests()[0], machine="xy-table").table
 
 
+@cache
+def learned() -> Any:
+    return fric.learn("xy-table", rounds=2, radius="2 mm", velocity="100 mm/s")
+
+
+@cache
+def planned() -> Any:
+    found = fric.plan(stroke="300 mm", feed="100 mm/s", machine="xy-table", draws=2)
+    few = {name: dict(list(files.items())[:2]) for name, files in found.files().items()}
+    object.__setattr__(found, "files", lambda: few)  # made once: there are hundreds of operations as it is
+    return found
+
+
+@cache
+def mapped() -> Any:
+    return fric.circle_map("xy-table", "a", feeds=[0.05], radii=[0.005], workers=1)
+
+
+@cache
+def followed() -> Any:
+    turn = np.linspace(0.0, 2 * np.pi, 40)
+    return fric.path("xy-table", PointPath(0.002 * np.cos(turn), 0.001 * np.sin(turn), 0.05), "a")
+
+
+@cache
+def diagnosed() -> Any:
+    return fric.diagnose(*_tests())
+
+
+@cache
+def tuned() -> Any:
+    slow = fric.circle("xy-table", "f", radius="5 mm", velocity="20 mm/s")
+    return fric.tune("xy-table", *(measured_from_run(run, "run.h5") for run in slow.runs))
+
+
+def _fleet(folder: Path) -> None:
+    axes = {"x": {"done": ["static map"], "missing": [], "documents": {}}}
+    units = [Unit("m1", f"2026-0{n}", folder) for n in (1, 2)]
+    FleetResult(folder, [UnitOutcome(one, axes, ("a note",)) for one in units], []).write()
+
+
 def _both(folder: Path) -> None:
     finish(lambda _: static(), folder / "f.yaml", folder / "f.svg")
 
@@ -161,16 +206,20 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "simulate circle": lambda to: circle().save(to / "run.h5"),
     "simulate experiment": lambda to: write_logs(to / "log.h5", read_logs(DATA / "presliding-sine.h5")[:1]),
     "learn table": lambda to: write_feedforward(to / "next.h5", _table(), "{}"),
+    "simulate map": lambda to: mapped().save(to / "map.yaml"),
+    "simulate path": lambda to: followed().save(to / "path.h5"),
+    "learn --rounds": lambda to: learned().save(to / "rounds.h5"),
+    "diagnose": lambda to: diagnosed().save(to / "diagnosis.yaml"),
+    "plan": lambda to: planned().save(to / "plan"),
+    "fleet": _fleet,
     "report": lambda to: write_report(to / "report.html", "<!doctype html><html>" + "a" * 20_000 + "</html>\n"),
     "example": lambda to: fric.example("xy-table", output=to / "example"),
     "auto": _session,
     "steps": _step,
-    **{
-        f"export {name}": (lambda to, name=name: exported(name).save(to / name, force=True))
-        for name in targets()
-        if name != "fmi"
-    },
+    **{f"export {name}": (lambda to, name=name: exported(name).save(to / name, force=True)) for name in targets()},
 }
+SLOW: dict[str, Callable[[Path], object]] = {"tune": lambda to: tuned().save(to / "tuned")}
+"""Writers of what takes over ten seconds to make."""
 
 
 def _files(folder: Path) -> dict[str, bytes]:
@@ -179,7 +228,7 @@ def _files(folder: Path) -> dict[str, bytes]:
 
 def _fails_everywhere(name: str, folder: Path, numbers: Callable[[int], Iterator[int]]) -> None:
     """Let the n-th operation of a writer fail, for some n; then let it work."""
-    write, prepare = WRITERS[name], PREPARED.get(name, lambda to: None)
+    write, prepare = (WRITERS | SLOW)[name], PREPARED.get(name, lambda to: None)
     prepare(folder)
     before = _files(folder)
     with faults(folder, 0) as counted:
@@ -217,6 +266,6 @@ def test_a_writer_that_meets_a_full_disk_leaves_nothing(tmp_path: Path, name: st
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("name", WRITERS | SLOW)
 def test_whichever_operation_of_a_writer_fails_it_leaves_nothing(tmp_path: Path, name: str) -> None:
     _fails_everywhere(name, tmp_path, lambda last: iter(range(1, last + 1)))

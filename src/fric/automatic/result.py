@@ -15,7 +15,7 @@ from fric.automatic.session import Run
 from fric.documents.fleet import FleetDocument
 from fric.documents.yaml import write_document
 from fric.estimate import Estimate
-from fric.output import staged
+from fric.output import staged, together
 from fric.report.page import environment
 from fric.results.base import Result
 from fric.results.text import Piece, Table
@@ -107,13 +107,15 @@ class FleetResult(Result):
 
     def write(self) -> None:
         """Write the page and the fleet file into the folder."""
-        write_document(self.folder / "fleet.yaml", self.document, force=True)
+        document, target = self.folder / "fleet.yaml", self.folder / "fleet.html"
         page = environment().get_template("fleet.html.j2").render(
             fleet=self, level=LEVEL, shown=SHOWN, rows=self.values(),
             unchanged=[one for one in self.drifts if not one.changed and one.change.verdict == "moved"][:50],
         )  # fmt: skip
-        with staged(self.folder / "fleet.html", force=True) as draft:
+        with together(document) as made, staged(target, force=True) as draft:
             draft.write_text(page, encoding="utf-8")
+            write_document(document, self.document, force=True)
+            made.append(document)
 
 
 def _shown(entry: Any) -> str:

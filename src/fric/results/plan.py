@@ -124,10 +124,8 @@ class PlanResult(Result):
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write a folder: plan.yaml, and a folder of programs for each dialect."""
-        folder = Path(path)
-        write_folder(folder, {"plan.yaml": dump(self.document)}, force=force)
-        for name, files in self.files().items():
-            write_folder(folder / name, files, force=force)
+        programs = {f"{name}/{file}": text for name, files in self.files().items() for file, text in files.items()}
+        write_folder(Path(path), {"plan.yaml": dump(self.document), **programs}, force=force)
 
 
 def spread(one: Expected) -> str:
