@@ -20,12 +20,13 @@ from fric.errors import FricError
 from fric.io.hdf5 import write_logs
 from tests.fuzz.reading import READ, AbsurdError, changed_values
 from tests.fuzz.whole import archive_of, members, whole_files
+from tests.fuzz.words import changed_words
 
 SECONDS, MEMORY = 60, 2 << 30
 BATCH = 100
 """Inputs that one process takes: one that dies tells which it was."""
 WEIGHTS = {
-    "yaml": 0.25, "values": 0.1, "machine": 0.3, "log": 4.0, "run": 8.0, "circle": 4.0, "report": 6.0,
+    "yaml": 0.25, "values": 0.1, "machine": 0.3, "words": 1.0, "log": 4.0, "run": 8.0, "circle": 4.0, "report": 6.0,
     ".mf4": 0.2, ".mat": 0.1, ".tdms": 3.0, ".mcap": 3.0, ".db3": 3.0, ".bag": 3.0, ".parquet": 3.0, ".xml": 3.0,
 }  # fmt: skip
 """Inputs of a kind, or of files of an ending, beside those of another: by what they cost."""
@@ -79,6 +80,8 @@ def replayed(kind: str, source: Path, seed: int, n: int) -> bytes:
         with tempfile.TemporaryDirectory() as folder:
             write_logs(Path(folder) / "log.h5", changed_values(source, rng))
             return (Path(folder) / "log.h5").read_bytes()
+    if kind == "words":
+        return changed_words(source, rng)
     whole, inside = source.read_bytes(), n % 2 == 0
     if inside and source.suffix == ".gz":
         return gzip.compress(mutated(gzip.decompress(whole), rng), mtime=0)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import fric
-from fric.control.scheme import choose_schemes
+from fric.control.scheme import Scheme, choose_schemes
 from fric.documents import document_types
 from fric.documents.machine_files import read_machine
 from fric.documents.mapping import MappingDocument
@@ -27,10 +27,7 @@ from fric.io.run import read_drawn, read_run_provenance, read_runs
 from fric.log import Log
 from fric.report.collect import collect
 from fric.simulate.circle import Circle, run_circle
-
-
-class AbsurdError(AssertionError):
-    """A result that cannot be, without a warning."""
+from tests.fuzz.words import AbsurdError, run_words
 
 
 def _mapping(**columns: dict[str, object]) -> MappingDocument:
@@ -96,7 +93,9 @@ def _report(path: Path) -> None:
 def _machine(path: Path) -> None:
     """Read a machine, and run a small circle on it."""
     machine = read_machine(path)
-    result = run_circle(machine, choose_schemes("a")[0], Circle(0.0002, 0.05))
+    blocks = next((tuple(axis.blocks) for axis in machine.axes.values()), ())
+    scheme = Scheme("k", "its blocks", blocks=blocks) if blocks else choose_schemes("a")[0]
+    result = run_circle(machine, scheme, Circle(0.0002, 0.05))
     if not isfinite(result.circularity.glitch):
         raise AbsurdError(f"a glitch of {result.circularity.glitch}")
 
@@ -191,4 +190,5 @@ READ: dict[str, Callable[[Path], object]] = {
     "report": _report,
     "machine": _machine,
     "values": _values,
+    "words": run_words,
 }

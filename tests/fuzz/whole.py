@@ -50,7 +50,11 @@ def whole_files(folder: Path) -> dict[str, list[Path]]:
         "path": [folder / "path.csv", folder / "circle.h5"],
         "yaml": documents,
         "report": [folder / "report.html"],
-        "machine": [ROOT / "configs" / name for name in ("xy-table.yaml", "virtual-rig.yaml", "reality/all.yaml")],
+        "machine": [
+            *(ROOT / "configs" / name for name in ("xy-table.yaml", "virtual-rig.yaml", "reality/all.yaml")),
+            ROOT / "tests/fuzz/documents/machine-joint.yaml",
+        ],
+        "words": [ROOT / "tests/fuzz/documents/commands.txt"],
         "values": [
             _few(folder, name, each)
             for name, each in (("constant-velocity", 2), ("presliding-sine", 1), ("frequency-response", 1))

@@ -208,9 +208,7 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "learn table": lambda to: write_feedforward(to / "next.h5", _table(), "{}"),
     "simulate map": lambda to: mapped().save(to / "map.yaml"),
     "simulate path": lambda to: followed().save(to / "path.h5"),
-    "learn --rounds": lambda to: learned().save(to / "rounds.h5"),
     "diagnose": lambda to: diagnosed().save(to / "diagnosis.yaml"),
-    "plan": lambda to: planned().save(to / "plan"),
     "fleet": _fleet,
     "report": lambda to: write_report(to / "report.html", "<!doctype html><html>" + "a" * 20_000 + "</html>\n"),
     "example": lambda to: fric.example("xy-table", output=to / "example"),
@@ -218,8 +216,12 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "steps": _step,
     **{f"export {name}": (lambda to, name=name: exported(name).save(to / name, force=True)) for name in targets()},
 }
-SLOW: dict[str, Callable[[Path], object]] = {"tune": lambda to: tuned().save(to / "tuned")}
-"""Writers of what takes over ten seconds to make."""
+SLOW: dict[str, Callable[[Path], object]] = {
+    "tune": lambda to: tuned().save(to / "tuned"),
+    "learn --rounds": lambda to: learned().save(to / "rounds.h5"),
+    "plan": lambda to: planned().save(to / "plan"),
+}
+"""Writers of what takes seconds to make."""
 
 
 def _files(folder: Path) -> dict[str, bytes]:

@@ -13,7 +13,7 @@ import typer
 import fric
 from fric.cli.console import ERR, prepare_streams
 from fric.cli.group import group
-from fric.errors import FricError
+from fric.errors import FricError, printable
 
 ALONE = (
     "auto", "ingest", "inspect", "report", "schema", "reproduce", "plan", "compare", "diagnose", "tune", "learn",
@@ -66,6 +66,8 @@ def main() -> None:
     except FricError as error:
         _tell(str(error), 1)
     except OSError as error:
+        if error.filename is not None and error.errno in _NAMES:
+            _tell(f"{printable(str(error.filename))}: {error.strerror}", 1)
         if error.filename is not None or error.errno not in _FULL:
             raise
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - nothing is flushed there at the end
@@ -74,6 +76,7 @@ def main() -> None:
         _tell("interrupted\nOutputs that were not finished are not there.", 128 + int(interrupted.args[0]))
 
 
+_NAMES = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM)
 _FULL = (errno.ENOSPC, errno.EPIPE, errno.EIO, errno.EDQUOT)
 
 
