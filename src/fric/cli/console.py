@@ -143,7 +143,7 @@ def finish(
         for piece in result.report():
             OUT.print(printable(piece, 10 * MOST) if isinstance(piece, str) else piece, markup=False)
         if written:
-            OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
+            OUT.print(f"wrote {' and '.join(printable(str(one)) for one in written)}", markup=False)
     print_warnings(result.warnings)
     return result
 

@@ -11,6 +11,7 @@ import typer
 import fric
 from fric.cli.console import OUT, finish, print_json
 from fric.cli.options import Force, Json
+from fric.errors import printable
 from fric.log import CIRCLE, KINDS
 
 KindChoice = StrEnum("KindChoice", [(kind, kind) for kind in (*KINDS, CIRCLE)])  # type: ignore[misc]
@@ -93,7 +94,7 @@ def ingest(
             print_json({"output": str(propose), "mapping": text})
         else:
             OUT.print(text, markup=False)
-            OUT.print(f"wrote {propose}: look at it, edit it, and give it with --map", markup=False)
+            OUT.print(f"wrote {printable(str(propose))}: look at it, edit it, and give it with --map", markup=False)
         return
     if output is None:
         raise typer.BadParameter("say which log file to write: -o LOG.h5")
