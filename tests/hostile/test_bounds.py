@@ -83,6 +83,18 @@ def test_a_list_in_place_of_a_text_is_damage(tmp_path: Path) -> None:
             read_records(path)
 
 
+def test_a_heap_of_texts_that_does_not_end_is_damage(tmp_path: Path) -> None:
+    """HDF5 goes round for ever in one whose free rest is said to be of no size (seeds 601 and 603 of the fuzz)."""
+    path = tmp_path / "log.h5"
+    t = np.arange(400) * 1e-3
+    write_logs(path, [Log(time=t, position=t**2, name="a", source="a.csv", sha256="a" * 64)])
+    whole = path.read_bytes()
+    at = whole.index(b"GCOL") + 16
+    path.write_bytes(whole[:at] + bytes(16) + whole[at + 16 :])
+    with pytest.raises(FricError, match="texts in it have no end"):
+        read_records(path)
+
+
 def test_a_circle_too_fast_to_be_seen_is_refused() -> None:
     """As 0.1 mm at 500 mm/s at 4 kHz: no sample near a reversal."""
     angle = np.pi / 4 + np.linspace(0.0, 2 * np.pi, 5)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +40,7 @@ def open_file(
     """
     path = Path(path)
     regular(path)
+    _check_heaps(path, hint)
     try:
         file = h5py.File(path, "r")
     except PermissionError:
@@ -49,6 +52,25 @@ def open_file(
     with foreign(path, hint), file:
         _check(file, path)
         yield file
+
+
+def _check_heaps(path: Path, hint: str) -> None:
+    """Refuse a heap of texts whose objects do not lead on to its end: HDF5 goes round in it for ever."""
+    if not path.stat().st_size or not os.access(path, os.R_OK):
+        return
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        at = data.find(b"GCOL\1\0\0\0")
+        while at >= 0:
+            end, place = at + int.from_bytes(data[at + 8 : at + 16], "little"), at + 16
+            while place + 16 <= min(end, len(data)):
+                size = int.from_bytes(data[place + 8 : place + 16], "little")
+                step = (
+                    16 + -(-size // 8) * 8 if data[place : place + 2] != b"\0\0" else size
+                )  # the free rest has no head
+                if not 16 <= step <= end - place:
+                    raise FricError("is damaged: texts in it have no end", where=str(path), hint=hint)
+                place += step
+            at = data.find(b"GCOL\1\0\0\0", at + 8)
 
 
 def _check(file: h5py.File, path: Path) -> None:
