@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fric.documents.friction import static_tree
 from fric.documents.machine_files import read_machine
 from fric.identify.gms.identify import identify_gms
-from fric.simulate.experiment import presliding_sine
+from fric.identify.static_map.identify import identify_static
+from fric.simulate.experiment import constant_velocity, presliding_sine
 
 AXIS = read_machine("configs/reality/base.yaml").axis("x")
 
@@ -35,3 +37,22 @@ def test_a_lag_of_trace_samples_is_told_and_the_curve_is_that_of_the_machine(sin
     small, large = (-one.record.done.delay / step for one in fit.records)
     assert small == pytest.approx(samples, abs=1.2)  # its own interval is ± 1.1 samples
     assert large == pytest.approx(samples, abs=0.4)
+
+
+def test_a_lag_of_trace_samples_hardly_moves_the_map_of_strokes() -> None:
+    """In strokes a lag is bounded, not estimated: a mean at constant velocity is the same, whenever it was logged."""
+    logs = constant_velocity(AXIS, speeds=[5e-4, 1e-3, 2e-3, 5e-3, 0.02])
+
+    def found(samples: int) -> dict[str, tuple[float, float]]:
+        late = [replace(log, force=np.interp(log.time - samples * log.time[1], log.time, log.force)) for log in logs]
+        tree = static_tree(identify_static(late, plant=AXIS.plant), late)["static"]
+        return {
+            name: (one["value"], 0.5 * float(np.diff(one["ci95"])[0]))
+            for name, one in tree.items() if isinstance(one, dict) and "ci95" in one
+        }  # fmt: skip
+
+    plain = found(0)
+    assert set(plain) >= {"F_c", "F_s", "v_s", "sigma"}
+    for samples in (-2, 2, 4):
+        for name, (value, _) in found(samples).items():
+            assert abs(value - plain[name][0]) < 0.15 * plain[name][1]
