@@ -162,9 +162,9 @@ def against_stated(
 
 
 def _smooth(values: Real, rate: float) -> Real:
-    """Return means over `WINDOW`: noise of the log, which the controller did not see, is all but gone."""
-    n = max(int(WINDOW * rate), 1)
-    return np.convolve(values, np.full(n, 1.0 / n), mode="same")
+    """Return means over `WINDOW`, of fewer samples at the ends: noise of the log alone is all but gone."""
+    window = np.ones(min(max(int(WINDOW * rate), 1), len(values)))
+    return np.convolve(values, window, mode="same") / np.convolve(np.ones(len(values)), window, mode="same")
 
 
 def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
