@@ -94,7 +94,7 @@ def test_of_a_file_that_tells_the_plant_in_words_logs_are_drawn_with_the_plant_f
 
 def test_the_band_by_the_covariance_of_the_file_is_that_of_the_fit(tmp_path: Path) -> None:
     logs = read_logs(LOGS / "constant-velocity.h5")
-    fit = identify_static(logs)
+    fit = identify_static(logs, delta=1.0, direction="both", over_position="off")  # intervals of nothing but the fit
     path = tmp_path / "friction.yaml"
     write_document(path, static_tree(fit, logs))
     item = collect([path]).items[0]
