@@ -68,7 +68,9 @@ def identified(logs: Sequence[Log], blocks: int | str = "auto") -> Iterator[Iden
         plant = identify_plant(*(log for log in logs if log.kind == "frequency-response"))
         yield plant
     if "constant-velocity" in kinds:
-        static = identify_static(*(log for log in logs if log.kind == "constant-velocity"), plant=plant)
+        strokes = [log for log in logs if log.kind == "constant-velocity"]
+        # in one form in all runs: half-widths of one run with delta free and one without have no median
+        static = identify_static(*strokes, plant=plant, delta=1.0, over_position="off")
         yield static
     sines = [log for log in logs if log.kind in {"presliding-sine", "sliding-sine"}]
     if "presliding-sine" in kinds:
