@@ -55,12 +55,13 @@ void timed(int n, int rounds, const double *dz, const double *v, double dt, doub
 
 
 def _calls() -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Increments and velocities of random calls: speeds over five decades, and counts of an encoder with their raw
-    first differences."""
+    """Increments and velocities of random calls: speeds over five decades, counts of an encoder with their raw first
+    differences, and increments that have nothing to do with the velocity, as no motion has."""
     rng = np.random.default_rng(0)
-    v = rng.choice([1e-4, 1e-3, 1e-2, 0.1, 0.5], CALLS) * rng.standard_normal(CALLS)
+    v, other = (rng.choice([1e-4, 1e-3, 1e-2, 0.1, 0.5], CALLS) * rng.standard_normal(CALLS) for _ in range(2))
     counts = 0.25e-6 * rng.integers(-40, 41, CALLS)
-    return {"random speeds": (v / 4000, v), "random encoder steps": (counts, 4000 * counts)}
+    return {"random speeds": (v / 4000, v), "random encoder steps": (counts, 4000 * counts),
+            "increments against velocities": (other / 4000, v)}  # fmt: skip
 
 
 def run() -> list[tuple[str, str, str]]:

@@ -33,6 +33,13 @@ FALL = (0.05, 4.0)
 COUNTS = 200.0
 """Encoder counts a second from which on a drive runs evenly, and does not hunt from count to count."""
 
+BETWEEN = 0.382
+"""Of a count, by which each period of an excitation begins further on.
+
+By whole counts an encoder would round each period alike, and nothing of that averages out; by this share, of the golden
+section, each period comes between those before it.
+"""
+
 SLIPS = 8.0
 """Times the largest slip displacement that a pre-sliding sine reaches (the paper's 450 µm over 54 µm)."""
 
@@ -269,8 +276,11 @@ def _response(axis: Axis, limits: Limits, times: int) -> Planned:
     lines = lowest * np.unique(np.rint(np.geomspace(1, highest / lowest, 60)))
     shaken = multisine(lines, 1.0, round(sampling / lowest), sampling, np.random.default_rng([0, 0]))
     peak = min(0.5 * mean, MARGIN * limits.acceleration / float(np.abs(shaken.acceleration).max()))
+    mean, count = _rounded(mean), axis.encoder.resolution
+    if count:  # a few counts a second slower
+        mean = (floor(mean / lowest / count + 1e-6) - 1 + BETWEEN) * count * lowest
     settings: dict[str, Setting] = {
-        "mean": _rounded(mean), "peaks": (_rounded(peak),) * times, "lowest": lowest, "highest": highest, "lines": 60,
+        "mean": mean, "peaks": (_rounded(peak),) * times, "lowest": lowest, "highest": highest, "lines": 60,
         "periods": periods, "ramp": ramp,
     }  # fmt: skip
     why = "A, B, T_d, K_f, and what limits observer and loop: a multisine on the voltage, in sliding one way"
