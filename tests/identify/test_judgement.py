@@ -43,6 +43,9 @@ def test_cycles_that_never_slide_give_a_lower_bound_of_break_away(name):
     assert 0.97 * peak < F_c.ci95[0] <= float(F_c)
     assert F_c.ci95[0] < 10.8 < F_c.ci95[1] == np.inf
     assert codes(fit.warnings)["never-slides"] == "wrong"
+    if name == "lugre":
+        assert fit.estimates["static"]["v_s"].ci95 == (0.0, np.inf)
+        assert fit.estimates["static"]["F_s"].ci95[0] < 12.0
 
 
 def test_cycles_that_slide_have_limits_on_both_sides():

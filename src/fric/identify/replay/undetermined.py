@@ -27,7 +27,8 @@ def opened(
 ) -> tuple[Limits, list[Notice]]:
     """Return intervals that are open where the records tell no upper limit, and what to say of them.
 
-    Where no branch slides, the largest force seen is no more than a lower bound of F_c and F_s. And a stiffness whose
+    Where no branch slides, the largest force seen is no more than a lower bound of F_c and F_s, and of v_s nothing is
+    told. And a stiffness whose
     spring gives way before the motion is seen again after a reversal is no less than what was found.
 
     Parameters
@@ -44,9 +45,9 @@ def opened(
     forces = [key for key in within if key in declared and declared[key].dimension == "force"]
     if not text.slides and forces:
         for key in forces:
-            found[key] = tuple(
-                (max(low, text.peak) if len(within[key]) == 1 else low, np.inf) for low, _ in within[key]
-            )
+            found[key] = tuple((text.peak if len(within[key]) == 1 else low, np.inf) for low, _ in within[key])
+        for key in (key for key in within if key in declared and declared[key].dimension == "velocity"):
+            found[key] = tuple((0.0, np.inf) for _ in within[key])  # how friction falls once it slides
         names = " and ".join(name for _, name in forces)
         notices.append(
             Notice(
