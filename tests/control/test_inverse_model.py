@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
-from scipy import signal
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import linalg, signal
 
-from fric.control.inverse_model import DifferenceEquation, DisturbanceObserver
+from fric.control.inverse_model import DifferenceEquation, DisturbanceObserver, _exponential
 from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.errors import FricError
 
@@ -12,6 +14,13 @@ FILTERS = pytest.mark.parametrize("name", Q_FILTERS)
 
 def run(equation: DifferenceEquation, x: np.ndarray) -> np.ndarray:
     return np.asarray(signal.lfilter(equation.b, equation.a, x))
+
+
+@given(st.lists(st.floats(-4.0, 4.0), min_size=16, max_size=16))
+def test_the_matrix_exponential_is_scipys(numbers: list[float]) -> None:
+    matrix = np.reshape(numbers, (4, 4))
+    exact = linalg.expm(matrix)
+    np.testing.assert_allclose(_exponential(matrix), exact, rtol=0, atol=1e-12 * (1.0 + np.abs(exact).max()))
 
 
 @FILTERS

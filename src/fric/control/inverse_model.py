@@ -230,7 +230,7 @@ def _held(
 
 def _exponential(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return e^matrix by its series around zero, squared from there: SciPy's own takes 0.1 s to import."""
-    squarings = max(0, int(np.ceil(np.log2(np.linalg.norm(matrix, 1)))) + 1)
+    squarings = max(0, int(np.frexp(np.linalg.norm(matrix, 1))[1]) + 1)
     found = term = np.eye(len(matrix))
     for n in range(1, 17):  # 2^-16/16! is below the last digit
         term = term @ matrix / (n * 2.0**squarings)

@@ -14,11 +14,8 @@ from typing import Any, TypeVar
 
 import numba
 import numpy as np
-from llvmlite.binding import add_symbol
 from numba import types
-from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
-from numba.core.runtime._nrt_python import c_helpers
 from numpy.typing import NDArray
 
 STEP = types.float64(types.float64, types.float64, types.float64, types.float64[::1], types.float64[::1])
@@ -50,6 +47,9 @@ def _sources(function: FunctionType) -> set[str]:
 @cache
 def _link_runtime() -> None:
     """Let cached machine code find Numba's memory management, which `rtsys.initialize` would also compile anew."""
+    from llvmlite.binding import add_symbol
+    from numba.core.runtime._nrt_python import c_helpers
+
     for name, address in c_helpers.items():
         add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
@@ -58,14 +58,20 @@ def _load(dispatcher: Any, signature: object) -> bool:
     """Load a function from the cache alone, as Numba does but for what it takes to compile another.
 
     Numba readies its compiler first (`refresh`: 0.3 s, and SciPy's linear algebra), which cached code never asks.
-    Whatever is compiled later readies it then.
+    Whatever is compiled later readies it then. This reaches into Numba: where another version has it otherwise, False
+    is returned, and Numba takes its own, longer way.
     """
-    context = dispatcher.targetctx
-    _link_runtime()
+    try:
+        from numba.core.compiler_lock import global_compiler_lock
+
+        context, kept = dispatcher.targetctx, dispatcher._cache
+        _link_runtime()
+    except (ImportError, AttributeError):
+        return False
     with global_compiler_lock:  # whoever else compiles needs the context whole
         context.refresh = lambda: None
         try:
-            found = dispatcher._cache.load_overload(signature, context)
+            found = kept.load_overload(signature, context)
         finally:
             del context.refresh
     if found is not None:
