@@ -159,6 +159,12 @@ def test_scatter_between_strokes_widens_the_intervals():
     assert high - low > 1.0
 
 
+def test_scatter_beside_which_the_noise_of_strokes_is_lost_is_told():
+    rng = np.random.default_rng(0)
+    logs = [replace(log, force=log.force * (1 + 5 * rng.standard_normal())) for log in _logs(noise=1e-9)]
+    assert any(warning.code == "strokes-scatter" for warning in identify_static(logs).warnings)
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [

@@ -117,7 +117,8 @@ def identifiability_warnings(fit: MapFit, motion: Motion) -> list[str]:
             )
         )  # fmt: skip
     notices += _correlations(fit, without=("v_s", "delta") if flat else ())
-    single_scatter = float(np.sum(fit.residual**2 / (problem.standard_error**2 - fit.between**2)))
+    own = problem.standard_error**2 - fit.between**2  # of each stroke's noise, which may be lost beside the scatter
+    single_scatter = float(np.sum(fit.residual**2 / own)) if own.min() > 0 else np.inf
     if fit.between and chdtrc(problem.degrees_of_freedom, single_scatter) < 0.01:
         spread = readable(fit.between, si_unit("force", motion), 2)
         text = f"strokes scatter by {spread} beyond their own noise; weights and intervals allow for it."
