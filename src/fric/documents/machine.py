@@ -25,15 +25,18 @@ from fric.simulate.reality.flaws import NONE, SecondMass
 from fric.units import Motion
 
 
-def _from_file(document: type[Document]) -> BeforeValidator:
-    """Return a validator that reads what is given as the name of a file, relative to the machine's."""
+def _from_file(document: type[Document], inline: type[Part] | None = None) -> BeforeValidator:
+    """Return a validator that reads what is given as the name of a file, relative to the machine's.
+
+    ``inline`` is what may stand in the file's place, the document without its head where it is left out.
+    """
 
     def read(given: Any, info: ValidationInfo) -> Any:
         if not isinstance(given, str):
             return given
         return read_document((info.context or {})["folder"] / given, document)
 
-    return BeforeValidator(read, json_schema_input_type=str | dict[str, Any])
+    return BeforeValidator(read, json_schema_input_type=str | (inline or document | dict[str, Any]))
 
 
 class EncoderPart(Physical):
@@ -74,12 +77,12 @@ class AxisPart(Part):
     """One axis: each part given here, or as the name of a file beside this one."""
 
     motion: Motion = "linear"
-    plant: Annotated[PlantPart, _from_file(PlantDocument)]
-    nominal: Annotated[PlantPart | None, _from_file(PlantDocument)] = Field(
+    plant: Annotated[PlantPart, _from_file(PlantDocument, PlantPart)]
+    nominal: Annotated[PlantPart | None, _from_file(PlantDocument, PlantPart)] = Field(
         None, description="the plant that the controller believes, as identified; the true one where left out"
     )
-    controller: Annotated[ControllerPart, _from_file(ControllerDocument)]
-    observer: Annotated[ObserverPart | None, _from_file(ObserverDocument)] = None
+    controller: Annotated[ControllerPart, _from_file(ControllerDocument, ControllerPart)]
+    observer: Annotated[ObserverPart | None, _from_file(ObserverDocument, ObserverPart)] = None
     encoder: EncoderPart | None = Field(None, description="not quantised where left out")
     noise: NoisePart | None = Field(None, description="none where left out")
     friction: Annotated[FrictionDocument, _from_file(FrictionDocument)] = Field(
