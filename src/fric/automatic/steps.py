@@ -83,7 +83,7 @@ def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> A
     folder
         Where its files go.
     lean
-        Identify alone: no figures, no controller, no observer.
+        Identify alone: no figures, no controller, no observer; and the static map in one form, so that dates compare.
     """
     axis = logs[0].axis
     steps, missing = [], []
@@ -106,7 +106,8 @@ def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> A
     known = [plant] if shaken else []
     damping = [word for path in known for word in ("--plant", path)]
     if strokes := of("constant-velocity", use="static"):
-        identify("static", strokes, static, *damping, reads=known)
+        form = ["--delta", "1", "--over-position", "off"] if lean else []
+        identify("static", strokes, static, *damping, *form, reads=known)
     else:
         missing.append("static map: strokes at constant velocity, at five speeds or more, with force")
     if slow := of("presliding-sine", use="gms"):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -111,17 +112,17 @@ def ingest(
     if kind is not None and kind not in KINDS:
         raise FricError(f"'{kind}' is not a kind of record", hint=f"Kinds are {', '.join(KINDS)}.")
     held = header_of(output) if append and output.exists() else None
-    with ThreadPoolExecutor(1) as beside:  # digests are taken while the file is read
+    with ThreadPoolExecutor(1) as beside, ExitStack() as files:  # digests are taken while the file is read
         session = Session(mapping, kind, axis, motion, bad_cells, progress or (lambda _: None), beside, window, join)
-        opened, refused = _first_readable(sources, mapping, session, held)
+        opened, refused = _first_readable(sources, mapping, session, held, files)
         chosen_axis, chosen_motion = opened.axis
         with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
             session.known = writer.digests()
             if join and not refused:
-                tables_of = [opened.tables, *(_tables(source, mapping) for source in sources[1:])]
+                tables_of = [opened.tables, *(_tables(source, mapping, files) for source in sources[1:])]
                 session.join(sources, tables_of, writer, chosen_motion)
             for n, source in enumerate([] if join else sources[opened.number :], opened.number):
-                found = opened.tables if n == opened.number else _tables(source, mapping)
+                found = opened.tables if n == opened.number else _tables(source, mapping, files)
                 try:
                     session.read(source, found, writer, chosen_axis, chosen_motion)
                 except FricError as error:
@@ -144,13 +145,17 @@ class _Opened(NamedTuple):
 
 
 def _first_readable(
-    sources: Sequence[Path], mapping: MappingDocument | None, session: Session, held: tuple[str, Motion] | None
+    sources: Sequence[Path],
+    mapping: MappingDocument | None,
+    session: Session,
+    held: tuple[str, Motion] | None,
+    files: ExitStack,
 ) -> tuple[_Opened, list[FricError]]:
     """Open the first file that can be, and return it with what is wrong with those before it."""
     refused: list[FricError] = []
     for n, source in enumerate(sources):
         try:
-            rest = iter(_tables(source, mapping))
+            rest = _tables(source, mapping, files)
             first = next(rest)
             return _Opened(n, chain([first], rest), session.of_axis(first, held)), refused
         except FricError as error:
@@ -167,8 +172,8 @@ def _together(refused: Sequence[FricError], files: int) -> FricError:
     return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), hint=" ".join(mends[:2]))
 
 
-def _tables(path: Path, mapping: MappingDocument | None) -> Iterable[Table]:
-    return tables(path, mapping.format if mapping else None)
+def _tables(path: Path, mapping: MappingDocument | None, files: ExitStack) -> Iterator[Table]:
+    return files.enter_context(closing(tables(path, mapping.format if mapping else None)))
 
 
 def sizes(paths: Sequence[Path]) -> int:

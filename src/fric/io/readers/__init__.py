@@ -9,7 +9,7 @@ reader is taken, whatever its name; a new module is found by itself.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from functools import cache
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
@@ -51,7 +51,7 @@ def endings() -> frozenset[str]:
     return frozenset(ending for form in formats() for ending in form.endings) - {".h5"}
 
 
-def tables(path: Path, layout: Layout | None = None) -> Iterator[Table]:
+def tables(path: Path, layout: Layout | None = None) -> Generator[Table, None, None]:
     """Read a foreign log file by the reader that recognises it, table by table.
 
     Raises
@@ -70,12 +70,16 @@ def tables(path: Path, layout: Layout | None = None) -> Iterator[Table]:
     sure, reader = max(((float(one.recognises(path, head)), one) for one in _readers()), key=lambda found: found[0])
     if sure > 0:
         found = iter(reader.tables(path, layout or Layout()))
-        while True:
-            with foreign(path, AGAIN):
-                table = next(found, None)
-            if table is None:
-                return
-            yield table
+        try:
+            while True:
+                with foreign(path, AGAIN):
+                    table = next(found, None)
+                if table is None:
+                    return
+                yield table
+        finally:
+            if isinstance(found, Generator):
+                found.close()  # an error on the way would else keep the file open as long as the error is kept
     raise FricError(
         "is of no format that is known",
         where=str(path),
