@@ -72,7 +72,8 @@ def driven_alike(records: Sequence[MeanLines | None]) -> list[NDArray[np.bool_] 
 
     What is driven grows with the excitation, in input or in position (a loop that holds one leaves the other to
     friction); friction's harmonics do not. So a line is driven that one of two records shows as such, and that grows
-    from the one to the other about as much as the upper quartile does of those that both show.
+    from the one to the other about as much as those do that both show and that grow at all, by their median: a loop
+    that friction all but stops grows by more than its excitation.
 
     Parameters
     ----------
@@ -86,9 +87,9 @@ def driven_alike(records: Sequence[MeanLines | None]) -> list[NDArray[np.bool_] 
             continue
         growth = np.maximum(_ratio(other.input, one.input), _ratio(other.position, one.position))
         both = one.driven & other.driven
-        if not both.any() or (whole := float(np.quantile(growth[both], 0.75))) < APART:
+        if not both.any() or np.quantile(growth[both], 0.75) < APART:
             continue
-        driven = (growth > whole**LESS) & (one.driven | other.driven)
+        driven = (growth > np.median(growth[both & (growth > APART)]) ** LESS) & (one.driven | other.driven)
         for n in (small, large):
             if not records[n].told:  # type: ignore[union-attr]
                 found[n] = driven if found[n] is None else driven & found[n]
