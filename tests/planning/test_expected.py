@@ -79,8 +79,12 @@ def test_half_widths_are_as_expected_of_a_friction_that_was_identified(name: str
     prior = replace(prior, plant=plant.belief)
     planned = choose(prior, limits)
     found = expected(prior, planned, silent, 3, FrictionDocument.model_validate(friction.document))
+    # of the rig A and B came out at seven and two times: its friction changes along the way, and that is told
+    unsure = {"A", "B"} if "plan-plant-unsure" in {one.code for one in found.notices} else set()
+    assert bool(unsure) == (name == "virtual-rig")
+    held = {name: one for name, one in found.parameters.items() if name not in unsure}
     # three runs on either side scatter by that; without what the fit left over it was twenty on the rig
-    hold(found.parameters, achieved(truth, planned, found.blocks or "auto", (201, 202, 203)), 3.0)
+    hold(held, achieved(truth, planned, found.blocks or "auto", (201, 202, 203)), 3.0)
 
 
 def test_an_accuracy_takes_as_many_records_as_the_square_of_what_lacks() -> None:

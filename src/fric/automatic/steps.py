@@ -106,7 +106,7 @@ def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> A
     known = [plant] if shaken else []
     damping = [word for path in known for word in ("--plant", path)]
     if strokes := of("constant-velocity", use="static"):
-        form = ["--delta", "1", "--over-position", "off"] if lean else []
+        form = ["--delta", "1", "--over-position", "off", "--direction", "both"] if lean else []
         identify("static", strokes, static, *damping, *form, reads=known)
     else:
         missing.append("static map: strokes at constant velocity, at five speeds or more, with force")

@@ -198,4 +198,10 @@ def expected(
             "by more records of the same kind than they are"
         )
         notices.append(Notice(text, "plan-left-over", "note"))
+    if plant := [name for name in ("A", "B") if name in parameters and {"F_c", "F_s"} & set(told)]:
+        text = (
+            f"{' and '.join(plant)} are expected as if friction were that of its model all along the way, which its "
+            "strokes deny: a response of this drive may tell them several times less surely"
+        )
+        notices.append(Notice(text, "plan-plant-unsure", "doubt"))
     return Expectation(parameters, blocks, tuple(dict.fromkeys(notices)))
