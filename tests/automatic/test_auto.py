@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import fric
+from fric.automatic.session import Session, identify_axes
 from fric.automatic.sources import find_sources
 from fric.automatic.steps import axis_steps
 from fric.cli.main import app
@@ -132,6 +133,18 @@ def test_what_cannot_be_made_says_which_record_is_missing(names, done, missing, 
     plan = axis_steps(find_sources([DATA / f"{name}.h5" for name in names]).logs, tmp_path)
     assert [one.name.partition(": ")[2] for one in plan.steps] == done
     assert [text.partition(":")[0] for text in plan.missing] == missing
+
+
+@pytest.mark.parametrize(("names", "unused"), [(["sliding-sine", "presliding-sine"], 0), (["sliding-sine"], 1)])
+def test_a_log_that_no_step_reads_is_told(names, unused, tmp_path):
+    """Of a mix of two machines with one name of axis, the ordinary motion of the one vanished without a word."""
+    found = find_sources([DATA / f"{name}.h5" for name in names])
+    session = Session(tmp_path, lambda words: Path(words[words.index("-o") + 1]).touch(), lambda text: None)
+    identify_axes(session, found, lean=True)
+    assert (
+        sum("sliding-sine.h5 (sliding-sine) is used by no step of axis x" in text for text in found.description)
+        == unused
+    )
 
 
 def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path):
