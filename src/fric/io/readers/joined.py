@@ -253,7 +253,8 @@ class _Stream:
         time, values = block.columns[0], list(block.columns[1:])
         if self._part.factor != 1.0:
             time = time * self._part.factor
-        if not np.isfinite(time.sum()) and (empty := np.isnan(time)).any():
+        if np.isnan(np.max(time, initial=-np.inf)):
+            empty = np.isnan(time)
             odd = empty & np.logical_or.reduce([np.isfinite(one) for one in values]) if values else ~empty
             if odd.any():
                 place = self._part.table.place(block.row + int(np.argmax(odd)), self._part.time)
