@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import sqrt
@@ -17,25 +17,21 @@ from fric.identify.records.flaws import record_flaws, stroke_flaws
 from fric.identify.records.over_strokes import OverPlace, over_place
 from fric.identify.records.segments import Segment
 from fric.identify.static_map.averages import Average
-from fric.identify.static_map.forms import FEWEST, HeldOut, directions_predict
+from fric.identify.static_map.forms import directions_predict
 from fric.identify.static_map.identifiability import damping_warning, directions_differ, identifiability_warnings
 from fric.identify.static_map.map_fit import Form, MapFit, ShapeFactor, SpeedPoint, Weights, fit_map, solved
-from fric.identify.static_map.over_position import Profile
+from fric.identify.static_map.over_position import OverPosition, steady_strokes, without_places
 from fric.identify.static_map.points import stroke_points
-from fric.identify.static_map.scatter import Fitted
 from fric.log import ForceVelocity
 from fric.notice import Notice
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fric.drive.plant import Plant
     from fric.log import Log
 
 Direction = Literal["auto", "both", "each"]
-OverPosition = Literal["auto", "off", "on"]
 
 
 @dataclass(frozen=True)
@@ -140,13 +136,13 @@ def identify_static(
         method = f"mean of the strokes; average {average}"
         return StaticFit(axis, motion, tuple(points), None, None, at_speed, (*amiss, warning), method, plant)
 
-    strokes = _strokes(logs, points)
+    strokes = steady_strokes(logs, points)
     place = over_place([(log, segment) for _, log, segment in strokes])
     damping = plant.damping if plant else 0.0
     fitting = partial(
         fit_map, delta=delta, weights=weights, motion=motion, form=form, damping=damping, damping_error=damping_error
     )
-    points, together, other = _over_position(
+    points, together, other = without_places(
         points, strokes, place, over_position, partial(solved, delta=delta, weights=weights, form=form, damping=damping,
                                                        offset=load or 0.0), load is None,
     )  # fmt: skip
@@ -217,43 +213,6 @@ def identify_static(
         + "; 95 % intervals by profile likelihood"
     )
     return StaticFit(axis, motion, tuple(points), fit, negative, {}, tuple(warnings), method, plant)
-
-
-def _strokes(logs: Sequence[Log], points: Sequence[SpeedPoint]) -> list[tuple[int, Log, Segment]]:
-    """Return record and steady segment of each point that is from a stroke that does not swing, with its number."""
-    named = {log.name: log for log in logs}
-    return [
-        (n, named[point.record], Segment(start, stop + 1, point.velocity, 0.0, start, point.settled))
-        for n, point in enumerate(points)
-        if not point.swing and len(named) == len(logs) and point.record in named
-        for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop])]
-    ]
-
-
-def _over_position(
-    points: list[SpeedPoint], strokes: list[tuple[int, Log, Segment]], place: OverPlace | None, asked: OverPosition,
-    solving: Callable[..., tuple[Fitted, HeldOut]], offset_open: bool,
-) -> tuple[list[SpeedPoint], NDArray[np.float64] | None, dict[str, float]]:  # fmt: skip
-    """Return the points, without what comes again at their places where that predicts better.
-
-    And how they then err together, and how well what was not chosen predicts.
-    """
-    strokes = [one for one in strokes if one[1].position is not None]
-    if asked == "off" or len(strokes) < FEWEST or (asked == "auto" and place is None):
-        return points, None, {}
-    profile = Profile(strokes, points)
-    if asked == "on":
-        return *profile.taken_off(points), {}
-    both_ways = len({np.sign(p.velocity) for p in points}) == 2
-    (plain, raw), (fitted, placed) = (
-        solving(some, with_offset=both_ways and offset_open) for some in (points, profile.held_out(points))
-    )
-    both = plain.kept & fitted.kept
-    as_logged, without = raw.errors[raw.form][both[plain.kept]], placed.errors[placed.form][both[fitted.kept]]
-    held_out = HeldOut(raw.weight[both[plain.kept]], "as logged", {"as logged": as_logged})
-    if held_out.better("without", without):
-        return *profile.taken_off(points), {"with what comes again at the same places": held_out["as logged"]}
-    return points, None, {"without what comes again at the same places": held_out["without"]}
 
 
 def steady_points(

@@ -7,22 +7,27 @@ alone, and its mean is off by what c and w are there; they are told by the strok
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from fric.identify.records.over_strokes import PLACES
+from fric.identify.records.segments import Segment
+from fric.identify.static_map.forms import FEWEST, HeldOut
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.identify.records.segments import Segment
+    from fric.identify.records.over_strokes import OverPlace
     from fric.identify.static_map.map_fit import SpeedPoint
+    from fric.identify.static_map.scatter import Fitted
     from fric.log import Log
 
     Real = NDArray[np.float64]
+
+OverPosition = Literal["auto", "off", "on"]
 
 FINER = 4
 """Cells that a place is looked at in."""
@@ -99,3 +104,55 @@ class Profile:
             error = float(np.hypot(one.standard_error, 0.0 if errors is None else errors[number]))
             found[number] = replace(one, force=one.force - float(size), standard_error=error, over_position=float(size))
         return found
+
+
+def steady_strokes(logs: Sequence[Log], points: Sequence[SpeedPoint]) -> list[tuple[int, Log, Segment]]:
+    """Return record and steady segment of each point that is from a stroke that does not swing, with its number."""
+    named = {log.name: log for log in logs}
+    return [
+        (n, named[point.record], Segment(start, stop + 1, point.velocity, 0.0, start, point.settled))
+        for n, point in enumerate(points)
+        if not point.swing and len(named) == len(logs) and point.record in named
+        for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop])]
+    ]
+
+
+def without_places(
+    points: list[SpeedPoint], strokes: list[tuple[int, Log, Segment]], place: OverPlace | None, asked: OverPosition,
+    solving: Callable[..., tuple[Fitted, HeldOut]], offset_open: bool,
+) -> tuple[list[SpeedPoint], NDArray[np.float64] | None, dict[str, float]]:  # fmt: skip
+    """Return the points, without what comes again at their places where that predicts better.
+
+    And how they then err together, and how well what was not chosen predicts.
+
+    Parameters
+    ----------
+    points
+        The points of all strokes.
+    strokes
+        Those of `steady_strokes`.
+    place
+        What the records show over position; None for nothing.
+    asked
+        Whether to take it off.
+    solving
+        Fits the map, and tells how well each form predicts what is held out.
+    offset_open
+        Whether the offset is told by the strokes, and not stated.
+    """
+    strokes = [one for one in strokes if one[1].position is not None]
+    if asked == "off" or len(strokes) < FEWEST or (asked == "auto" and place is None):
+        return points, None, {}
+    profile = Profile(strokes, points)
+    if asked == "on":
+        return *profile.taken_off(points), {}
+    both_ways = len({np.sign(p.velocity) for p in points}) == 2
+    (plain, raw), (fitted, placed) = (
+        solving(some, with_offset=both_ways and offset_open) for some in (points, profile.held_out(points))
+    )
+    both = plain.kept & fitted.kept
+    as_logged, without = raw.errors[raw.form][both[plain.kept]], placed.errors[placed.form][both[fitted.kept]]
+    held_out = HeldOut(raw.weight[both[plain.kept]], "as logged", {"as logged": as_logged})
+    if held_out.better("without", without):
+        return *profile.taken_off(points), {"with what comes again at the same places": held_out["as logged"]}
+    return points, None, {"without what comes again at the same places": held_out["without"]}
