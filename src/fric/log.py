@@ -4,50 +4,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any
 
+from fric.columns import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, Kind, channel_dimension
 from fric.errors import FricError
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-Kind = Literal["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response", "motion", "force-velocity"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
-
-CHANNELS = ("time", "position", "velocity", "force", "input", "reference", "added")
-"""What a record in time can hold; each is a dimension of `fric.units`, or has that of another channel."""
-
-
-RESPONSE_DIMENSIONS = {
-    "frequency": "frequency",
-    "magnitude": "position per input",
-    "phase": "angle",
-    "coherence": "ratio",
-    "deviation": "ratio",
-}
-"""The columns of a measured frequency response, and the dimension of each."""
-
-
-FORCE_VELOCITY: Kind = "force-velocity"
-"""The kind of a table of mean forces at constant velocities."""
-FORCE_VELOCITY_DIMENSIONS = {
-    "velocity": "velocity",
-    "force": "force",
-    "deviation": "force",
-    "error": "force",
-    "n": "ratio",
-}
-"""The columns of such a table, and the dimension of each."""
-
-CIRCLE = "circle"
-"""The kind of a circle test: of two axes, whose channels are named ``x.position``, or of a ball bar."""
-CIRCLE_CHANNELS = ("reference", "position", "input", "force")
-"""What is recorded of each axis of a circle test, beside the time that they share."""
-BALL_BAR = ("angle", "deviation")
-"""What a ball bar tells: angle and radial deviation."""
-
 
 _AXIS = re.compile(r"\w[\w .+-]{0,39}")
 
@@ -67,27 +32,6 @@ def axis_name(name: str, where: str = "") -> str:
             hint="Take letters, digits, spaces and _ . + -, 40 at most, a letter or a digit first.",
         )  # fmt: skip
     return name
-
-
-def channel_dimension(channel: str) -> str:
-    """Return the dimension (see `fric.units`) of a channel of a record, or of a column of a frequency response.
-
-    A channel of one axis of a circle test is named with it, as ``x.position``; a ball bar's are `BALL_BAR`; a column of
-    a table of forces and velocities is named with its kind, as ``force-velocity.deviation``.
-    """
-    if channel == "ball-bar.deviation":
-        return "position"
-    if channel.startswith(f"{FORCE_VELOCITY}."):
-        return FORCE_VELOCITY_DIMENSIONS[channel.rpartition(".")[2]]
-    channel = channel.rpartition(".")[2]
-    alike = {"reference": "position", "added": "input"}
-    return alike.get(channel) or RESPONSE_DIMENSIONS.get(channel, channel)
-
-
-def is_circle_channel(channel: str) -> bool:
-    """Return whether a circle test can have a channel: ``time``, ``AXIS.position``, …, ``angle``, ``deviation``."""
-    axis, dot, name = channel.partition(".")
-    return channel in ("time", *BALL_BAR) or bool(axis and dot and name in CIRCLE_CHANNELS)
 
 
 BEYOND = 1e12

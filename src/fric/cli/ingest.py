@@ -11,8 +11,8 @@ import typer
 import fric
 from fric.cli.console import OUT, finish, print_json
 from fric.cli.options import Force, Json
+from fric.columns import CIRCLE, KINDS
 from fric.errors import printable
-from fric.log import CIRCLE, KINDS
 
 KindChoice = StrEnum("KindChoice", [(kind, kind) for kind in (*KINDS, CIRCLE)])  # type: ignore[misc]
 

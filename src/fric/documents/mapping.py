@@ -10,9 +10,7 @@ from typing import ClassVar, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from fric.documents.base import Document, Part
-from fric.errors import FricError
-from fric.log import (
+from fric.columns import (
     CHANNELS,
     CIRCLE,
     FORCE_VELOCITY,
@@ -22,6 +20,8 @@ from fric.log import (
     channel_dimension,
     is_circle_channel,
 )
+from fric.documents.base import Document, Part
+from fric.errors import FricError
 from fric.units import Motion, factor, parse
 
 FIELD = re.compile(r"\{([^{}]+)\}")

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
+from fric.columns import Kind
 from fric.documents.base import CodedWarning, Document, Part, Quantity
-from fric.log import Kind
 from fric.units import Motion
 
 

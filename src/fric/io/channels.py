@@ -11,11 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fric.documents.mapping import Channel, MappingDocument, filled
-from fric.errors import FricError
-from fric.io.likely import refuse_left_out
-from fric.io.readers.base import Table, plain_name
-from fric.log import (
+from fric.columns import (
     CHANNELS,
     FORCE_VELOCITY,
     FORCE_VELOCITY_DIMENSIONS,
@@ -23,6 +19,10 @@ from fric.log import (
     Kind,
     channel_dimension,
 )
+from fric.documents.mapping import Channel, MappingDocument, filled
+from fric.errors import FricError
+from fric.io.likely import refuse_left_out
+from fric.io.readers.base import Table, plain_name
 from fric.units import Motion, factor, parse, si_unit
 
 if TYPE_CHECKING:

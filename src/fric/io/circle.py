@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import h5py
 
+from fric.columns import channel_dimension
 from fric.errors import FricError
 from fric.identify.circle.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle, measured_from_run
 from fric.input import foreign
@@ -15,7 +16,6 @@ from fric.io.run import FORMAT as RUN
 from fric.io.run import read_runs
 from fric.io.safe_hdf5 import column, open_file, text
 from fric.io.staged_hdf5 import staged_hdf5
-from fric.log import channel_dimension
 from fric.simulate.circle import CircleRun
 from fric.units import si_unit
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.columns import BALL_BAR
 from fric.documents.mapping import Channel, MappingDocument
 from fric.errors import FricError
 from fric.identify.circle.revolutions import fit_circle
 from fric.io.channels import Origin, Plan, origin_of
-from fric.log import BALL_BAR
 from fric.notice import Notice
 from fric.units import factor
 

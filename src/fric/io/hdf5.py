@@ -10,24 +10,20 @@ from typing import TYPE_CHECKING, Any, cast
 import h5py
 import numpy as np
 
-from fric.errors import FricError
-from fric.io.chunks import GrowingColumn, compressor
-from fric.io.safe_hdf5 import column as safe_column
-from fric.io.safe_hdf5 import open_file, text
-from fric.io.staged_hdf5 import staged_hdf5
-from fric.log import (
+from fric.columns import (
     CHANNELS,
     FORCE_VELOCITY,
     FORCE_VELOCITY_DIMENSIONS,
     KINDS,
     RESPONSE_DIMENSIONS,
-    ForceVelocity,
-    FrequencyResponse,
-    Log,
-    Record,
-    axis_name,
     channel_dimension,
 )
+from fric.errors import FricError
+from fric.io.chunks import GrowingColumn, compressor
+from fric.io.safe_hdf5 import column as safe_column
+from fric.io.safe_hdf5 import open_file, text
+from fric.io.staged_hdf5 import staged_hdf5
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record, axis_name
 from fric.output import alone
 from fric.units import SI_UNITS, Motion, factor, si_unit
 

@@ -10,13 +10,13 @@ from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
+from fric.columns import KINDS, Kind
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError
 from fric.io.hdf5 import header_of, log_writer
 from fric.io.ingest_session import EVERYTHING, BadCells, IngestedRecord, Progress, Session
 from fric.io.readers import tables
 from fric.io.readers.base import Table
-from fric.log import KINDS, Kind
 from fric.output import refuse_ending, refuse_existing
 from fric.units import Motion
 

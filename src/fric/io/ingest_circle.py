@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fric.columns import BALL_BAR
 from fric.documents.mapping import MappingDocument
 from fric.documents.provenance import provenance
 from fric.errors import FricError
@@ -23,7 +24,6 @@ from fric.io.digest import digest_of
 from fric.io.ingest_session import Progress
 from fric.io.readers import tables
 from fric.io.rows import WholeRows
-from fric.log import BALL_BAR
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
 

@@ -10,6 +10,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
 
+from fric.columns import FORCE_VELOCITY, Kind
 from fric.documents.mapping import MappingDocument, filled
 from fric.errors import FricError
 from fric.io.audit import Clock, Signs
@@ -19,7 +20,6 @@ from fric.io.hdf5 import LogWriter
 from fric.io.join import joined
 from fric.io.readers.base import Table
 from fric.io.rows import WholeRows
-from fric.log import FORCE_VELOCITY, Kind
 from fric.units import Motion
 
 if TYPE_CHECKING:

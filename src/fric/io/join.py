@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from fric.columns import CHANNELS
 from fric.errors import FricError
 from fric.io.channels import Origin, Plan
 from fric.io.readers.base import Table
 from fric.io.readers.joined import Joined, Part
-from fric.log import CHANNELS
 
 
 def joined(files: Sequence[tuple[Table, Plan]]) -> tuple[Joined, Plan]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from fric.columns import channel_dimension
 from fric.errors import FricError
 from fric.io.readers.base import Column, plain_name
-from fric.log import channel_dimension
 from fric.units import Motion, factor, is_unit
 
 if TYPE_CHECKING:

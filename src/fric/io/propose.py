@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fric.columns import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, KINDS, channel_dimension
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError, printable
 from fric.io.channels import OF_MEANS
 from fric.io.likely import MOTIONS, looking_like, named_as
 from fric.io.readers import tables
 from fric.io.readers.base import Column, Table, plain_name
-from fric.log import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, KINDS, channel_dimension
 from fric.output import staged
 from fric.units import Motion, factor, si_unit
 

@@ -9,6 +9,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from fric.columns import CIRCLE, Kind
 from fric.documents.mapping import MappingDocument
 from fric.documents.records import circles_tree, ingest_tree
 from fric.documents.yaml import read_document
@@ -18,7 +19,6 @@ from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import IngestedCircles, StatedCircle
 from fric.io.ingest_circle import ingest_circles as read_circles
 from fric.io.ingest_session import BadCells
-from fric.log import CIRCLE, Kind
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, path_of, quantity, silent
 from fric.results.records import inspect, read

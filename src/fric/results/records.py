@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+from fric.columns import CHANNELS
 from fric.documents.records import inspection_tree
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
@@ -15,7 +16,7 @@ from fric.identify.records.inspected import Inspection
 from fric.identify.records.inspection import Inspected
 from fric.identify.records.inspection import inspect as inspect_record
 from fric.io.hdf5 import write_logs
-from fric.log import CHANNELS, ForceVelocity, FrequencyResponse, Log, Record
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, document_of, in_si, quantity, records_of, several, silent

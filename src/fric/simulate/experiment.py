@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.columns import Kind
 from fric.control.feedforward import inverse_model
 from fric.errors import FricError
-from fric.log import Kind, Log
+from fric.log import Log
 from fric.reference import Reference, multisine, sine, sliding_sine, strokes
 from fric.simulate.reality.flaws import Excitation
 from fric.simulate.trial import Experiment, Trial, logs_of

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fric.log import Kind, Log
+    from fric.columns import Kind
+    from fric.log import Log
     from fric.reference import Reference
     from fric.simulate.axis import Trace
     from fric.simulate.machine import Axis

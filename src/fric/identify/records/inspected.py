@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from fric.columns import Kind
 from fric.estimate import Estimate
 from fric.identify.records.recognition import Sine
 from fric.identify.records.segments import Segment
-from fric.log import Kind
 from fric.notice import Notice
 
 

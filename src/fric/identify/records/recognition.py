@@ -15,7 +15,8 @@ from fric.identify.records.segments import Segment
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fric.log import Kind, Log
+    from fric.columns import Kind
+    from fric.log import Log
 
 STEADY_SHARE = 0.75
 """Share of the time in motion at constant velocity, from which on a record is one of constant velocity."""

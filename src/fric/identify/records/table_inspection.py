@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from fric.columns import FORCE_VELOCITY, Kind
 from fric.identify.records.inspected import Use
-from fric.log import FORCE_VELOCITY, ForceVelocity, FrequencyResponse, Kind
+from fric.log import ForceVelocity, FrequencyResponse
 from fric.notice import Notice
 
 SPEEDS = 5

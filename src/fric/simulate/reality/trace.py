@@ -11,9 +11,10 @@ from zlib import crc32
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from fric.columns import Kind
 from fric.drive.sensing import low_pass_pole
 from fric.kernels.sensing import reading
-from fric.log import Kind, Log
+from fric.log import Log
 from fric.simulate.reality.log_flaws import ColouredNoise
 from fric.simulate.reality.motion import sensing_of
 
