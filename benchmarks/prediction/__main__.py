@@ -48,6 +48,7 @@ def main() -> int:
     ]
     version = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
     kept = given.to / "outcomes.jsonl"
+    given.to = given.to.resolve()  # a machine file names its parts by where it is itself
     given.to.mkdir(parents=True, exist_ok=True)
     known = _known(kept, None if given.any_version else version)
     if not (given.same_logs or given.any_version) and not any(known):

@@ -11,7 +11,9 @@ import fric
 from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
 from fric.notice import Notice
+from fric.results.verdict import evidence_of
 from fric.simulate.circle import Circle, run_circle
+from fric.simulate.prediction import Prediction
 from fric.verdict.candidates import candidates_of
 from fric.verdict.decide import decide, difference, forbidden
 from fric.verdict.evidence import Candidate, Evidence
@@ -147,3 +149,42 @@ def test_a_rotary_axis_is_not_told_to_simulate_a_circle():
     assert "two linear axes" in found.headline
     assert not found.next
     assert not any("circle" in text for text in found.why)
+
+
+def test_nothing_passes_above_a_warning_or_against_a_circle():
+    """One result for the page, `fric auto` and --json: kept in simulation is not passed."""
+    table = leaves("a", 20, 20 * LEVEL), leaves("c", 4, 4 * LEVEL)
+    limit = replace(evidence(*table), tolerance=8 * UM)
+    assert decide(limit).result[0] == "pass"
+    wrong = [Notice(f"{axis}: force lags", "force-lags", "wrong") for axis in "xy"]
+    warned = decide(replace(limit, notices=wrong))
+    assert (warned.kept, warned.passes, warned.result[0]) == (True, None, "not decided")
+    assert warned.why == tuple(wrong)  # each axis is named
+    assert decide(replace(limit, compared=False)).result[0] == "not decided"
+    assert decide(replace(limit, disagreements=["c.h5 shows 33 µm"])).result[0] == "not decided"
+    assert decide(replace(limit, tolerance=3 * UM)).result[0] == "fail"
+    assert decide(replace(limit, measured={"a": 22 * UM, "c": 7 * UM})).result[0] == "pass"
+    seen = decide(replace(limit, measured={"c": 9 * UM}))
+    assert (seen.result[0], [one.code for one in seen.why]) == ("fail", ["measured-beyond"])
+    assert not decide(evidence(*table)).result[0]
+    for one in (warned, seen):
+        assert one.as_dict()["passes"] is one.passes
+        assert any(line.startswith(f"{one.result[0]}: ") for line in one.lines())
+
+
+def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with():
+    warned = Notice("F_c varies", "friction-over-position", "wrong"), Notice("it lags", "force-lags", "wrong")
+    made = {"warnings_coded": [one.as_dict() for one in warned]}
+    apart = {"/there/one.h5": ["one.h5 shows 33 µm"], "two.h5": ["two.h5 shows 9 µm"]}
+    prediction = Prediction(0.03, 0.1, ("x", "y"), 24, 0.1 * UM, {}, measured=("/here/one.h5, test 'circle'",))
+    table = leaves("a", 20, 20 * LEVEL), leaves("c", 4, 4 * LEVEL)
+    given = evidence_of(made, table, prediction, disagreements=apart)
+    assert given.compared
+    assert given.disagreements == ["two.h5 shows 9 µm"]
+    assert [one.code for one in given.settled] == ["model-disagrees", "friction-over-position"]
+    assert [one.code for one in given.notices] == ["force-lags"]
+    found = decide(evidence_of(made, table, prediction, disagreements={"one.h5": apart["/there/one.h5"]}))
+    assert found.choice is not None
+    assert [one.code for one in found.why] == ["force-lags"]
+    assert any(line.startswith("settled by the measured circle: one.h5") for line in found.lines())
+    assert decide(evidence_of(made, table, disagreements=apart, compared=True)).choice is None

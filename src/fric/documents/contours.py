@@ -66,9 +66,11 @@ class VerdictPart(Part):
     ci95: list[float] | None
     stays_under: float | None = Field(description="what 95 % of the machines that were drawn stay under")
     trusted: bool
-    passes: bool | None = Field(description="whether the tolerance is kept; null where none was asked")
+    passes: bool | None = Field(description="whether the tolerance is kept; null where none was asked, or not decided")
+    result: Literal["", "pass", "fail", "not decided"] = Field(description="empty where no tolerance was asked")
     headline: str
     why: list[str] = Field(description="why it is not to be trusted yet")
+    settled: list[str] = Field(description="what the files warn of, and the measured circle settles")
     effort: list[str]
     next: list[str] = Field(description="what to type next")
 

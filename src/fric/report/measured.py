@@ -59,7 +59,7 @@ def measured_view(measured: Measured) -> MeasuredView:
     return MeasuredView(
         f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}", measured.source,
         held.scheme if held else "", held.all_agree if held else None,
-        max(abs(one.value) for one in result.found.glitches.values()),
+        measured.glitch,
         [piece for piece in result.report() if isinstance(piece, Table)], result.warnings, out.getvalue(),
     )  # fmt: skip
 

@@ -11,12 +11,17 @@ from typing import TYPE_CHECKING
 from fric.documents.provenance import provenance
 from fric.results.verdict import machine_name
 from fric.units import readable
+from fric.verdict.decide import decide
+from fric.verdict.evidence import Evidence
 
 if TYPE_CHECKING:
     from fric.notice import Notice
     from fric.report.measured import MeasuredView
     from fric.report.report_input import ReportInput
     from fric.verdict.evidence import Verdict
+
+ORDER = ("fail", "not decided", "pass", "")
+"""Results of verdicts: of several the first is that of the page."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +35,11 @@ class Summary:
     verdicts
         The verdict of each contour, by its title.
     stamp, meaning
-        ``pass``, ``fail``, ``not decided``, and in words; empty where no tolerance was asked.
+        Of the verdict that passes least (`Verdict.result`).
     measured
         A sentence for each measured circle.
     wrong
-        Warnings that must be seen to first, with where they are from.
+        Warnings that must be seen to first, with where they are from, where there is no verdict that tells them.
     doubts
         How many further warnings there are.
     next_step
@@ -72,29 +77,14 @@ def summary_of(
     if inputs.tolerance is not None:
         facts.append(("tolerance", f"glitch within {readable(inputs.tolerance, 'm')}"))
     every = [(source, notice) for source, notices in warnings for notice in notices]
-    told = {str(text) for _, one in verdicts for text in one.why}
-    wrong = [(source, str(one)) for source, one in every if one.severity == "wrong" and str(one) not in told]
-    grave = sum(one.severity == "wrong" for _, one in every)
+    told = {str(text) for _, one in verdicts for text in one.why}  # all that is wrong is told by each verdict
+    wrong = [(source, str(one)) for source, one in every if one.severity == "wrong" and not verdicts]
+    results = [one.result for _, one in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
     return Summary(
-        facts, verdicts, *_stamp(inputs.tolerance, [one for _, one in verdicts]),
-        [_sentence(one, inputs.tolerance) for one in measured], wrong, len(every) - grave,
-        "" if verdicts else next_step,
+        facts, verdicts, *min(results, key=lambda one: ORDER.index(one[0])),
+        [_sentence(one, inputs.tolerance) for one in measured], wrong,
+        sum(str(one) not in told for _, one in every) - len(wrong), "" if verdicts else next_step,
     )  # fmt: skip
-
-
-def _stamp(tolerance: float | None, verdicts: Sequence[Verdict]) -> tuple[str, str]:
-    """Return ``pass`` where every verdict keeps the tolerance and may be trusted, and what that means."""
-    if tolerance is None:
-        return "", ""
-    if not verdicts:
-        return "not decided", "nothing was simulated"
-    if any(one.choice is None for one in verdicts):
-        return "not decided", "no scheme is recommended"
-    if not all(one.passes for one in verdicts):
-        return "fail", "no scheme that was run surely stays within it"
-    if not all(one.trusted for one in verdicts):
-        return "not decided", "it is kept in simulation, which is not to be trusted yet"
-    return "pass", "on 95 % of the machines drawn around this one"
 
 
 def _sentence(one: MeasuredView, tolerance: float | None) -> str:
@@ -102,5 +92,5 @@ def _sentence(one: MeasuredView, tolerance: float | None) -> str:
     if tolerance is not None:
         text += ", within the tolerance" if one.glitch <= tolerance else ", beyond the tolerance"
     if one.agrees is not None:
-        text += f"; {'as' if one.agrees else 'not as'} predicted for scheme ({one.scheme})"
+        text += f"; {'as' if one.agrees else 'not as'} the machine file predicts for scheme ({one.scheme})"
     return text + "."

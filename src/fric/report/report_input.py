@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -120,6 +121,11 @@ class Measured:
     source: str
     result: DiagnosisResult
 
+    @property
+    def glitch(self) -> float:
+        """The largest glitch that was measured [m]."""
+        return max(abs(one.value) for one in self.result.found.glitches.values())
+
     def disagreements(self) -> list[str]:
         """Return where the circle is not as predicted, with the likely cause."""
         return self.result.disagreements(self.source)
@@ -181,6 +187,10 @@ class ContourTest:
         return (self.radius, self.feed, self.direction, self.labels)
 
 
+def _alike(one: float, other: float) -> bool:
+    return isclose(one, other, rel_tol=0.02)
+
+
 @dataclass(frozen=True)
 class ReportInput:
     """All that was given for a report, the newest of each, and what it takes the place of.
@@ -237,17 +247,32 @@ class ReportInput:
             more["command"] = f"fric simulate circle {machine_name(file)} {circle} -o run.h5"
         given = evidence_of(
             test.provenance, test.contours, test.prediction, compared=bool(held), tolerance=self.tolerance,
-            disagreements=[text for one in held for text in one.disagreements()],
+            disagreements={one.source: one.disagreements() for one in held}, measured=self._measured(test),
             circle=held[0].source if held else "CIRCLE.h5", notices=self._notices(test), **more,
         )  # fmt: skip
         return decide(given)
 
+    def _measured(self, test: ContourTest) -> dict[str, float]:
+        """Return the largest glitch that was measured on the circle of a test [m], by the scheme that was on."""
+        found: dict[str, float] = {}
+        for one in self.circles:
+            seen = one.result.found.test
+            if seen.scheme and _alike(seen.feed, test.feed) and _alike(seen.radius, test.radius or 0.0):
+                found[seen.scheme] = max(one.glitch, found.get(seen.scheme, 0.0))
+        return found
+
     def _notices(self, test: ContourTest) -> list[Notice]:
-        """Return what the files warn of, that a run of theirs tells again with the file before it."""
+        """Return what files, a run and the circles warn of; a circle that is not as predicted is told apart."""
+        own = [notice for item in self.items for notice in item.warnings]
+        circles = [notice for one in self.circles for notice in map(Notice.of, one.result.warnings)]
+        return own + self.warned(test) + [one for one in circles if one.code != "model-disagrees"]
+
+    def warned(self, test: ContourTest) -> list[Notice]:
+        """Return what a run warns of, less what it tells again of the files that were given."""
         own = [notice for item in self.items for notice in item.warnings]
         coded = test.provenance.get("warnings_coded", ())
-        again = [Notice(one["text"], one["code"], one["severity"]) for one in coded]
-        return own + [one for one in again if not any(one.endswith(text) for text in own)]
+        again = [Notice(str(one["text"]), str(one["code"]), one["severity"]) for one in coded]
+        return [one for one in again if not any(one.endswith(text) for text in own)]
 
     def axes(self) -> list[str]:
         """Return the axes that documents tell of."""

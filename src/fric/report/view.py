@@ -121,7 +121,7 @@ def view(inputs: ReportInput) -> View:
     sources += [(before.source, "run, earlier", before.provenance) for before, _ in inputs.test_pairs]
     sources += [(one.source, "measured circle", {}) for one in inputs.circles]
     measured = [measured_view(one) for one in inputs.circles]
-    warnings = _warnings(inputs)
+    warnings = _warnings(inputs, [test.verdict for test in tests])
     next_step = _next_step(inputs)
     return View(
         summary_of(inputs, [(test.figure.title, test.verdict) for test in tests], measured, warnings, next_step),
@@ -130,22 +130,33 @@ def view(inputs: ReportInput) -> View:
     )  # fmt: skip
 
 
-def _warnings(inputs: ReportInput) -> list[tuple[str, list[Notice]]]:
-    """Return the warnings by where they are from, each once, the gravest first."""
+def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[str, list[Notice]]]:
+    """Return the warnings by where they are from, each once, the gravest first; what a circle settled is a note."""
     found: list[tuple[str, Sequence[Notice]]] = [
         (f"{item.kind} of axis {item.axis}", item.warnings) for item in inputs.items
     ]
-    told = [text for _, texts in found for text in texts]
     for test in inputs.tests:
-        coded = test.provenance.get("warnings_coded", ())
-        again = [Notice(str(one["text"]), str(one["code"]), one["severity"]) for one in coded]
-        texts = [one for one in again if not any(one.endswith(text) for text in told)]  # a run tells its files' again
+        texts = inputs.warned(test)
         for one in test.contours:
             for text in map(Notice.of, one.warnings):
                 texts.append(Notice(f"scheme ({one.scheme.name}): {text}", text.code, text.severity))
         found.append((f"run {test.source}", texts))
     found += [(f"circle {one.source}", list(map(Notice.of, one.result.warnings))) for one in inputs.circles]
-    return [(source, gravest_first(list(dict.fromkeys(texts)))) for source, texts in found if texts]
+    settled = {str(text) for one in verdicts for text in one.settled}
+    settled |= {
+        str(text) for one in inputs.circles for text in map(Notice.of, one.result.warnings)
+        if text.code == "model-disagrees" and settled.issuperset(one.disagreements())
+    }  # fmt: skip
+    settled -= {str(text) for one in verdicts for text in one.why}
+    return [
+        (source, gravest_first([_settled(one) if one in settled else one for one in dict.fromkeys(texts)]))
+        for source, texts in found
+        if texts
+    ]
+
+
+def _settled(text: Notice) -> Notice:
+    return Notice(f"settled, for the machines that were drawn show the measured circle: {text}", text.code, "note")
 
 
 def _axis(inputs: ReportInput, axis: str) -> AxisView:

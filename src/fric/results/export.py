@@ -184,8 +184,9 @@ def export_axis(
     files = chosen.files(made, **options)
     against, doubts = list[Notice](), list[Notice]()
     if part == "compensation":
-        apart = [text for one in circles for text in diagnose(one, machine=machine).disagreements(str(one))]
-        more = {"compared": bool(circles), "disagreements": apart, "notices": notices}
+        held = {str(one): diagnose(one, machine=machine).disagreements(str(one)) for one in circles}
+        apart = [text for texts in held.values() for text in texts]
+        more = {"compared": bool(circles), "disagreements": held, "notices": notices}
         around = [_around(Path(one), subject, wanted, axis, more) for one in drawn]
         against, doubts = judged(subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around)
     arcs: list[Arc] = []

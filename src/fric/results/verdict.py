@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from fric.documents.bundled import bundled
@@ -36,7 +37,7 @@ def evidence_of(
     prediction: Prediction | None = None,
     *,
     compared: bool = False,
-    disagreements: Sequence[str] = (),
+    disagreements: Mapping[str, Sequence[str]] = MappingProxyType({}),
     **more: Any,
 ) -> Evidence:
     """Return the evidence of candidates whose run file keeps `facts`; of an older file what it has of them.
@@ -49,20 +50,32 @@ def evidence_of(
         What was run.
     prediction
         What the machines drawn from what was identified say. Where they were made to agree with measured circles, what
-        a circle shows beside the machine file is explained by that, and what even they do not show stands against it.
-    compared, disagreements
+        such a circle shows beside the machine file is explained by that, and what even they do not show stands against
+        it.
+    compared
         As in `Evidence`.
+    disagreements
+        By file of a measured circle, where it is not as the machine file predicts. That of a circle that all machines
+        were made to agree with is settled.
     more
         Further fields of `Evidence`.
     """
     distrust = prediction.distrust if prediction else ()
-    if prediction and prediction.measured:
-        compared, disagreements = True, [str(one) for one in distrust if one.code == "model-disagrees"]
-    if compared:
-        distrust = tuple(one for one in distrust if one.code != "no-measured-circle")
+    seen = {Path(where.partition(", test ")[0]).name for where in (prediction.measured if prediction else ())}
+    compared = compared or bool(seen)
+    against = [str(one) for one in distrust if one.code == "model-disagrees"]
+    told = {"model-disagrees", "no-measured-circle"} if compared else {"model-disagrees"}
+    distrust = tuple(one for one in distrust if one.code not in told)
+    settled = list[Notice]()
+    for file, texts in disagreements.items():
+        if Path(file).name in seen:
+            settled += [Notice(text, "model-disagrees", "wrong") for text in texts]
+        else:
+            against += texts
     coded = [Notice(one["text"], one["code"], one["severity"]) for one in made.get("warnings_coded", ())]
     notices = more.pop("notices", coded)
-    if prediction and prediction.measured:
+    if seen:
+        settled += [one for one in notices if one.code in SETTLED]
         notices = [one for one in notices if one.code not in SETTLED]
     file = str(made.get("origin", {}).get("path", ""))
     return Evidence(
@@ -71,8 +84,9 @@ def evidence_of(
         resolution=float(made.get("resolution", 0.0)),
         exact=bool(made.get("exact", False)),
         compared=compared,
-        disagreements=disagreements,
+        disagreements=against,
         distrust=distrust,
+        settled=tuple(dict.fromkeys(settled)),
         notices=notices,
         **{"machine": machine_name(file) if file else "MACHINE.yaml", "command": str(made.get("command", ""))} | more,
     )

@@ -45,25 +45,34 @@ def decide(evidence: Evidence) -> Verdict:
     evidence
         What was run, drawn and measured.
     """
-    why = tuple({one.code or str(one): one for one in doubts(evidence)}.values())
+    why = tuple({_same(one): one for one in doubts(evidence)}.values())
     refused = [(one, text) for one in evidence.candidates for text in forbidden(one, evidence)]
     usable = [one for one in evidence.candidates if all(one is not other for other, _ in refused)]
-    passes = None if evidence.tolerance is None else False
+    kept = None if evidence.tolerance is None else False
     said = tuple(f"{one.named} must not be used: {text}." for one, text in refused)
     if evidence.disagreements or not usable:
         return Verdict(
-            choice=None, headline=nothing(evidence), why=why, effort=said, next=tuple(steps(evidence, None)),
-            passes=passes,
+            choice=None, headline=nothing(evidence), why=why, effort=said, next=tuple(steps(evidence, None)), kept=kept,
+            settled=tuple(evidence.settled),
         )  # fmt: skip
     chosen = _choose(usable, evidence)
-    if evidence.tolerance is not None:
-        passes = chosen.stays_under <= evidence.tolerance
     why += tuple(chosen.predicted.distrust) if chosen.predicted else ()
+    if evidence.tolerance is not None:
+        seen = evidence.measured.get(chosen.scheme.name, 0.0)
+        kept = max(chosen.stays_under, seen) <= evidence.tolerance
+        if seen > evidence.tolerance:
+            text = f"with {chosen.named} switched on the measured circle shows {readable(seen, 'm', 2)}"
+            why += (Notice(text, "measured-beyond", "wrong"),)
     return Verdict(
-        choice=chosen, headline=headline(chosen, bare(usable), evidence, passes=passes), why=why,
-        effort=(*_effort(chosen, usable, evidence), *said), passes=passes,
-        next=tuple(steps(evidence, chosen, passes=passes)),
+        choice=chosen, headline=headline(chosen, bare(usable), evidence, kept=kept), why=why,
+        effort=(*_effort(chosen, usable, evidence), *said), kept=kept, settled=tuple(evidence.settled),
+        next=tuple(steps(evidence, chosen, kept=kept)),
     )  # fmt: skip
+
+
+def _same(one: Notice) -> str:
+    """Return what two doubts share of which one is enough; what is wrong in two files is told of both."""
+    return str(one) if one.severity == "wrong" and one.code != "model-disagrees" else one.code or str(one)
 
 
 def forbidden(one: Candidate, evidence: Evidence) -> list[Notice]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -127,6 +127,11 @@ class Evidence:
         What the files that the machine is made of, and the runs, warn of.
     distrust
         Why no interval of a prediction must be trusted.
+    settled
+        What speaks against the machine's files, and not against the machines that were drawn: they were made to agree
+        with the circle that shows it.
+    measured
+        The largest glitch that was measured on this circle [m], by name of the scheme that was on.
     tolerance
         Glitch that is allowed [m]; None where nothing was asked.
     machine, circle
@@ -145,6 +150,8 @@ class Evidence:
     disagreements: Sequence[str] = ()
     notices: Sequence[Notice] = ()
     distrust: Sequence[Notice] = ()
+    settled: Sequence[Notice] = ()
+    measured: Mapping[str, float] = field(default_factory=dict)
     tolerance: float | None = None
     machine: str = "MACHINE.yaml"
     circle: str = "CIRCLE.h5"
@@ -173,8 +180,10 @@ class Verdict:
         What less, or more, effort would change, as far as differences are sure; what must not be used.
     next
         What to type next.
-    passes
+    kept
         Whether the tolerance is kept on 95 % of the machines; None where none was asked.
+    settled
+        As in `Evidence`.
     """
 
     choice: Candidate | None
@@ -182,7 +191,29 @@ class Verdict:
     why: tuple[Notice, ...] = ()
     effort: tuple[str, ...] = ()
     next: tuple[str, ...] = ()
-    passes: bool | None = None
+    kept: bool | None = None
+    settled: tuple[Notice, ...] = ()
+
+    @property
+    def result(self) -> tuple[str, str]:
+        """Return ``pass``, ``fail`` or ``not decided``, and what that means; both empty where no tolerance was asked.
+
+        It passes where the tolerance is kept and nothing at all speaks against the verdict.
+        """
+        if self.kept is None:
+            return "", ""
+        if self.choice is None:
+            return "not decided", "no scheme is recommended"
+        if not self.kept:
+            return "fail", "no scheme that was run surely stays within it"
+        if not self.trusted:
+            return "not decided", "it is kept in simulation, which is not to be trusted yet"
+        return "pass", "on 95 % of the machines drawn around this one"
+
+    @property
+    def passes(self) -> bool | None:
+        """Whether the tolerance is kept; None where none was asked, and where that is not decided."""
+        return {"pass": True, "fail": False}.get(self.result[0])
 
     @property
     def trusted(self) -> bool:
@@ -196,11 +227,14 @@ class Verdict:
         if one is not None:
             limits = None if one.interval is None else list(one.interval)
             found = {"scheme": one.scheme.name, "glitch": one.middle, "ci95": limits, "stays_under": one.stays_under}
-        told = {"trusted": self.trusted, "passes": self.passes, "headline": self.headline}
-        return found | told | {"why": list(map(str, self.why)), "effort": list(self.effort), "next": list(self.next)}
+        told = {"trusted": self.trusted, "passes": self.passes, "result": self.result[0], "headline": self.headline}
+        lists = {"why": self.why, "settled": self.settled, "effort": self.effort, "next": self.next}
+        return found | told | {name: list(map(str, texts)) for name, texts in lists.items()}
 
     def lines(self) -> list[str]:
         """Return it as lines for people: the sentence, why not to trust it, what to type next."""
         told = [self.headline, *self.effort]
+        told += [": ".join(self.result)] if self.kept is not None else []
+        told += [f"settled by the measured circle: {text}" for text in self.settled]
         told += [f"not to be trusted yet: {text}" for text in self.why]
         return [*told, *(f"next: {text}" for text in self.next)]

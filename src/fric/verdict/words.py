@@ -11,10 +11,10 @@ MACHINES = 100
 """Machines that are asked for where none, or too few, were drawn."""
 
 
-def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence, *, passes: bool | None) -> str:
+def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence, *, kept: bool | None) -> str:
     """Return the verdict in a sentence: what to switch on, what 95 % stay under, and what it was before."""
     text = _recommended(chosen, without, evidence)
-    if passes is False and evidence.tolerance is not None:
+    if kept is False and evidence.tolerance is not None:
         return f"No scheme that was run surely stays within {readable(evidence.tolerance, 'm')}. {text}"
     return text
 
@@ -53,7 +53,7 @@ def nothing(evidence: Evidence) -> str:
     return "No scheme is recommended: something forbids each that was run."
 
 
-def steps(evidence: Evidence, chosen: Candidate | None, *, passes: bool | None = None) -> Iterator[str]:
+def steps(evidence: Evidence, chosen: Candidate | None, *, kept: bool | None = None) -> Iterator[str]:
     """Yield what to type next, the most urgent first."""
     machine, circle = evidence.machine, evidence.circle
     if evidence.rotary:
@@ -72,7 +72,7 @@ def steps(evidence: Evidence, chosen: Candidate | None, *, passes: bool | None =
     if not evidence.compared:
         yield "fric ingest --kind circle LOG.csv -o circle.h5   # of the machine itself, without compensation"
         yield f"fric diagnose circle.h5 --machine {machine}"
-    elif passes is False:
+    elif kept is False:
         yield f"fric tune {machine} {circle} -o tuned"
     elif chosen is not None and not chosen.scheme.bare:
         axis = evidence.axes[0] if evidence.axes else "x"
