@@ -14,6 +14,9 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	PATH="$(CURDIR)/$(BIN):$$PATH" sh data/demo.sh
 
+# Bytecode is kept, also where an image sets otherwise: each worker, and each process of the tests, would compile all again.
+export PYTHONDONTWRITEBYTECODE :=
+
 # Each worker keeps BLAS to one thread: the threads of two would fight for the cores.
 test test-long: export OMP_NUM_THREADS := 1
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import read_machine
-from fric.planning.choose import Limits, choose
+from fric.planning.choose import choose
+from fric.planning.plan import Limits
 from fric.results.expected import DRAWS, expected
 from fric.results.given import silent
 from fric.results.prior import prior_axis

@@ -52,7 +52,8 @@ from fric.identify.replay.splits import split_by_folds
 from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs, read_records
 from fric.log import Log
-from fric.planning.choose import Expected, Limits, Plan, choose
+from fric.planning.choose import choose
+from fric.planning.plan import Expected, Limits, Plan
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.monte_carlo import Study, monte_carlo
 from fric.simulate.path import PointPath, run_path

@@ -14,7 +14,8 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.plan import PlanDocument
 from fric.documents.yaml import read_document
-from fric.planning.choose import Expected, Limits, choose
+from fric.planning.choose import choose
+from fric.planning.plan import Expected, Limits
 from fric.results.expected import Expectation, anywhere, expected, half_widths, identified
 from fric.results.given import silent
 from fric.results.plan import _lacks, _more

@@ -14,7 +14,8 @@ from fric.identify.gms.cycles import find_cycles
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.information import replay_information
 from fric.identify.replay.ranges import search_ranges
-from fric.planning.choose import Limits, choose
+from fric.planning.choose import choose
+from fric.planning.plan import Limits
 from fric.results.expected import identified
 from fric.results.prior import prior_axis
 from fric.simulate.trial import runs_of

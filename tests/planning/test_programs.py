@@ -23,7 +23,8 @@ from fric.errors import FricError
 from fric.export.bench import Program as Bench
 from fric.export.bench import Recording, run_program
 from fric.export.motion import DIALECTS, Arc, Move
-from fric.planning.choose import Limits, Plan, choose
+from fric.planning.choose import choose
+from fric.planning.plan import Limits, Plan
 from fric.results.plan import PlanResult
 from tests.export.structured_text import Program
 from tests.planning.gcode import Control

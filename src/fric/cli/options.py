@@ -57,7 +57,7 @@ Lead = Annotated[
 
 
 def _lift(given: str) -> str:
-    from fric.plausibility import lift  # with NumPy, which `--help` need not
+    from fric.plausibility.bounds import lift  # with NumPy, which `--help` need not
 
     lift(given == "ok")
     return given

@@ -19,7 +19,8 @@ from fric.documents.yaml import read_document, read_tree
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.notice import Notice
-from fric.plausibility import Finding, of_friction, of_plant, settled
+from fric.plausibility.bounds import Finding, settled
+from fric.plausibility.findings import of_friction, of_plant
 from fric.simulate.machine import Axis, Machine
 
 NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {

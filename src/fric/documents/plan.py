@@ -9,12 +9,12 @@ from pydantic import Field, model_validator
 
 from fric.documents.base import OfAxis, Part, Physical, Quantity, known
 from fric.errors import FricError
-from fric.planning.choose import Planned
+from fric.planning.plan import Planned
 from fric.simulate.experiment import EXPERIMENTS
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    from fric.planning.choose import Plan, Setting
+    from fric.planning.plan import Plan, Setting
 
 SETTINGS = {
     "speeds": "velocity", "distance": "position", "lasting": "time", "ramp": "time", "repeats": "ratio",

@@ -14,7 +14,7 @@ from fric.units import prefixed, si_unit
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fric.planning.choose import Plan
+    from fric.planning.plan import Plan
 
 
 @view("plan", of="Plan")

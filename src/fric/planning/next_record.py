@@ -23,7 +23,8 @@ from fric.identify.replay.information import replay_information
 from fric.identify.replay.ranges import search_ranges
 from fric.identify.static_map.points import stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
-from fric.planning.choose import Limits, Planned, choose
+from fric.planning.choose import choose
+from fric.planning.plan import Limits, Planned
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.machine import NominalFriction
 from fric.simulate.trial import logs_of

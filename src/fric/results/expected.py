@@ -17,7 +17,7 @@ import numpy as np
 from fric.documents.friction import FrictionDocument
 from fric.errors import FricError
 from fric.notice import Notice
-from fric.planning.choose import Expected, Planned
+from fric.planning.plan import Expected, Planned
 from fric.results.base import Identified
 from fric.results.gms import identify_gms
 from fric.results.plant import identify_plant

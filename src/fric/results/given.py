@@ -16,7 +16,8 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.friction.stribeck import StaticMap
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
-from fric.plausibility import of_plant, settled
+from fric.plausibility.bounds import settled
+from fric.plausibility.findings import of_plant
 from fric.results.base import Result
 from fric.units import Motion, parse, parse_gain, si_unit
 

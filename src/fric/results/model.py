@@ -14,7 +14,8 @@ from fric.friction import models
 from fric.identify.records.clipping import without_clipped
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
-from fric.plausibility import of_amplitudes, of_friction, of_level, of_logs, of_shares, settled
+from fric.plausibility.bounds import settled
+from fric.plausibility.findings import of_amplitudes, of_friction, of_level, of_logs, of_shares
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import friction_of, logs_of, plant_of, refused
 from fric.results.text import Piece, parameters

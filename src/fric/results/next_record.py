@@ -9,8 +9,8 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.plan import experiment_entry
 from fric.errors import FricError
 from fric.notice import Notice
-from fric.planning.choose import Limits, Plan
 from fric.planning.next_record import Narrowing, narrowing
+from fric.planning.plan import Limits, Plan
 from fric.results.given import Advance, document_of, in_si, silent
 from fric.results.machine import machine_of, schemes_of
 from fric.results.plan import PlanResult, settings_in_words

@@ -18,7 +18,8 @@ from fric.export.motion import DIALECTS, Arc, Move
 from fric.friction import models
 from fric.notice import Notice
 from fric.output import write_folder
-from fric.planning.choose import Expected, Limits, Plan, Planned, choose, durations
+from fric.planning.choose import choose, durations
+from fric.planning.plan import Expected, Limits, Plan, Planned
 from fric.results.base import Result
 from fric.results.expected import DRAWS, Expectation, expected
 from fric.results.given import Advance, document_of, in_si, silent

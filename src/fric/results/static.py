@@ -15,7 +15,8 @@ from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
 from fric.identify.static_map.map_fit import ShapeFactor
 from fric.log import ForceVelocity, FrequencyResponse, Log
-from fric.plausibility import Finding, of_friction, of_logs, of_strokes, settled
+from fric.plausibility.bounds import Finding, settled
+from fric.plausibility.findings import of_friction, of_logs, of_strokes
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import document_of, in_si, plant_of, records_of
 from fric.results.text import Piece, parameters

@@ -34,7 +34,8 @@ from fric.identify.replay.lateness import half_width, lateness_told, one_lag, su
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.notice import Notice
-from fric.plausibility import of_shares, settled
+from fric.plausibility.bounds import settled
+from fric.plausibility.findings import of_shares
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 

@@ -1,0 +1,122 @@
+"""A plan: limits of an axis, the experiments that are to be made inside them, and what they will tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fric.errors import FricError
+from fric.simulate.experiment import trials_of_kind
+
+if TYPE_CHECKING:
+    from fric.reference import Reference
+    from fric.simulate.machine import Axis
+    from fric.simulate.trial import Trial
+
+Setting = float | int | tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What an axis may do.
+
+    Parameters
+    ----------
+    stroke
+        Length that it may travel [m].
+    feed
+        Largest speed [m/s].
+    acceleration
+        Largest acceleration [m/s²].
+    """
+
+    stroke: float
+    feed: float
+    acceleration: float
+
+    def __post_init__(self) -> None:
+        for name in ("stroke", "feed", "acceleration"):
+            if not 0 < getattr(self, name) < float("inf"):
+                raise FricError(f"a {name} of {getattr(self, name):g} leaves no room for an experiment")
+
+    def broken_by(self, motion: Reference) -> str:
+        """Return which limit a motion breaks; nothing where it keeps all of them."""
+        used = (np.ptp(motion.position), np.abs(motion.velocity).max(), np.abs(motion.acceleration).max())
+        names = ("stroke", "feed", "acceleration")
+        return next((name for name, one in zip(names, used, strict=True) if one > getattr(self, name)), "")
+
+
+@dataclass(frozen=True)
+class Planned:
+    """One experiment of a plan.
+
+    Parameters
+    ----------
+    kind
+        A kind of record, or ``circle``.
+    settings
+        What it is made with, as `fric.simulate.experiment` takes it, in SI.
+    why
+        What it is for.
+    """
+
+    kind: str
+    settings: Mapping[str, Setting]
+    why: str
+
+    def trials(self, axis: Axis) -> list[Trial]:
+        """Return what is asked of the axis, one trial a record; a circle asks two axes, and has none."""
+        settings: dict[str, Any] = dict(self.settings)
+        return [] if self.kind == "circle" else trials_of_kind(axis, self.kind, **settings)
+
+    def changed(self, **settings: Setting) -> Planned:
+        """Return the experiment with other settings."""
+        return replace(self, settings={**self.settings, **settings})
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What planned records tell of one parameter.
+
+    Parameters
+    ----------
+    value
+        Its value, as it is identified in the middle [SI].
+    half_width
+        Half the width of its 95 % interval [SI], the median of several runs; infinite where most set no limit.
+    unit
+        SI unit.
+    between
+        The least and the largest of them.
+    """
+
+    value: float
+    half_width: float
+    unit: str
+    between: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is to be run, and what it will tell.
+
+    Parameters
+    ----------
+    axis
+        The axis as it is known beforehand.
+    limits
+        What it may do.
+    planned, lasting
+        The experiments, and how long each lasts [s].
+    expected
+        What they tell, by parameter.
+    """
+
+    axis: Axis
+    limits: Limits
+    planned: Sequence[Planned]
+    lasting: Sequence[float]
+    expected: Mapping[str, Expected]
