@@ -121,7 +121,9 @@ def test_a_ball_bar_needs_radius_and_feed_and_tells_the_direction(tmp_path):
         ingest_circles(tmp_path / "bar.csv", tmp_path / "bar.h5")
     with pytest.raises(FricError, match="feed"):
         ingest_circles(tmp_path / "bar.csv", tmp_path / "bar.h5", stated=StatedCircle(radius=0.15))
-    ingest_circles(tmp_path / "bar.csv", tmp_path / "bar.h5", stated=StatedCircle(radius=0.15, feed=0.1))
+    stated = StatedCircle(radius=0.15, feed=0.1, scheme="f")
+    ingest_circles(tmp_path / "bar.csv", tmp_path / "bar.h5", stated=stated)
+    assert read_circles(tmp_path / "bar.h5")[0].scheme == "f"
     (test,) = read_circles(tmp_path / "bar.h5")
     assert test.is_ball_bar
     assert test.direction == -1

@@ -68,6 +68,7 @@ def ingest(
     feed: Annotated[str | None, typer.Option(help="Circle: its feed; else found.")] = None,
     sampling: Annotated[str | None, typer.Option(help="Circle: rate of a trace without time, as 4 kHz.")] = None,
     instrument: Annotated[_Instrument | None, typer.Option(help="Circle: what told the position.")] = None,
+    scheme: Annotated[str | None, typer.Option(help="Circle: the compensation that was on, as f.")] = None,
     clockwise: Annotated[
         bool | None, typer.Option("--clockwise/--counter-clockwise", help="Circle: its direction; else found.")
     ] = None,
@@ -103,10 +104,11 @@ def ingest(
     circle = {"radius": radius, "feed": feed, "sampling": sampling, "clockwise": clockwise}
     circle |= {"instrument": instrument.value if instrument else None}
     if fric.holds_circles(mapping, kind.value if kind else None):
-        given |= circle
+        given |= circle | {"scheme": scheme or ""}
         make: Any = fric.ingest_circles
-    elif any(value is not None for value in circle.values()):
-        raise typer.BadParameter("--radius, --feed, --sampling, --instrument and the direction go with --kind circle")
+    elif scheme or any(value is not None for value in circle.values()):
+        told = "--radius, --feed, --sampling, --instrument, --scheme and the direction go with --kind circle"
+        raise typer.BadParameter(told)
     else:
         given |= {"kind": kind.value if kind else None, "axis": axis, "motion": motion.value if motion else None}
         given |= {"begin": begin, "end": end, "join": join}

@@ -48,6 +48,8 @@ class StatedCircle:
         Samples a second of a trace without time [Hz].
     instrument
         What told the position.
+    scheme
+        Name of the compensation that was on; empty where it is not known.
     """
 
     radius: float | None = None
@@ -55,6 +57,7 @@ class StatedCircle:
     direction: int | None = None
     sampling: float | None = None
     instrument: Instrument = ""
+    scheme: str = ""
 
 
 @dataclass(frozen=True)
@@ -198,7 +201,7 @@ def _named(
     radius = stated.radius or rounded(circle.radius, 1e-5 if exact else 2e-3)
     feed = stated.feed or rounded(circle.feed)
     return MeasuredCircle(
-        radius, feed, stated.direction or circle.direction, axes, instrument=stated.instrument,
+        radius, feed, stated.direction or circle.direction, axes, instrument=stated.instrument, scheme=stated.scheme,
         name=f"{Path(source).stem}-{n}", source=source, sha256=digest,
     )  # fmt: skip
 
@@ -223,7 +226,8 @@ def _ball_bar(
         )  # fmt: skip
     return MeasuredCircle(
         stated.radius, feed, stated.direction or (1 if turned > 0 else -1), angle=angle,
-        deviation=channels["deviation"], instrument="ball-bar", name=Path(source).stem, source=source, sha256=digest,
+        deviation=channels["deviation"], instrument="ball-bar", name=Path(source).stem, scheme=stated.scheme,
+        source=source, sha256=digest,
     )  # fmt: skip
 
 

@@ -102,9 +102,9 @@ class DiagnosisResult(Result):
         figures = found.figures
         plain: list[tuple[str, float | None, int]] = [("the rest, rms", found.rest, 3)]
         plain += [("between revolutions", found.scatter, 3)]
-        plain += [(f"G {'ccw' if way > 0 else 'cw'}", value, 2) for way, value in figures.G.items()]
-        plain += [("G(b)", figures.G_b, 2), ("F max", figures.F_max, 2), ("F min", figures.F_min, 2)]
-        plain += [("D", figures.D, 2)]
+        plain += [(f"circular deviation G {'ccw' if way > 0 else 'cw'}", value, 2) for way, value in figures.G.items()]
+        plain += [("bidirectional G(b)", figures.G_b, 2), ("mean bidirectional D", figures.D, 2)]
+        plain += [("radial deviation F max", figures.F_max, 2), ("radial deviation F min", figures.F_min, 2)]
         rows += [[name, f"{v * 1e6:.{digits}f}", "", "µm"] for name, v, digits in plain if v is not None]
         return Table(["", "value", "95 %", "unit"], rows)
 

@@ -205,6 +205,7 @@ def ingest_circles(
     clockwise: bool | None = None,
     sampling: float | str | None = None,
     instrument: Literal["encoders", "grid", "ball-bar"] | None = None,
+    scheme: str = "",
     append: bool = False,
     bad_cells: BadCells = "error",
     force: bool = False,
@@ -226,6 +227,8 @@ def ingest_circles(
         Rate of a trace without time [Hz].
     instrument
         What told the position: ``encoders``, ``grid`` or ``ball-bar``.
+    scheme
+        Name of the compensation that was on, which a prediction is then made with; none where not given.
     append, bad_cells, force, advance
         As in `ingest`.
 
@@ -241,6 +244,7 @@ def ingest_circles(
         None if clockwise is None else direction,
         quantity(sampling, "frequency"),
         instrument or "",
+        scheme,
     )
     advance(0, total=sizes(paths))
     given: dict[str, Any] = {"append": append, "bad_cells": bad_cells, "force": force, "progress": advance}

@@ -202,8 +202,9 @@ def _unseen(first_mode: float | str | None, given: float | str | None) -> Notice
         taken = "Q is as it was given, and what the axis has beyond its delay is not known"
     else:
         taken = f"Q is held below a first mode that is assumed at {FIRST_MODE:g} Hz: a guess, and no recommendation"
+    again = "" if first_mode else ", or --first-mode '80 Hz'"
     return Notice(
-        f"no response was measured, or none given: {taken}. Give the log of one (LOG.h5), or --first-mode '80 Hz'",
+        f"no response was measured, or none given: {taken}. Give the log of one (LOG.h5){again}",
         "observer-assumed", "doubt",
     )  # fmt: skip
 
