@@ -165,3 +165,11 @@ def test_what_gives_no_response_is_refused() -> None:
         measure_response(log, period=3.0)
     with pytest.raises(FricError, match="segment"):
         measure_response(log, segment=3.9)
+
+
+def test_the_period_is_the_shortest_where_an_encoder_rounds_several_of_them_alike() -> None:
+    """A third of a count further in each period: after three of them the record repeats itself to the last digit."""
+    period, n = 2000, np.arange(20_000)
+    shaken = np.tile(multisine(np.arange(1, 300, 7), period, np.random.default_rng(2)), 10)
+    place = 5 * shaken + (240 + 1 / 3) * n / period
+    assert find_period(shaken + 0.1 * shaken.std() * (np.rint(place) - place)) == period

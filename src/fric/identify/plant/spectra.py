@@ -64,7 +64,8 @@ def find_period(values: Real) -> int | None:
 
     The smallest lag at which the autocorrelation has a peak about as high as the highest, once it has been
     below zero, and the signal differs from itself about as little as at any: sparse lines are all but alike at a lag
-    at which the highest of them are.
+    at which the highest of them are. Where a signal differs from itself beside its lines alone, as an encoder's
+    rounding does, which may be alike again after some periods, the period is the shorter lag.
     """
     n = len(values)
     from scipy import signal
@@ -84,7 +85,20 @@ def find_period(values: Real) -> int | None:
     if not peaks.size:
         return None
     unlike = np.array([np.mean((x[lag:] - x[:-lag]) ** 2) for lag in peaks])
-    return int(peaks[np.argmax(unlike <= 1.1 * unlike.min() + 1e-4 * np.mean(x**2))])
+    found = int(peaks[np.argmax(unlike <= 1.1 * unlike.min() + 1e-4 * np.mean(x**2))])
+    parts = (int(lag) for lag in peaks if lag < found and found % lag == 0)
+    return next((lag for lag in parts if _at_lines(x, lag, found) < 0.1), found)
+
+
+def _at_lines(x: Real, lag: int, period: int) -> float:
+    """Return how much of what a signal differs from itself at a lag is at its lines, a share of the power."""
+    own, differing = (
+        np.abs(fft.rfft(signal[-(len(signal) // period * period) :])) ** 2 for signal in (x, x[lag:] - x[:-lag])
+    )
+    lines, beside = (power[:: (2 * len(power) - 1) // period] for power in (own, differing))
+    falling = np.sort(lines)[::-1]
+    driven = lines >= falling[np.searchsorted(np.cumsum(falling), 0.99 * np.sum(lines))]
+    return float(np.sum(beside[driven]) / max(np.sum(differing), 1e-300))
 
 
 def period_spectra(input: Real, position: Real, period: int, sampling: float) -> Spectra:
