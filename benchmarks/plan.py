@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import read_machine
+from fric.documents.plant import PlantDocument
 from fric.planning.choose import choose
 from fric.planning.plan import Limits
 from fric.results.expected import DRAWS, expected
@@ -29,10 +29,10 @@ def run() -> Iterator[tuple[str, str, str]]:
         trials = anywhere(truth, [trial for one in choose(truth, limits) for trial in one.trials(truth)], 77)
         logs = [trial.log(truth, made, 77) for trial, made in runs_of(truth, trials)]
         plant, *_, friction = identified(logs)
-        prior, _ = prior_axis(machine, axis, friction)
-        prior = replace(prior, plant=plant.belief)
+        prior, _ = prior_axis(machine, axis, friction, plant=plant)
         planned = choose(prior, limits)
-        found = expected(prior, planned, silent, known=FrictionDocument.model_validate(friction.document))
+        known = (FrictionDocument.model_validate(friction.document), PlantDocument.model_validate(plant.document))
+        found = expected(prior, planned, silent, DRAWS, *known)
         got = achieved(truth, planned, found.blocks or "auto", range(201, 201 + DRAWS))
         ratios = {
             key: np.array([one[key] for one in got]) / expectation.half_width

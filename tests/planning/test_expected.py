@@ -13,10 +13,13 @@ import fric
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.plan import PlanDocument
+from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
+from fric.friction.directed import Directed
+from fric.friction.gms import GMS
 from fric.planning.choose import choose
 from fric.planning.plan import Expected, Limits
-from fric.results.expected import Expectation, anywhere, expected, half_widths, identified
+from fric.results.expected import Expectation, anywhere, expected, half_widths, identified, scattering
 from fric.results.given import silent
 from fric.results.plan import _lacks, _more
 from fric.results.prior import prior_axis
@@ -76,16 +79,33 @@ def test_half_widths_are_as_expected_of_a_friction_that_was_identified(name: str
     trials = [trial for one in planned for trial in one.trials(truth)]
     logs = [trial.log(truth, run, 77) for trial, run in runs_of(truth, anywhere(truth, trials, 77))]
     plant, *_, friction = identified(logs)
-    prior, _ = prior_axis(machine, axis, friction)
-    prior = replace(prior, plant=plant.belief)
+    prior, _ = prior_axis(machine, axis, friction, plant=plant)
     planned = choose(prior, limits)
-    found = expected(prior, planned, silent, 3, FrictionDocument.model_validate(friction.document))
-    # of the rig A and B came out at seven and two times: its friction changes along the way, and that is told
-    unsure = {"A", "B"} if "plan-plant-unsure" in {one.code for one in found.notices} else set()
-    assert bool(unsure) == (name == "virtual-rig")
-    held = {name: one for name, one in found.parameters.items() if name not in unsure}
+    known = FrictionDocument.model_validate(friction.document), PlantDocument.model_validate(plant.document)
+    found = expected(prior, planned, silent, 3, *known)
     # three runs on either side scatter by that; without what the fit left over it was twenty on the rig
-    hold(held, achieved(truth, planned, found.blocks or "auto", (201, 202, 203)), 3.0)
+    hold(found.parameters, achieved(truth, planned, found.blocks or "auto", (201, 202, 203)), 3.0)
+
+
+def test_a_response_that_scattered_along_the_way_is_expected_to_scatter_again() -> None:
+    """The rig's friction changes with the place: its response tells A and B half as surely as that of its model."""
+    axis, limits = read_machine(Path("virtual-rig")).axis("x"), Limits(0.3, 0.1, 5.0)
+    assert isinstance(axis.friction, Directed)
+    rolling = axis.friction.model
+    level = GMS(static=rolling.static, alpha=rolling.alpha, k=rolling.k, C=rolling.C)
+    model = replace(axis, friction=Directed(level, axis.friction.negative))
+    planned = [one for one in choose(axis, limits) if one.kind == "frequency-response"]
+
+    def plant(axis, seed: int) -> PlantDocument:
+        trials = anywhere(axis, [trial for one in planned for trial in one.trials(axis)], seed)
+        (result,) = identified([trial.log(axis, run, seed) for trial, run in runs_of(axis, trials)])
+        return PlantDocument.model_validate(result.document)
+
+    simulated = [plant(model, seed) for seed in range(1, 6)]
+    found = scattering(plant(axis, 77), simulated)
+    assert 1.4 < found["A"] < 3.0
+    assert 1.4 < found["B"] < 3.0
+    assert all(factor < 1.5 for factor in scattering(plant(model, 78), simulated).values())
 
 
 def test_an_accuracy_takes_as_many_records_as_the_square_of_what_lacks() -> None:

@@ -26,6 +26,9 @@ def plan(
     friction: Annotated[
         Path | None, typer.Option("--friction", metavar="PRIOR.yaml", help="What is known of its friction.")
     ] = None,
+    plant: Annotated[
+        Path | None, typer.Option("--plant", metavar="PLANT.yaml", help="What is known of its plant, and its scatter.")
+    ] = None,
     machine: Annotated[
         str | None,
         typer.Option("--machine", metavar="MACHINE.yaml", help="Plant, controller, encoder, noise; else typical."),
@@ -64,8 +67,8 @@ def plan(
         raise typer.BadParameter('say what the axis may do: --stroke "300 mm" --feed "100 mm/s"')
     finish(
         lambda advance: fric.plan(
-            stroke=stroke, feed=feed, acceleration=acceleration, axis=axis, friction=friction, accuracy=accuracy or (),
-            advance=advance, **known,
+            stroke=stroke, feed=feed, acceleration=acceleration, axis=axis, friction=friction, plant=plant,
+            accuracy=accuracy or (), advance=advance, **known,
         ),
         plot=plot, into=output, json=json, force=force, doing="what to expect",
     )  # fmt: skip

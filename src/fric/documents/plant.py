@@ -95,6 +95,7 @@ class ResponseFitPart(Part):
 
     record: str
     estimate: str = Field("", description="how the response was measured")
+    averages: float | None = Field(None, description="independent averages, periods of an excitation")
     lines: int
     left_out: int
     lowest: Quantity
@@ -254,6 +255,7 @@ def _response(fit: ResponseFit, motion: Motion) -> dict[str, Any]:
     return known(
         record=measured.table.name,
         estimate=measured.description,
+        averages=measured.averages or None,
         lines=len(f),
         left_out=int(np.count_nonzero(~fit.used)),
         lowest=Estimate(float(f.min()), "Hz"),

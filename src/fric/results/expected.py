@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fric.documents.friction import FrictionDocument
+from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.notice import Notice
 from fric.planning.plan import Expected, Planned
@@ -138,12 +139,46 @@ def widening(
     return found
 
 
+def scattering(known: PlantDocument, found: Sequence[PlantDocument]) -> dict[str, float]:
+    """Return by what factor a drive's response tells its plant less surely than those of the simulated axis.
+
+    What else its friction does, along the way or in time, differs from period to period, and no simulation of its model
+    makes it. Half-widths are compared for a response of one size and one period. One record tells its scatter only to
+    what those simulated differ by among themselves: the logarithm δ of the factor is shrunk to ``δ·(1 - s²/δ²)``, and
+    to 0 where it is less than their deviation s (the positive part of James and Stein's).
+    """
+    own, *others = (_sureness(one) for one in (known, *found))
+    factors = {}
+    for name in own.keys() & set.intersection(*map(set, others)) if others else ():
+        usual = np.log([one[name] for one in others])
+        larger = float(np.log(own[name]) - np.median(usual))
+        if larger > (deviation := float(np.std(usual))):
+            factors[name] = float(np.exp(larger * (1.0 - (deviation / larger) ** 2)))
+    return factors
+
+
+def _sureness(document: PlantDocument) -> dict[str, float]:
+    """Return the half-widths of a plant by name, in SI, times size and root of the number of its responses' periods."""
+    parts = (document.fit and document.fit.responses) or []
+    size = sum(
+        (one.averages or 1.0) * float(one.velocity_rms.si("velocity", document.motion)) ** 2
+        for one in parts if one.velocity_rms is not None
+    )  # fmt: skip
+    limits = {name: one.ci95 for name, one in document.estimates(document.motion).items()}
+    pairs = {name: np.ravel(np.array(one, float)) for name, one in limits.items() if one is not None}
+    return {
+        name: 0.5 * float(high - low) * np.sqrt(size)
+        for name, (low, high) in pairs.items() if size > 0 and np.isfinite(high - low) and high > low
+    }  # fmt: skip
+
+
 def expected(
     axis: Axis,
     planned: Sequence[Planned],
     advance: Advance,
     draws: int = DRAWS,
     known: FrictionDocument | None = None,
+    plant: PlantDocument | None = None,
 ) -> Expectation:
     """Return the intervals that planned records of an axis will give.
 
@@ -159,12 +194,15 @@ def expected(
         Times that they are run and identified.
     known
         The friction file that the axis is known by, which tells what its models left over.
+    plant
+        The plant file that the axis is known by, which tells how its response scattered.
     """
     trials = [trial for one in planned for trial in one.trials(axis)]
     blocks: int | None = None
     found: list[dict[str, tuple[float, float, str]]] = []
     notices: list[Notice] = []
     documents: list[FrictionDocument] = []
+    plants: list[PlantDocument] = []
     for seed in range(1, draws + 1):
         logs = []
         for trial, run in runs_of(axis, anywhere(axis, trials, seed)):
@@ -180,6 +218,8 @@ def expected(
             blocks = len(results[-1].document["gms"]["k"]["value"])
         if results and known is not None and "static" in results[-1].document:
             documents.append(FrictionDocument.model_validate(results[-1].document))
+        if results and plant is not None and results[0].document["fric"] == PlantDocument.type_name():
+            plants.append(PlantDocument.model_validate(results[0].document))
         found.append(half_widths(results))
         advance()
     parameters = {}
@@ -188,7 +228,8 @@ def expected(
         middle = float(np.median(half))
         parameters[name] = Expected(float(np.median(values)), middle, units[0], (min(half), max(half)))
     wider = {} if known is None else widening(known, parameters, documents)
-    for name, factor in wider.items():
+    scattered = {} if plant is None else scattering(plant, plants)
+    for name, factor in (wider | {n: f for n, f in scattered.items() if n in parameters}).items():
         one = parameters[name]
         least, most = one.between
         parameters[name] = replace(one, half_width=factor * one.half_width, between=(factor * least, factor * most))
@@ -198,10 +239,10 @@ def expected(
             "by more records of the same kind than they are"
         )
         notices.append(Notice(text, "plan-left-over", "note"))
-    if plant := [name for name in ("A", "B") if name in parameters and {"F_c", "F_s"} & set(told)]:
+    if plant is None and {"A", "B"} & parameters.keys() and {"F_c", "F_s"} & set(told):
         text = (
-            f"{' and '.join(plant)} are expected as if friction were that of its model all along the way, which its "
-            "strokes deny: a response of this drive may tell them several times less surely"
+            "A and B are expected as if friction were that of its model all along the way, which its strokes deny: a "
+            "response of this drive may tell them several times less surely; give the plant of its last with --plant"
         )
         notices.append(Notice(text, "plan-plant-unsure", "doubt"))
     return Expectation(parameters, blocks, tuple(dict.fromkeys(notices)))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from fric.documents.friction import FrictionDocument
 from fric.documents.plan import SETTINGS, plan_tree
-from fric.documents.plant import PlantPart
+from fric.documents.plant import PlantDocument, PlantPart
 from fric.documents.yaml import dump
 from fric.errors import FricError, near
 from fric.export.motion import DIALECTS, Arc, Move
@@ -156,6 +156,7 @@ def plan(
     machine: Any = None,
     axis: str = "x",
     friction: Any = None,
+    plant: Any = None,
     accuracy: Mapping[str, float | str] | Sequence[str] = (),
     noise: float | str | None = None,
     encoder: float | str | None = None,
@@ -175,6 +176,8 @@ def plan(
         Name of the axis.
     friction
         What is known of its friction: a friction file of this axis, or a result.
+    plant
+        What is known of its plant, and how its response scattered: a plant file of this axis, or a result.
     accuracy
         Half-widths that are asked for, by parameter: a share as ``2%``, or a quantity; also as ``F_s=2%``.
     noise, encoder, like
@@ -189,8 +192,9 @@ def plan(
     FricError
         When the limits leave no room, or an accuracy is of no parameter.
     """
-    subject, notices = prior_axis(machine, axis, friction, noise=noise, encoder=encoder, like=like)
+    subject, notices = prior_axis(machine, axis, friction, noise=noise, encoder=encoder, like=like, plant=plant)
     known = None if friction is None else document_of("plan", FrictionDocument, friction)
+    responded = None if plant is None else document_of("plan", PlantDocument, plant)
     limits = Limits(
         in_si(stroke, "position", subject.motion), in_si(feed, "velocity", subject.motion),
         in_si(acceleration, "acceleration", subject.motion),
@@ -199,7 +203,7 @@ def plan(
     times: dict[str, int] = {}
     while True:
         planned = choose(subject, limits, times)
-        found = expected(subject, planned, advance, draws, known)
+        found = expected(subject, planned, advance, draws, known, responded)
         more = _more(wanted, found, times)
         if more == times:
             break
@@ -210,6 +214,7 @@ def plan(
     prior += f" with the friction of {friction}" if isinstance(friction, str | Path) else ""
     if subject.motion == "rotary":
         planned = tuple(one for one in planned if one.kind != "circle")
+    prior += f" and the plant of {plant}" if isinstance(plant, str | Path) else ""
     made = Plan(subject, limits, planned, list(durations(subject, planned)), found.parameters)
     return PlanResult(made, found.blocks, prior, [*notices, *found.notices])
 

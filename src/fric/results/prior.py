@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fric.documents.friction import FrictionDocument
+from fric.documents.plant import PlantDocument
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.friction.directed import Directed
@@ -36,6 +37,7 @@ def prior_axis(
     noise: float | str | None = None,
     encoder: float | str | None = None,
     like: Any = None,
+    plant: Any = None,
 ) -> tuple[Axis, list[Notice]]:
     """Return an axis as it is known, and what stands in for what is not.
 
@@ -51,6 +53,8 @@ def prior_axis(
         Of its logs: force noise, rms [N], and encoder step [m].
     like
         A typical log, which tells both.
+    plant
+        What is known of its plant: a plant file or a result.
 
     Raises
     ------
@@ -75,6 +79,10 @@ def prior_axis(
             raise FricError(f"the friction is of a {known.motion} axis, and axis {name} of the machine is not",
                             hint="Give the machine with --machine.")  # fmt: skip
         found = replace(found, friction=_friction(known, found))
+    if plant is not None:
+        of = (known.axis, found.motion) if known is not None else None
+        given = document_of("plan", PlantDocument, plant, of, "friction")
+        found = replace(found, plant=given.plant(found.motion))
     if like is not None:
         found = _logged_like(found, like)
     if encoder is not None:
