@@ -16,8 +16,10 @@ from fric.cli.auto import run_here
 from fric.cli.main import app
 from fric.documents.fleet import FleetDocument
 from fric.documents.yaml import read_document
+from fric.io.circle import write_circles
 from fric.report.drift import Change
 from tests.automatic.fleet_rig import DATES, make_fleet
+from tests.identify.synthetic_circles import Faults, circle
 
 DRIFTED = {1}
 
@@ -115,3 +117,20 @@ def test_the_same_digits_in_two_processes_and_on_a_dask_cluster(logs: Path, tmp_
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         shared = fric.auto(logs, output=tmp_path / "dask", scheduler=cluster.scheduler_address, run=run_here)
     assert [vars(one) for one in shared.drifts] == [vars(one) for one in alone.drifts]
+
+
+def test_a_glitch_that_grew_on_measured_circles_is_a_change_of_its_axis(tmp_path: Path) -> None:
+    """At the second date one machine's glitches of x are 3 µm higher, and nothing else of the two differs."""
+    logs = tmp_path / "logs"
+    for machine in range(2):
+        for n, date in enumerate(DATES):
+            along_x = 6e-6 + (3e-6 if machine and n else 0.0)
+            made = circle(Faults(glitch=(along_x, 5e-6) * 2), np.random.default_rng(2 * machine + n))
+            place = logs / f"m-{machine}" / date
+            place.mkdir(parents=True)
+            write_circles(place / "circle.h5", [made])
+    found = fric.auto(logs, output=tmp_path / "out", workers=1, run=run_here)
+    assert found.changed == [("m-1", "x")]
+    assert {one.change.name[:9] for one in found.drifts if one.changed} == {"glitch +x", "glitch -x"}
+    assert len(found.drifts) == 8
+    assert "µm ±" in found.values()[0][-1]

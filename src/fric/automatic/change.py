@@ -14,7 +14,7 @@ from scipy.special import stdtr, stdtrit
 from fric.automatic.fleet import UnitOutcome
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
-from fric.report.drift import Change, document_changes
+from fric.report.drift import Change, document_changes, limits_of
 from fric.report.report_input import Item
 
 if TYPE_CHECKING:
@@ -23,8 +23,11 @@ if TYPE_CHECKING:
 LEVEL = 0.05
 """Probability with which an axis of a fleet that did not change is said to have, at most: of all axes together."""
 
-FREEDOM = {"gms": 4.0, "plant": 7.0}
-"""Degrees of freedom of what intervals are from: cycles of a record, periods of an excitation, less one."""
+FREEDOM = {"gms": 4.0, "plant": 7.0, "glitch": 7.0}
+"""Degrees of freedom of what intervals are from: cycles of a record, periods of an excitation, less one.
+
+Of a glitch as few as of a plant: its intervals are held against 400 circles, and no more of their tails is known.
+"""
 
 
 @dataclass(frozen=True)
@@ -108,13 +111,22 @@ def _machines(found: Sequence[UnitOutcome]) -> Iterator[list[UnitOutcome]]:
 def _of_machine(dates: Sequence[UnitOutcome]) -> Iterator[Drift]:
     for before, after in pairwise(dates):
         for axis in before.axes.keys() & after.axes.keys():
-            earlier, later = (_items(one.axes[axis]["documents"]) for one in (before, after))
-            for kind in sorted(earlier.keys() & later.keys()):
-                for change in document_changes(earlier[kind], later[kind]):
-                    freedom = min(_freedom(one[kind], change.name) for one in (earlier, later))
-                    if (p := probability(change, freedom)) is not None:
-                        of = (before.unit.machine, axis, (before.unit.date, after.unit.date))
-                        yield Drift(*of, change, p)
+            of = (before.unit.machine, axis, (before.unit.date, after.unit.date))
+            for change, freedom in _changes(before.axes[axis], after.axes[axis]):
+                if (p := probability(change, freedom)) is not None:
+                    yield Drift(*of, change, p)
+
+
+def _changes(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[tuple[Change, float]]:
+    """Yield each number that an axis has at both dates, and the degrees of freedom of its intervals."""
+    earlier, later = (_items(one["documents"]) for one in (before, after))
+    for kind in sorted(earlier.keys() & later.keys()):
+        for change in document_changes(earlier[kind], later[kind]):
+            yield change, min(_freedom(one[kind], change.name) for one in (earlier, later))
+    for name in sorted(before["glitches"].keys() & after["glitches"].keys()):
+        one, other = (of["glitches"][name] for of in (before, after))
+        limits = (limits_of(one["ci95"]), limits_of(other["ci95"]))
+        yield Change(name, "m", one["value"], other["value"], *limits), FREEDOM["glitch"]
 
 
 def _items(documents: Mapping[str, Any]) -> dict[str, Item]:

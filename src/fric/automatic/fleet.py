@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
@@ -14,8 +14,10 @@ from fric.automatic.session import Run, Session, identify_axes, run_apart
 from fric.automatic.sources import find_sources
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
+from fric.results.diagnose import diagnose
 from fric.simulate.cluster import cluster_outcomes
 from fric.simulate.processes import outcomes
+from fric.units import readable
 
 DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")
 """Names of folders that are dates: 2026-11, 2026-11-21, 20261121, with a time behind it or without."""
@@ -42,7 +44,7 @@ class UnitOutcome:
     unit
         Where they are from.
     axes
-        By axis, which steps were done and what is missing, and its documents by kind.
+        By axis, which steps were done and what is missing, its documents by kind, and its glitches on measured circles.
     description
         What was guessed, left out, or could not be read.
     steps, made
@@ -102,16 +104,36 @@ class FleetStudy:
             found = find_sources([unit.folder], self.mapping)
         except FricError as error:
             return UnitOutcome(unit, {}, (str(error),))
-        if not found.logs:
+        if not (found.logs or found.circles):
             return UnitOutcome(unit, {}, ("there is no log", *found.description))
         session = Session(self.output / unit.machine / unit.date, self.run, lambda _: None)
-        axes = {}
+        axes: dict[str, dict[str, Any]] = {}
         for name, one in identify_axes(session, found, lean=True).items():
             files = {kind: session.folder / name / f"{kind}.yaml" for kind in KINDS}
             documents = {kind: plain(read_tree(file)) for kind, file in files.items() if file.exists()}
-            axes[name] = {"done": one["done"], "missing": one["missing"], "documents": documents}
+            axes[name] = {"done": one["done"], "missing": one["missing"], "documents": documents, "glitches": {}}
+        for path in found.circles:
+            try:
+                glitches = _glitches(diagnose(path).document)
+            except FricError as error:
+                found.description.append(f"{path}: {error.what}")
+                continue
+            for name, one in glitches.items():
+                known = axes.setdefault(name, {"done": [], "missing": [], "documents": {}, "glitches": {}})
+                known["glitches"] |= one
+                known["done"] += [] if "circle" in known["done"] else ["circle"]
         session.close()
         return UnitOutcome(unit, axes, tuple(found.description), session.steps, session.made)
+
+
+def _glitches(diagnosis: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the glitches of a measured circle by axis and name, which says quadrant and test."""
+    radius, feed = (readable(diagnosis[name]["value"], unit) for name, unit in (("radius", "m"), ("feed", "m/s")))
+    way = ", clockwise" if diagnosis["direction"]["value"] < 0 else ""
+    found: dict[str, dict[str, Any]] = {}
+    for quadrant, one in diagnosis["glitch"].items():
+        found.setdefault(quadrant[1:], {})[f"glitch {quadrant}, {radius} at {feed}{way}"] = one
+    return found
 
 
 def run_fleet(

@@ -89,12 +89,12 @@ class FleetResult(Result):
         head += f", at {LEVEL:.0%} for all {len(self.drifts)} numbers together"
         made, steps = sum(one.made for one in self.outcomes), sum(one.steps for one in self.outcomes)
         changes = Table(("changed", "dates", "", "before", "after", "", "by chance"), rows)
-        every = Table(("axis", "date", *SHOWN), self.values())
+        every = Table(("axis", "date", *SHOWN, "glitch"), self.values())
         foot = f"{made} of {steps} steps were run, the rest was up to date"
         return [head, *([changes] if rows else []), every, foot, str(self.folder / "fleet.html")]
 
     def values(self) -> list[tuple[str, ...]]:
-        """Return a row an axis and date: machine and axis, date, and what was identified, for people."""
+        """Return a row an axis and date: its name, the date, what was identified, its largest glitch, for people."""
         rank = {one: n for n, one in enumerate(self.changed)}
         rows = []
         for outcome in self.outcomes:
@@ -102,6 +102,8 @@ class FleetResult(Result):
                 tree = axis["documents"].get("friction") or axis["documents"].get("static") or {}
                 shown = tuple(_shown(tree.get("static", {}).get(symbol)) for symbol in SHOWN)
                 place = rank.get((outcome.unit.machine, name), len(rank))
+                glitch = max(axis["glitches"].values(), key=lambda one: abs(one["value"]), default=None)
+                shown += (_shown(glitch),)
                 rows.append((place, (f"{outcome.unit.machine} {name}", outcome.unit.date, *shown)))
         return [row for _, row in sorted(rows, key=lambda one: one[0])]
 
@@ -109,7 +111,7 @@ class FleetResult(Result):
         """Write the page and the fleet file into the folder."""
         document, target = self.folder / "fleet.yaml", self.folder / "fleet.html"
         page = environment().get_template("fleet.html.j2").render(
-            fleet=self, level=LEVEL, shown=SHOWN, rows=self.values(),
+            fleet=self, level=LEVEL, shown=(*SHOWN, "glitch"), rows=self.values(),
             unchanged=[one for one in self.drifts if not one.changed and one.change.verdict == "moved"][:50],
         )  # fmt: skip
         with together(document) as made, staged(target, force=True) as draft:

@@ -94,16 +94,16 @@ def block_counts(before: Item, after: Item) -> tuple[int, int] | None:
 def _changes(name: str, before: Estimate, after: Estimate) -> Iterator[Change]:
     if not isinstance(before.value, tuple) or not isinstance(after.value, tuple):
         if isinstance(before.value, float) and isinstance(after.value, float):
-            yield Change(name, after.unit, before.value, after.value, _limits(before.ci95), _limits(after.ci95))
+            yield Change(name, after.unit, before.value, after.value, limits_of(before.ci95), limits_of(after.ci95))
         return
     if len(before.value) != len(after.value):
         return
     intervals = [one.ci95 or (None,) * len(before.value) for one in (before, after)]
     for n, (one, other, low, high) in enumerate(zip(before.value, after.value, *intervals, strict=True), 1):
-        yield Change(f"{name}_{n}", after.unit, one, other, _limits(low), _limits(high))
+        yield Change(f"{name}_{n}", after.unit, one, other, limits_of(low), limits_of(high))
 
 
-def _limits(given: Any) -> tuple[float, float] | None:
+def limits_of(given: Any) -> tuple[float, float] | None:
     """Return the limits of an interval, None and NaN standing for one that the data do not set."""
     if given is None:
         return None
