@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import typer
 from matplotlib import image
+from typer.testing import CliRunner
 
 from docs import examples
 from fric.cli.main import app
@@ -51,6 +52,8 @@ def test_every_command_has_help_and_a_page(path):
     assert len(COMMANDS[path].strip()) > 20
     page = (ROOT / "docs/commands.md").read_text()
     assert f"`{' '.join(path)}`" in page
+    told = CliRunner().invoke(app, [*path[1:], "--help"], env={"COLUMNS": "80", "TERM": "dumb"}, terminal_width=80)
+    assert max(map(len, told.output.splitlines())) <= 80
 
 
 def test_commands_page_is_fresh(tmp_path):

@@ -45,7 +45,9 @@ def ingest(
         Path | None,
         typer.Option("--map", metavar="MAP.yaml", help="What the columns mean, where the header does not say it."),
     ] = None,
-    kind: Annotated[KindChoice | None, typer.Option(help="The experiment that was logged.")] = None,
+    kind: Annotated[
+        KindChoice | None, typer.Option(metavar="KIND", help=f"What was logged: {', '.join((*KINDS, CIRCLE))}.")
+    ] = None,
     axis: Annotated[str | None, typer.Option(metavar="NAME", help="Name of the axis, such as x.")] = None,
     motion: Annotated[_Motion | None, typer.Option(help="Of the axis, where the units do not tell.")] = None,
     append: Annotated[bool, typer.Option("--append", help="Add to LOG.h5; what it holds already is skipped.")] = False,
