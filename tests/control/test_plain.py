@@ -7,6 +7,7 @@ every sample to 1e-6 V, so does the position, to far below 0.02 µm: the cascade
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 from functools import cache
@@ -131,20 +132,27 @@ def sliding_mode(trace: Trace, values: dict[str, float]) -> np.ndarray:
 
 
 def gain_scheduled(trace: Trace, values: dict[str, float]) -> np.ndarray:
+    """What it is handed over stroke by stroke; the rest by sums."""
     error = C.K_v * (trace.reference - trace.measured) + MOTION.velocity - filtered_velocity(trace)
     model = AXIS.nominal_friction.models["gms"]
-    turn, heading, level, smooth = trace.reference[0], 0.0, 1.0, 1 - math.exp(-2 * math.pi * C.velocity_filter / 5 * T)
-    integral, out = 0.0, []
-    for n, e in enumerate(error):
-        if MOTION.velocity[n] * heading < 0 or heading == 0:
-            turn = trace.reference[n]
-        heading = np.sign(MOTION.velocity[n]) or heading
-        way = abs(trace.reference[n] - turn)
-        stiffness = sum(k for a, k in zip(model.alpha, model.k, strict=True) if way / 4 < 2 * a * model.static.F_s / k)
-        share = min(1.0, math.sqrt(stiffness / P.M) / (0.4 * P.B * C.K_p))
-        level += smooth * (share - level)
-        integral += C.K_i * T * (1 + values["integral"] * level) * e
-        out.append(C.K_p * (1 + values["proportional"] * level) * e + integral)
+    knots = [2 * a * model.static.F_s / k for a, k in zip(model.alpha, model.k, strict=True)]
+    pole, level, integral, out = math.exp(-2 * math.pi * C.velocity_filter * T), 1.0, 0.0, []
+    turns = np.flatnonzero(MOTION.velocity[1:] * MOTION.velocity[:-1] < 0) + 1
+    turns = [0, *turns, len(error)]
+    ended: list[float] = []  # the integral at the reversals
+    for first, last in itertools.pairwise(turns):
+        way = np.abs(trace.reference[first:last] - trace.reference[first])
+        if first:
+            ended.append(integral)
+        change = values["carried"] * (ended[-2] - ended[-1]) if len(ended) > 1 else 0.0
+        begun, own = integral, 0.0
+        for n, x in zip(range(first, last), way, strict=True):
+            stiffness = sum(k for knot, k in zip(knots, model.k, strict=True) if x / 4 < knot)
+            level = pole * level + (1 - pole) * min(1.0, math.sqrt(stiffness / P.M) / (0.4 * P.B * C.K_p))
+            turned = sum(a * min(1.0, x / knot) for a, knot in zip(model.alpha, knots, strict=True)) / sum(model.alpha)
+            own += C.K_i * T * (1 + values["integral"] * level) * error[n]
+            integral = begun + own + change * turned
+            out.append(C.K_p * (1 + values["proportional"] * level) * error[n] + integral)
     return np.array(out)
 
 
