@@ -111,6 +111,19 @@ def test_a_period_is_not_three_of_them_by_chance() -> None:
     assert find_period(np.asarray(log.input)) == 2000
 
 
+def test_what_comes_again_over_the_way_makes_no_period_of_three() -> None:
+    """Friction over position: 4.69 waves in a period of the excitation are 14.06 in three, which are all but alike."""
+    n, rng = np.arange(16_000), np.random.default_rng(2)
+    lines = np.unique(np.rint(np.geomspace(1, 250, 60)))
+    u = sum(k * np.cos(2 * np.pi * (k * n / 2000 + rng.random())) for k in lines)
+    u = np.asarray(u) / np.std(u)
+    waved = u + 0.014 * np.cos(2 * np.pi * 14.06 / 6000 * n) + 2e-3 * rng.normal(size=len(n))
+    assert np.mean((waved[6000:] - waved[:-6000]) ** 2) < 0.3 * np.mean((waved[2000:] - waved[:-2000]) ** 2)
+    assert find_period(waved) == 2000
+    odd = u + 0.1 * np.cos(2 * np.pi * 14 / 6000 * n)  # a line of the excitation is more than that
+    assert find_period(odd) == 6000
+
+
 def test_the_period_of_sparse_lines_is_not_that_of_the_highest() -> None:
     """Twelve lines from 2 to 400 Hz are alike to 0.4 % after 85 ms, and altogether after a second."""
     for count in (8, 12, 16):

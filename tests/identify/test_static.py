@@ -267,4 +267,7 @@ def test_strokes_too_short_to_settle_are_told():
     for log in _logs(14):
         creeping = 1 + 0.3 * np.exp(-(log.time - log.time[0]) / np.ptp(log.time))
         logs.append(replace(log, force=log.force * creeping))
-    assert any("not settled" in warning for warning in identify_static(logs).warnings)
+    fit = identify_static(logs)
+    assert {w.code: w.severity for w in fit.warnings}["strokes-unsettled"] == "wrong"
+    low, high = fit.static.estimates["F_s"].ci95
+    assert low < TABLE_1.F_s < high

@@ -22,6 +22,7 @@ from fric.identify.static_map.identifiability import damping_warning, directions
 from fric.identify.static_map.map_fit import Form, MapFit, ShapeFactor, SpeedPoint, Weights, fit_map, solved
 from fric.identify.static_map.over_position import OverPosition, steady_strokes, without_places
 from fric.identify.static_map.points import stroke_points
+from fric.identify.static_map.unsettled import settled_points
 from fric.log import ForceVelocity
 from fric.notice import Notice
 from fric.threads import one_blas_thread
@@ -138,6 +139,8 @@ def identify_static(
 
     strokes = steady_strokes(logs, points)
     place = over_place([(log, segment) for _, log, segment in strokes])
+    unsettled = _unsettled(points, motion)
+    points, settling, settles = settled_points(points, strokes, average, motion)
     damping = plant.damping if plant else 0.0
     fitting = partial(
         fit_map, delta=delta, weights=weights, motion=motion, form=form, damping=damping, damping_error=damping_error
@@ -146,7 +149,9 @@ def identify_static(
         points, strokes, place, over_position, partial(solved, delta=delta, weights=weights, form=form, damping=damping,
                                                        offset=load or 0.0), load is None,
     )  # fmt: skip
-    warnings = amiss + _unsettled(points, motion)
+    if settling is not None:
+        together = settling if together is None else np.vstack([settling, together])
+    warnings = amiss + (list[str](settles) or unsettled)
     positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
     if direction == "each" and not (positive and backward):
         raise FricError(

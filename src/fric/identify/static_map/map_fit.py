@@ -49,6 +49,8 @@ class SpeedPoint:
         Root mean square of the velocity about its mean over that mean [1]; 0 where it does not swing.
     over_position
         What was taken off the force because it comes again at the places of this stroke [N].
+    onset
+        Time in the record from which on it was at constant velocity [s], the force settling; ``start`` where None.
     """
 
     velocity: float
@@ -61,6 +63,7 @@ class SpeedPoint:
     settled: bool = True
     swing: float = 0.0
     over_position: float = 0.0
+    onset: float | None = None
 
 
 @dataclass(frozen=True)
@@ -200,7 +203,7 @@ def fit_map(
         Damping [N·s/m] that was taken off the forces, and half its 95 % interval. What is left may be below 0 where it
         was too much: sigma is then 0, and the other parameters are what they are for any damping taken off.
     together
-        Directions in which the forces of all points err together [N], shape (m, n).
+        Directions in which the forces of all points err together, half widths [N], shape (m, n).
     form
         ``coulomb`` for Coulomb plus viscous friction, ``stribeck`` for eq. (2), ``auto`` for what predicts better.
 
@@ -215,8 +218,7 @@ def fit_map(
     left_out = tuple(point for point, used in zip(points, fitted.kept, strict=True) if not used)
     estimates, covariance = _estimates(fitted.problem, fitted.solution, motion, fixed_weights=weights == "equal")
     if together is not None:
-        moved = float(stdtrit(max(len(together) - 1, 1), 0.975)) * together[:, fitted.kept]
-        estimates = _with_common_errors(estimates, fitted.problem, fitted.solution, moved)
+        estimates = _with_common_errors(estimates, fitted.problem, fitted.solution, together[:, fitted.kept])
     if damping:
         fitted, estimates = _less_damping(fitted, estimates, damping, damping_error)
     part = [point for point, used in zip(points, fitted.kept, strict=True) if used]

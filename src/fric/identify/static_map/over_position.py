@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from scipy.special import stdtrit
 
 from fric.identify.records.over_strokes import PLACES
 from fric.identify.records.segments import Segment
@@ -89,13 +90,13 @@ class Profile:
         """Return the points without what the profile adds to each, and how that errs, by leaving out each stroke.
 
         The errors [N], shape (strokes, n), are directions in which the forces of all points move together: the sum of
-        their squares is the variance.
+        their squares is that of half a 95 % interval.
         """
         n, by = len(self.numbers), self.means()
         each = np.array([self.means(k) for k in range(n)])
         errors = np.zeros((n, len(points)))
         errors[:, self.numbers] = np.sqrt((n - 1) / n) * (each - each.mean(axis=0))
-        return self._without(points, by, np.linalg.norm(errors, axis=0)), errors
+        return self._without(points, by, np.linalg.norm(errors, axis=0)), float(stdtrit(n - 1, 0.975)) * errors
 
     def _without(self, points: Sequence[SpeedPoint], by: Real, errors: Real | None = None) -> list[SpeedPoint]:
         found = list(points)
@@ -110,10 +111,11 @@ def steady_strokes(logs: Sequence[Log], points: Sequence[SpeedPoint]) -> list[tu
     """Return record and steady segment of each point that is from a stroke that does not swing, with its number."""
     named = {log.name: log for log in logs}
     return [
-        (n, named[point.record], Segment(start, stop + 1, point.velocity, 0.0, start, point.settled))
+        (n, named[point.record], Segment(start, stop + 1, point.velocity, 0.0, onset, point.settled))
         for n, point in enumerate(points)
         if not point.swing and len(named) == len(logs) and point.record in named
-        for start, stop in [np.searchsorted(named[point.record].time, [point.start, point.stop])]
+        for times in [(point.start if point.onset is None else point.onset, point.start, point.stop)]
+        for onset, start, stop in [np.searchsorted(named[point.record].time, times)]
     ]
 
 

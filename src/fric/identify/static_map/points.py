@@ -114,7 +114,7 @@ def _points_of(log: Log, method: Average, plant: Plant | None) -> tuple[list[Spe
         points.append(
             SpeedPoint(
                 segment.velocity, mean.value - damping, error, len(segment), log.name, float(log.time[segment.start]),
-                float(log.time[segment.stop - 1]), segment.settled, swing,
+                float(log.time[segment.stop - 1]), segment.settled, swing, onset=float(log.time[segment.onset]),
             )
         )  # fmt: skip
     return points, reason
