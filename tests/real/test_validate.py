@@ -71,3 +71,11 @@ def test_half_of_the_gain_of_emps_is_told(files, tmp_path):
         words = ("validate", log, "--plant", plant, "--controller", controller, "--json")
         coded = json.loads(fric(*words).stdout)["warnings_coded"]
         assert ("controller-differs" in {one["code"] for one in coded}) is told
+
+
+def test_a_lag_that_is_not_found_again_is_not_told(files, tmp_path):
+    """Once its force was moved, no lag of EMPS can be told: nothing was told as "the force is logged later: ;"."""
+    log, plant = files
+    words = ["--plant", plant, "-o", tmp_path / "gms.yaml", "--json"]
+    coded = json.loads(fric("identify", "gms", log, *words).stdout)["warnings_coded"]
+    assert not {"force-late", "force-late-open"} & {one["code"] for one in coded}

@@ -248,7 +248,7 @@ class ReportInput:
         given = evidence_of(
             test.provenance, test.contours, test.prediction, compared=bool(held), tolerance=self.tolerance,
             disagreements={one.source: one.disagreements() for one in held}, measured=self._measured(test),
-            circle=held[0].source if held else "CIRCLE.h5", notices=self._notices(test), **more,
+            notices=self._notices(test), **({"circle": held[0].source} if held else {}), **more,
         )  # fmt: skip
         return decide(given)
 

@@ -75,9 +75,10 @@ def evidence_of(
     coded = [Notice(one["text"], one["code"], one["severity"]) for one in made.get("warnings_coded", ())]
     notices = more.pop("notices", coded)
     if seen:
-        settled += [one for one in notices if one.code in SETTLED]
+        settled += [one for one in notices if one.code in SETTLED and one.severity == "wrong"]
         notices = [one for one in notices if one.code not in SETTLED]
     file = str(made.get("origin", {}).get("path", ""))
+    more = {"circle": min(seen)} | more if seen else more
     return Evidence(
         candidates=candidates,
         axes=tuple(map(str, made.get("axes", ()))),

@@ -116,7 +116,7 @@ def identify_gms(
         moved = tuple(one.later(suspected.get(one.name, 0.0)) for one in ready)
         again, left = _identified(moved, len(presliding), *settings)
         total = {name: suspected.get(name, 0.0) + float(one) for name, one in left.items()}
-        seen = all(abs(by) > half_width(left[name]) for name, by in total.items())
+        seen = bool(total) and all(abs(by) > half_width(left[name]) for name, by in total.items())
         if seen and one_lag(total, left):  # a drive logs all records alike: what differs between them is no lag
             sure = again.rmse < result.rmse
             result = again if sure else result
