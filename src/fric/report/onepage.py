@@ -68,7 +68,9 @@ def summary_of(
     machine = "; ".join(filter(None, names)) or (machine_name(inputs.machine) if inputs.machine else "")
     files = [Path(inputs.machine).name] if inputs.machine else []
     files += [*(item.source for item in inputs.items), *(test.source for test in inputs.tests)]
-    files += [*(one.source for one in inputs.circles), *(name for name, _ in inputs.logs)]
+    files += [*(one.source for one in inputs.circles), *(name for name, _ in inputs.logs + inputs.maps)]
+    files += [*(one.source for one in inputs.replaced), *(before.source for before, _ in inputs.pairs)]
+    files += [before.source for before, _ in inputs.test_pairs]
     made = datetime.fromisoformat(str(provenance()["created"]))
     facts = [("machine", machine)] if machine else []
     axes = dict.fromkeys([*inputs.axes(), *(name for test in inputs.tests for name in test.axes)])
