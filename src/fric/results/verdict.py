@@ -78,7 +78,8 @@ def evidence_of(
         settled += [one for one in notices if one.code in SETTLED and one.severity == "wrong"]
         notices = [one for one in notices if one.code not in SETTLED]
     file = str(made.get("origin", {}).get("path", ""))
-    more = {"circle": min(seen)} | more if seen else more
+    names = {"machine": machine_name(file) if file else "MACHINE.yaml", "command": str(made.get("command", ""))}
+    names |= {"circle": min(seen)} if seen else {}
     return Evidence(
         candidates=candidates,
         axes=tuple(map(str, made.get("axes", ()))),
@@ -89,7 +90,7 @@ def evidence_of(
         distrust=distrust,
         settled=tuple(dict.fromkeys(settled)),
         notices=notices,
-        **{"machine": machine_name(file) if file else "MACHINE.yaml", "command": str(made.get("command", ""))} | more,
+        **names | more,
     )
 
 
