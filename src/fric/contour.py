@@ -206,13 +206,15 @@ def contour_error(
     off = motion - path
     error = off[:, 0] * tangent[:, 1] - off[:, 1] * tangent[:, 0]
     heading = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
-    turns = sorted((int(n), axis) for axis in (0, 1) for n in np.flatnonzero(np.diff(np.sign(velocity[:, axis])) != 0))
-    places = [n for n, _ in turns]
+    crossings = sorted(
+        (int(n), axis) for axis in (0, 1) for n in np.flatnonzero(np.diff(np.sign(velocity[:, axis])) != 0)
+    )
+    places = [n for n, _ in crossings]
     deviation = error - np.median(error)
     found = []
-    for k, (n, axis) in enumerate(turns):
+    for k, (n, axis) in enumerate(crossings):
         first = (places[k - 1] + n) // 2 if k else 0
-        last = (n + places[k + 1]) // 2 if k + 1 < len(turns) else len(error)
+        last = (n + places[k + 1]) // 2 if k + 1 < len(crossings) else len(error)
         beyond = np.abs(heading - heading[n]) > WINDOW
         first = max(first, int(np.flatnonzero(beyond[:n])[-1]) + 1 if beyond[:n].any() else 0)
         last = min(last, n + int(np.flatnonzero(beyond[n:])[0]) if beyond[n:].any() else len(error))

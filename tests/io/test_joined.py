@@ -48,7 +48,7 @@ def read(*files: tuple[str, dict[str, np.ndarray]]) -> tuple[dict[str, np.ndarra
         known.append((table, plan(table, None, None, "linear", {}, part=True)))
     table, chosen = joined(known)
     blocks = [chosen.convert(block.columns, np.arange(len(block.columns[0]))) for block in table.read(chosen.wanted)]
-    return {name: np.concatenate([block[name] for block in blocks]) for name in chosen.origins}, list(table.told)
+    return {name: np.concatenate([block[name] for block in blocks]) for name in chosen.origins}, list(table.notices)
 
 
 @settings(max_examples=30, deadline=None)

@@ -165,9 +165,9 @@ def auto(
     session.close()
     words = {name: {"done": one["done"], "missing": one["missing"]} for name, one in axes.items()}
     failed = [f"{name}: {text}" for name, text in session.failed.items() if name.partition(":")[0] not in axes]
-    told = list(dict.fromkeys(found.description + failed))
+    described = list(dict.fromkeys(found.description + failed))
     rotary = bool(axes) and all(one["motion"] == "rotary" for one in axes.values())
-    return AutoResult(folder, words, told, session.steps, session.made, page, rotary)
+    return AutoResult(folder, words, described, session.steps, session.made, page, rotary)
 
 
 def _machine(session: Session, axes: dict[str, dict[str, Any]], given: Path | None) -> Path | None:

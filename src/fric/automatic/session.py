@@ -24,8 +24,8 @@ def run_apart(words: Sequence[str]) -> None:
     """Run a command in a process of its own."""
     done = run_python("from fric.cli.main import main\nmain()", *words)
     if done.returncode:
-        told = done.stderr.decode(errors="replace").strip().removeprefix("error: ")
-        raise FricError(told or f"ended with status {done.returncode}")
+        message = done.stderr.decode(errors="replace").strip().removeprefix("error: ")
+        raise FricError(message or f"ended with status {done.returncode}")
 
 
 class Session:

@@ -163,8 +163,8 @@ def fitted(model: FrictionModel, sampling: float) -> tuple[float, float, float, 
     for rate in ACCELERATIONS:
         feed = float(np.sqrt(rate * 0.03))
         motion = circle(0.03, feed, 1, sampling)[0]
-        turn = int(np.flatnonzero(np.diff(np.sign(motion.velocity[1:])) != 0)[1]) + 2  # the second is at full feed
-        window = slice(turn, turn + int(0.04 * sampling))
+        reversal = int(np.flatnonzero(np.diff(np.sign(motion.velocity[1:])) != 0)[1]) + 2  # the second is at full feed
+        window = slice(reversal, reversal + int(0.04 * sampling))
         F = model.replay(motion.time, motion.position, motion.velocity)[window]
         heading = np.sign(motion.velocity[window])
         parts.append(heading * F - np.asarray(model.steady_state(np.abs(motion.velocity[window]))))

@@ -6,7 +6,7 @@
     u = (2·slope·ė + slope²·e)/B + reach·sat(s/layer)
 
 On the surface s = 0 the error dies out as (D + slope)²·∫e = 0, whatever the disturbance; outside the layer the
-voltage ``reach`` drives it there, inside the sign is a straight line, against chattering. What the inverse model
+voltage ``reaching`` drives it there, inside the sign is a straight line, against chattering. What the inverse model
 gives along the reference, (r̈ + A·ṙ)/B, is added by the loop: with both u is the equivalent control and the reaching
 law. The velocity is the first difference behind the cascade's low-pass, and the integral waits while the voltage is
 limited. Not linear: inside the layer it is, which is what its design looks at. J.-J. Slotine, W. Li, Applied
@@ -36,7 +36,7 @@ SEEN, FILTERED, INTEGRAL, PENDING = range(4)
 def _step(
     sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
 ) -> float:
-    slope, reach, layer, B, pole, T_s = (
+    slope, reaching, layer, B, pole, T_s = (
         parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5]
     )  # fmt: skip
     if sample.excess == 0.0 or sample.excess * state[PENDING] < 0.0:
@@ -46,7 +46,7 @@ def _step(
     e, rate = sample.reference - sample.measured, sample.velocity - state[FILTERED]
     state[PENDING] = T_s * e
     s = rate + 2.0 * slope * e + slope * slope * (state[INTEGRAL] + state[PENDING])
-    drive: float = (2.0 * slope * rate + slope * slope * e) / B + reach * min(max(s / layer, -1.0), 1.0)
+    drive: float = (2.0 * slope * rate + slope * slope * e) / B + reaching * min(max(s / layer, -1.0), 1.0)
     return drive
 
 
@@ -60,7 +60,7 @@ class SlidingMode(ControlBlock):
         Slope of the line in the layer, reach over layer [V·s/m].
     slope
         Slope of the surface: how fast the error dies out on it [1/s].
-    reach
+    reaching
         Voltage outside the layer [V].
     """
 
@@ -78,7 +78,7 @@ class SlidingMode(ControlBlock):
 
     gain: float
     slope: float
-    reach: float
+    reaching: float
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:
@@ -92,16 +92,16 @@ class SlidingMode(ControlBlock):
     @classmethod
     def tuned_to(cls, value: float, setting: Setting) -> Self:
         """Return the controller with a slope of the line in the layer, and the surface that goes with it."""
-        reach = setting.cascade.limit / 3.0
+        reaching = setting.cascade.limit / 3.0
         if setting.friction is not None:
-            reach = 3.0 * abs(float(setting.friction.steady_state(1e-6))) / setting.K_f
-        return cls(value, setting.plant.B * value / 5.0, float(min(reach, 1e3)))
+            reaching = 3.0 * abs(float(setting.friction.steady_state(1e-6))) / setting.K_f
+        return cls(value, setting.plant.B * value / 5.0, float(min(reaching, 1e3)))
 
     def packed(self, setting: Setting) -> NDArray[np.float64]:
         """Return surface, reaching law and velocity filter."""
         cascade = setting.cascade
         pole = low_pass_pole(cascade.velocity_filter, cascade.sampling)
-        return np.array([self.slope, self.reach, self.reach / self.gain, setting.plant.B, pole, setting.T_s])
+        return np.array([self.slope, self.reaching, self.reaching / self.gain, setting.plant.B, pole, setting.T_s])
 
     def initial_state(self, setting: Setting) -> NDArray[np.float64]:
         """Return the position one sample ago, the filtered velocity, the integral and what is to join it."""

@@ -48,7 +48,7 @@ class CircleMapDocument(Document):
         default_factory=dict, description="what blocks gain on a static map, and an observer on a feedforward"
     )
 
-    def told(self) -> list[str]:
+    def describe(self) -> list[str]:
         """Return where and by how much each pair of schemes differs, a sentence a pair."""
         return [self._told(name, np.array(one.less, float)) for name, one in self.differences.items()]
 
@@ -63,9 +63,9 @@ class CircleMapDocument(Document):
             return f"{by} at {readable(self.radii[row], 'm')} and {readable(self.feeds[column], 'm/s')}"
 
         better, worse = less > 0, less < 0
-        told = f"{name}: less on {np.count_nonzero(better)} of {np.count_nonzero(ran)} circles"
-        told += f", at most by {at(np.nanargmax(less))}" if better.any() else ""
-        return told + (f"; more on {np.count_nonzero(worse)}, by {at(np.nanargmin(less))}" if worse.any() else "")
+        text = f"{name}: less on {np.count_nonzero(better)} of {np.count_nonzero(ran)} circles"
+        text += f", at most by {at(np.nanargmax(less))}" if better.any() else ""
+        return text + (f"; more on {np.count_nonzero(worse)}, by {at(np.nanargmin(less))}" if worse.any() else "")
 
 
 def circle_map_tree(found: CircleMap, notices: Iterable[str]) -> dict[str, Any]:

@@ -71,7 +71,7 @@ def discrepancies(
         Parameters whose interval cannot be drawn from.
     """
     shares: dict[str, float] = {}
-    told: list[Notice] = []
+    reasons: list[Notice] = []
     delay = float(plant.estimates(friction.motion)["T_d"])
     found = [*_of_friction(friction), *_of_plant(plant, delay), *_of_warnings(friction, plant)]
     for name, share in FORM.items():
@@ -79,14 +79,14 @@ def discrepancies(
     for name, share, why in found:
         if share >= AT_LEAST:
             shares[name] = (shares.get(name, 0.0) ** 2 + share**2) ** 0.5
-            told.append(Notice(f"{name} ± {share:.2g}: {why}", "prediction-widened", "note"))
+            reasons.append(Notice(f"{name} ± {share:.2g}: {why}", "prediction-widened", "note"))
     spreads = {name: Spread(1 / (1 + share), 1 + share, "log-normal") for name, share in shares.items()}
     for name in refused:
         if name != "offset":
             spreads[name] = Spread(1 / OPEN, OPEN, "log-normal")
             text = f"{name} × {1 / OPEN:g} … {OPEN:g}: its interval is open, or does not hold the estimate"
-            told.append(Notice(text, "prediction-widened", "note"))
-    return spreads, tuple(dict.fromkeys(told))
+            reasons.append(Notice(text, "prediction-widened", "note"))
+    return spreads, tuple(dict.fromkeys(reasons))
 
 
 Found = Iterator[tuple[str, float, str]]

@@ -142,8 +142,8 @@ def build_bench(machine: Machine, exported: Scheme, program: Program, folder: Pa
     for component in sorted(folder.glob("*.comp")):
         done = subprocess.run(["halcompile", "--compile", component.name], cwd=folder, capture_output=True, text=True)
         if done.returncode:
-            told = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
-            raise FricError(f"halcompile refuses the component: {told}", where=str(component))
+            printed = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
+            raise FricError(f"halcompile refuses the component: {printed}", where=str(component))
 
 
 def apart(place: Path, built: Path, *command: str) -> list[str]:
@@ -204,9 +204,10 @@ def run_session(machine: Machine, on: Scheme, exported: Scheme, folder: Path) ->
     (place / "log.txt").write_text(done.stdout + done.stderr)
     lost, trace = place / "lost.txt", place / "trace.txt"
     if not (lost.exists() and trace.exists()):
-        told = [line for line in (done.stdout + done.stderr).splitlines() if line.startswith("session:")]
+        printed = [line for line in (done.stdout + done.stderr).splitlines() if line.startswith("session:")]
         raise FricError(
-            f"LinuxCNC did not finish: {told[0] if told else done.stderr.strip()[-160:]}", where=str(place / "log.txt")
+            f"LinuxCNC did not finish: {printed[0] if printed else done.stderr.strip()[-160:]}",
+            where=str(place / "log.txt"),
         )
     return Recording(read_trace(trace, int(lost.read_text())), machine.axis(pair(machine)[0]).cascade.sampling)
 

@@ -78,8 +78,8 @@ def through_controller(part: Part, decay: float, t: NDArray[np.float64]) -> NDAr
 def rise_of(part: Part) -> NDArray[np.float64]:
     """Return how friction rises behind the fastest reversal, as a voltage, shape (n,)."""
     motion = circle(RADIUS, FEEDS[0], 2, part.sampling)[0]
-    turns = np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0) + 1
-    n = int(turns[np.abs(motion.acceleration[turns]) > 0.99 * FEEDS[0] ** 2 / RADIUS][-1])  # at full feed
+    reversals = np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0) + 1
+    n = int(reversals[np.abs(motion.acceleration[reversals]) > 0.99 * FEEDS[0] ** 2 / RADIUS][-1])  # at full feed
     F = part.model.replay(motion.time, motion.position, motion.velocity)
     heading = float(np.sign(motion.velocity[n + 1]))
     return part.gain / part.K_f * heading * (F[n : n + int(WINDOW * part.sampling)] - F[n])
@@ -183,7 +183,7 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
         for a, one, other in zip(at, alone, given, strict=True)
     ]
     same = float(np.ptp(given)) == 0.0
-    told = (
+    text = (
         " The characteristic is flat: friction rises by the same force behind every reversal, and one that follows "
         "these amplitudes leaves no less."
     )
@@ -196,7 +196,7 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
         f"| feed | controller alone | this pulse | {part.model.name} feedforward |\n|---|---|---|---|\n"
         + "\n".join(table)
         + "\n\nAmplitude over the acceleration at the reversal: what leaves least on that circle alone, and what the "
-        f"adaptive characteristic of the machine data gives.{told if same else ''}\n\n"
+        f"adaptive characteristic of the machine data gives.{text if same else ''}\n\n"
         "| m/s² | best alone, mm/min | characteristic, mm/min |\n|---|---|---|\n"
         + "\n".join(fits)
         + "\n\nThe assignments were written from the published names and units; no control was at hand to read them.\n"

@@ -73,7 +73,7 @@ def judged(
             against.append(Notice(f"{where}: {with_it.warnings[0]}", "scheme-saturates", "wrong"))
     for one in drawn:
         against += reasons_against(next(c for c in one.candidates if not c.scheme.bare), one)
-    told = [notice for one in drawn or (given,) for notice in decide(one).why]
-    why = [one for one in dict.fromkeys(told) if on_circle or one.code != "nothing-simulated"]
+    reasons = [notice for one in drawn or (given,) for notice in decide(one).why]
+    why = [one for one in dict.fromkeys(reasons) if on_circle or one.code != "nothing-simulated"]
     wrong = [one for one in why if one.severity == "wrong"]
     return list(dict.fromkeys([*wrong, *against])), [one for one in why if one.severity != "wrong"]

@@ -72,9 +72,9 @@ def grid_lines(axes: PolarAxes, grid: float) -> None:
 
 def direction_arrow(axes: PolarAxes, direction: int, radius: float, colour: str) -> None:
     """Draw an arrow in the direction of the motion: 1 counter-clockwise, -1 clockwise."""
-    turn = direction * pi / 15
+    arc = direction * pi / 15
     axes.annotate(
-        "", xy=(1.25 * pi + turn, radius), xytext=(1.25 * pi - turn, radius),
+        "", xy=(1.25 * pi + arc, radius), xytext=(1.25 * pi - arc, radius),
         arrowprops={"arrowstyle": "->", "color": colour, "shrinkA": 0, "shrinkB": 0},
     )  # fmt: skip
 

@@ -101,10 +101,10 @@ def _reversal(axes: Axes, found: Diagnosis, agreement: Agreement | None, name: s
         pulse = found.pulses(n)[name]
         phi, mean = smoothed(pulse, np.radians(0.4))
         near = np.abs(phi) <= np.radians(25)
-        way = "counter-clockwise" if test.direction > 0 else "clockwise"
+        sense = "counter-clockwise" if test.direction > 0 else "clockwise"
         scale = 1e3 * test.radius / test.feed
         wide = 2.8 if n == 0 and len(found.tests) > 1 else 1.2  # where both show the same, the one beneath is seen
-        axes.plot(phi[near] * scale, mean[near] * 1e6, color=COLOURS[test.direction], label=way, linewidth=wide)
+        axes.plot(phi[near] * scale, mean[near] * 1e6, color=COLOURS[test.direction], label=sense, linewidth=wide)
         if n == 0:
             glitch = found.glitches[name]
             axes.plot(glitch.place / test.feed * 1e3, glitch.value * 1e6, "o", color=VERMILION, markersize=3.5)

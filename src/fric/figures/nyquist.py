@@ -46,8 +46,8 @@ def nyquist_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
                 axes.plot(-1 / found.gain_margin, 0, "s", color=color, markersize=4)
             if np.isfinite(found.crossover):
                 at = loop.response(np.array([found.crossover]))[0]
-                turn = np.pi + np.linspace(0, np.angle(-at), 60)
-                axes.plot(np.cos(turn), np.sin(turn), color=color, linewidth=2.4, zorder=_front(found))
+                sweep = np.pi + np.linspace(0, np.angle(-at), 60)
+                axes.plot(np.cos(sweep), np.sin(sweep), color=color, linewidth=2.4, zorder=_front(found))
                 axes.plot(at.real, at.imag, "o", color=color, markersize=4)
         axes.set_xlim(-2.5, 1.5)
         axes.set_ylim(-2.5, 1.5)

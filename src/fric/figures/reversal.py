@@ -69,6 +69,6 @@ def reversal_figure(runs: Sequence[CircleRun], axis: str | None = None) -> Figur
 def last_reversal(trace: Trace, margin: float) -> float:
     """Return the time [s] of the last reversal of the reference at least ``margin`` [s] before its end."""
     steps = np.sign(np.diff(trace.reference))
-    turns = trace.time[np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1]
-    whole = turns[turns <= trace.time[-1] - margin]
-    return float(whole[-1] if len(whole) else turns[-1])
+    reversals = trace.time[np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1]
+    whole = reversals[reversals <= trace.time[-1] - margin]
+    return float(whole[-1] if len(whole) else reversals[-1])

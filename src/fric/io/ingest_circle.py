@@ -142,7 +142,7 @@ def ingest_circles(
             chosen, text = circle_plan(table, mapping, stated.sampling, fields)
             warnings += text
             channels = _whole(table, chosen, bad_cells == "drop", progress or (lambda _: None))
-            warnings += table.told
+            warnings += table.notices
             samples += len(next(iter(channels.values())))
             for test in _tests(channels, stated, str(source), digest):
                 found.append(test)

@@ -172,7 +172,7 @@ class Session:
                 dropped[0] += len(block.columns[0]) - len(rows)
                 yield channels
                 self._progress(block.size)
-            self.warnings += [*table.told, *filter(None, [clock.stop()])]
+            self.warnings += [*table.notices, *filter(None, [clock.stop()])]
 
         return blocks(), dropped
 

@@ -230,8 +230,8 @@ def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     warnings: tuple[str, ...] = tuple(Notice(one["text"], one["code"], one["severity"]) for one in coded)
     warnings = warnings or tuple(line for line in str(attributes["warnings"]).splitlines() if line)
     if "points" in group:
-        turns = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])
-        contour = ContourError(column(group, "station"), column(group, "error"), turns)
+        places = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])
+        contour = ContourError(column(group, "station"), column(group, "error"), places)
         points = column(group, "points", ndim=2)
         x, y = points[:, 0], points[:, 1]
         path = RecordedPath(column(group, "time"), x, y) if "time" in group else PointPath(x, y, attributes["feed"])

@@ -109,8 +109,8 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
 
 def learned_says(contours: Sequence[Contour]) -> list[str]:
     """Tell of a friction model whose shape is wrong: a circle that was learned leaves clearly less."""
-    told = wrong_shape((one.scheme, one.glitch) for one in contours)
-    return [f"{text[0].upper()}{text[1:]}." for text in told]
+    texts = wrong_shape((one.scheme, one.glitch) for one in contours)
+    return [f"{text[0].upper()}{text[1:]}." for text in texts]
 
 
 def _pairs(contours: Sequence[Contour]) -> list[tuple[Contour, Contour]]:

@@ -52,8 +52,8 @@ def _polar(n: int, test: ContourTest, earlier: ContourTest | None) -> Drawn:
     grid = ColumnDataSource({"xs": [], "ys": [], "label": [], "lx": [], "ly": []}, name="grid")
     plot.multi_line("xs", "ys", source=grid, color=GREY, line_width=0.6, line_dash="dotted")
     plot.text("lx", "ly", "label", source=grid, text_font_size="8pt", text_color=INK, text_baseline="middle")
-    turn = np.linspace(0, 2 * np.pi, 361)
-    plot.line(R * np.cos(turn), R * np.sin(turn), color=GREY, line_width=1.5)
+    arc = np.linspace(0, 2 * np.pi, 361)
+    plot.line(R * np.cos(arc), R * np.sin(arc), color=GREY, line_width=1.5)
     lines = []
     for which, run in (("now", test), ("earlier", earlier)):
         for k, contour in enumerate(run.contours if run else ()):
@@ -120,12 +120,12 @@ def reversal_figures(n: int, test: ContourTest) -> list[Drawn]:
             )  # fmt: skip
         hover(plot, lines, [("scheme", "$name"), ("time", "@x{0.0} ms"), ("error", "@y{+0.00} µm")])
         label = test.labels[int(quarter // 90)]
-        told = ", ".join(f"({one.scheme.name}) {readable(abs(one.glitches[int(quarter // 90)]), 'm')}"
+        peaks = ", ".join(f"({one.scheme.name}) {readable(abs(one.glitches[int(quarter // 90)]), 'm')}"
                          for one in test.contours)  # fmt: skip
         drawn.append(
             Drawn(
                 f"reversal-{n}-{axis}", f"At the reversal of axis {axis}, {label}", "",
-                f"Radial error over time around the reversal at {label}; peaks: {told}.", plot, {"kind": "reversal"},
+                f"Radial error over time around the reversal at {label}; peaks: {peaks}.", plot, {"kind": "reversal"},
             )
         )  # fmt: skip
     return drawn

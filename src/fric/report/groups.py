@@ -62,17 +62,17 @@ def groups_of(item: Item) -> Iterator[Group]:
         fit = document.fit_of(section) if isinstance(document, FrictionDocument) else getattr(document, "fit", None)
         shown = [(title, _fit_value(value)) for key, title in FIT if (value := getattr(fit, key, None)) is not None]
         block = getattr(fit, "covariance", None)
-        told = correlations(block.covariance()) if block is not None and section != "plant" else ()
+        related = correlations(block.covariance()) if block is not None and section != "plant" else ()
         rows = _rows({name: one.as_dict() for name, one in estimates.items()})
-        yield Group(TITLES.get(section, section), item.source, rows, shown, told)
+        yield Group(TITLES.get(section, section), item.source, rows, shown, related)
     fit = item.tree.get("fit") or {}
     if isinstance(document, PlantDocument) and fit.get("parameters"):
         words = [("points", str(fit["points"]))] if fit.get("points") else []
         if fit.get("relative_error"):
             words.append(("left of the force", f"{100 * fit['relative_error']['value']:.2f} %"))
         block = document.fit.covariance if document.fit else None
-        told = correlations(block.covariance()) if block is not None else ()
-        yield Group(TITLES["motion"], item.source, _rows(fit["parameters"]), words, told)
+        related = correlations(block.covariance()) if block is not None else ()
+        yield Group(TITLES["motion"], item.source, _rows(fit["parameters"]), words, related)
 
 
 def _rows(entries: Mapping[str, Mapping[str, Any]]) -> list[Row]:

@@ -79,13 +79,13 @@ def summary_of(
     if inputs.tolerance is not None:
         facts.append(("tolerance", f"glitch within {readable(inputs.tolerance, 'm')}"))
     every = [(source, notice) for source, notices in warnings for notice in notices]
-    told = {str(text) for _, one in verdicts for text in one.why}  # all that is wrong is told by each verdict
+    reasons = {str(text) for _, one in verdicts for text in one.why}  # all that is wrong is told by each verdict
     wrong = [(source, str(one)) for source, one in every if one.severity == "wrong" and not verdicts]
     results = [one.result for _, one in verdicts] or [decide(Evidence(tolerance=inputs.tolerance)).result]
     return Summary(
         facts, verdicts, *min(results, key=lambda one: ORDER.index(one[0])),
         [_sentence(one, inputs.tolerance) for one in measured], wrong,
-        sum(str(one) not in told for _, one in every) - len(wrong), "" if verdicts else next_step,
+        sum(str(one) not in reasons for _, one in every) - len(wrong), "" if verdicts else next_step,
     )  # fmt: skip
 
 

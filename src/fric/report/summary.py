@@ -46,9 +46,9 @@ class Report(Result):
 
     def report(self) -> Sequence[str]:
         """Return the verdict, what a measured circle says, and what drifted."""
-        told = [line for test in self.inputs.tests for line in self.inputs.verdict(test).lines()]
-        drifts = (f"{drift['of']}: {drift['told']}" for drift in self.document["drift"])
-        return [*told, *drifts]
+        verdicts = [line for test in self.inputs.tests for line in self.inputs.verdict(test).lines()]
+        drifts = (f"{drift['of']}: {drift['verdicts']}" for drift in self.document["drift"])
+        return [*verdicts, *drifts]
 
     @property
     def warnings(self) -> Sequence[str]:

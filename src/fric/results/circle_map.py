@@ -52,16 +52,18 @@ class CircleMapResult(Result):
     @property
     def warnings(self) -> Sequence[str]:
         """What the machine's files warn of, and where schemes could not run."""
-        told: list[str] = []
+        notices: list[str] = []
         if self.cut_short:
-            told.append(f"interrupted: {self.done} of {len(self.found.cells)} circles were run, the others are empty")
+            notices.append(
+                f"interrupted: {self.done} of {len(self.found.cells)} circles were run, the others are empty"
+            )
         for scheme in self.found.grid.schemes:
             failed = [cell for cell in self.found.cells[: self.done] if scheme.name in cell.failures]
             if failed:
                 why = failed[0].failures[scheme.name]
                 of = f"{len(failed)} of {len(self.found.cells)} circles"
-                told.append(f"scheme {scheme.name} could not run on {of}: {why}")
-        return unique([*self.found.grid.machine.warnings, *told])
+                notices.append(f"scheme {scheme.name} could not run on {of}: {why}")
+        return unique([*self.found.grid.machine.warnings, *notices])
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -78,7 +80,7 @@ class CircleMapResult(Result):
             for cell in self.found.cells
         ]  # fmt: skip
         table = Table(columns, rows, f"{grid.machine.name}: glitch in µm")
-        return [table, *CircleMapDocument.model_validate(self.document).told()]
+        return [table, *CircleMapDocument.model_validate(self.document).describe()]
 
     def figure(self) -> Figure:
         """Return the glitch of each scheme by feed and radius."""

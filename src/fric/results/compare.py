@@ -78,11 +78,11 @@ class ComparisonResult(Result):
         """Return the scores by model, forces in SI."""
         import pandas as pd
 
-        told = {
+        notices = {
             name: {key: value for key, value in score.items() if key not in {"records", "estimates"}}
             for name, score in self.document["models"].items()
         }
-        return pd.DataFrame.from_dict(told, orient="index")
+        return pd.DataFrame.from_dict(notices, orient="index")
 
 
 def compare(
@@ -145,5 +145,5 @@ def compare(
         settings |= {"static": kept.estimates("static"), "negative": kept.backward()}
     found = compare_models(names, ready, splits, **settings)
     runs = [run for path in circles for run in read_runs(path_of("compare", "run files", path), traces=False)]
-    told = wrong_shape((run.scheme, run.contour.glitch) for run in runs)
-    return ComparisonResult(replace(found, warnings=(*found.warnings, *told)))
+    notices = wrong_shape((run.scheme, run.contour.glitch) for run in runs)
+    return ComparisonResult(replace(found, warnings=(*found.warnings, *notices)))

@@ -84,9 +84,11 @@ class DiagnosisResult(Result):
                 shown, text = in_digits(held.predicted.glitches[name].value, limits, 1e6)
                 row += [shown, text, "yes" if held.agrees[name] else f"no: {held.causes[name]}"]
             rows.append(row)
-        way = "both directions" if len(found.tests) > 1 else "counter-clockwise" if test.direction > 0 else "clockwise"
+        sense = (
+            "both directions" if len(found.tests) > 1 else "counter-clockwise" if test.direction > 0 else "clockwise"
+        )
         of = f"circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
-        return Table(columns, rows, f"{of}, {way}, {sum(one.count for one in found.tests)} revolutions")
+        return Table(columns, rows, f"{of}, {sense}, {sum(one.count for one in found.tests)} revolutions")
 
     def _geometry(self) -> Table:
         document, found = self.document, self.found
@@ -102,7 +104,9 @@ class DiagnosisResult(Result):
         figures = found.figures
         plain: list[tuple[str, float | None, int]] = [("the rest, rms", found.rest, 3)]
         plain += [("between revolutions", found.scatter, 3)]
-        plain += [(f"circular deviation G {'ccw' if way > 0 else 'cw'}", value, 2) for way, value in figures.G.items()]
+        plain += [
+            (f"circular deviation G {'ccw' if sense > 0 else 'cw'}", value, 2) for sense, value in figures.G.items()
+        ]
         plain += [("bidirectional G(b)", figures.G_b, 2), ("mean bidirectional D", figures.D, 2)]
         plain += [("radial deviation F max", figures.F_max, 2), ("radial deviation F min", figures.F_min, 2)]
         rows += [[name, f"{v * 1e6:.{digits}f}", "", "µm"] for name, v, digits in plain if v is not None]

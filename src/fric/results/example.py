@@ -42,10 +42,10 @@ class ExampleResult(Result):
         """Return the files, and what may be done with them."""
         shown = [name for name in self.files if "/strokes/" not in name]
         strokes = len(self.files) - len(shown)
-        told: list[Piece] = [*shown, *([f"data/strokes: {strokes} files"] if strokes else [])]
+        lines: list[Piece] = [*shown, *([f"data/strokes: {strokes} files"] if strokes else [])]
         if self.name == RIG:
-            told.append(f"try: cd {self.folder} && fric auto data -o found --machine configs/virtual-rig.yaml")
-        return told
+            lines.append(f"try: cd {self.folder} && fric auto data -o found --machine configs/virtual-rig.yaml")
+        return lines
 
 
 def example(name: str = RIG, *, output: Path | str, force: bool = False) -> ExampleResult:

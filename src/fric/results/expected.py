@@ -233,13 +233,13 @@ def expected(
         one = parameters[name]
         least, most = one.between
         parameters[name] = replace(one, half_width=factor * one.half_width, between=(factor * least, factor * most))
-    if told := [name for name, factor in wider.items() if factor > TOLD]:
+    if uncertain := [name for name, factor in wider.items() if factor > TOLD]:
         text = (
-            f"what was identified left more over than its models make: {', '.join(told)} will be no better known "
+            f"what was identified left more over than its models make: {', '.join(uncertain)} will be no better known "
             "by more records of the same kind than they are"
         )
         notices.append(Notice(text, "plan-left-over", "note"))
-    if plant is None and {"A", "B"} & parameters.keys() and {"F_c", "F_s"} & set(told):
+    if plant is None and {"A", "B"} & parameters.keys() and {"F_c", "F_s"} & set(uncertain):
         text = (
             "A and B are expected as if friction were that of its model all along the way, which its strokes deny: a "
             "response of this drive may tell them several times less surely; give the plant of its last with --plant"

@@ -46,13 +46,13 @@ def _of_models() -> dict[str, str]:
 
 def plain_names(symbols: Iterable[str]) -> list[str]:
     """Return the plain name of each symbol, once: of ``alpha_1``, ``alpha_2``, … at the first alone."""
-    told: set[str] = set()
+    named: set[str] = set()
     names = []
     for symbol in symbols:
         base, _, number = symbol.rpartition("_")
         whole = not number.isdigit() or symbol in OTHERS or symbol in _of_models()
         key = symbol if whole else base
         name = OTHERS.get(key) or _of_models().get(key, "")
-        names.append("" if key in told else name)
-        told.add(key)
+        names.append("" if key in named else name)
+        named.add(key)
     return names

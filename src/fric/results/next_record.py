@@ -35,10 +35,10 @@ class NextRecordResult(PlanResult):
             for one, planned in zip(given["records"], self.candidates, strict=True)
         ]  # fmt: skip
         shares = sorted(given["shares"].items(), key=lambda item: -item[1])
-        told = ", ".join(f"{name} {share:.0%}" for name, share in shares if share > 0.02)
+        described = ", ".join(f"{name} {share:.0%}" for name, share in shares if share > 0.02)
         return [
             f"the glitch of scheme ({given['scheme']}) at {feed} on a circle of {radius} is known to "
-            f"± {readable(given['half_width']['value'], 'm')}, for {told}",
+            f"± {readable(given['half_width']['value'], 'm')}, for {described}",
             Table(("one more record", "time", "then ±", "", "what to run"), rows),
         ]
 
@@ -89,8 +89,8 @@ def plan_next(
     """
     document = document_of("plan_next", FrictionDocument, last)
     axis, notices = prior_axis(machine, document.axis, document, noise=noise, encoder=encoder, like=like)
-    told = [document.fit_of(section).covariance for section in ("static", "gms") if section in document.sections()]
-    if len(told) < 2 or not all(told):
+    described = [document.fit_of(section).covariance for section in ("static", "gms") if section in document.sections()]
+    if len(described) < 2 or not all(described):
         raise FricError(
             "the friction file does not tell how static map and GMS model err",
             hint="It takes one of `fric identify gms --static`; `fric plan --friction` says which records that takes.",
@@ -105,7 +105,7 @@ def plan_next(
     )  # fmt: skip
     fit = document.fit_of("static")
     between = 0.0 if fit.between_strokes is None else float(fit.between_strokes.si("force", axis.motion))
-    covariances = [block.covariance() for block in told if block is not None]
+    covariances = [block.covariance() for block in described if block is not None]
     found = narrowing(subject, axis, limits, covariances, between, chosen, advance)
     axis = replace(axis, name=document.axis)
     best = found.candidates[0]

@@ -64,9 +64,9 @@ class PathResult(Result):
         worst = max(self.runs, key=lambda run: run.contour.glitch)
         names = tuple(worst.traces)
         rows = [
-            [f"{names[turn.axis]} turns at {turn.x * 1e3:z.1f}, {turn.y * 1e3:z.1f} mm"]
+            [f"{names[reversal.axis]} turns at {reversal.x * 1e3:z.1f}, {reversal.y * 1e3:z.1f} mm"]
             + [f"{run.contour.reversals[n].glitch * 1e6:.1f}" for run in self.runs]
-            for n, turn in enumerate(worst.contour.reversals)
+            for n, reversal in enumerate(worst.contour.reversals)
         ]
         columns = ["reversal", *(f"({run.scheme.name})" for run in self.runs)]
         return [*text, Table(columns, rows, "glitch at each reversal in µm")] if rows else text

@@ -79,11 +79,11 @@ class PlanResult(Result):
             (one.kind, readable(lasting, "s"), settings_in_words(one, self.plan.axis.motion))
             for one, lasting in zip(self.plan.planned, self.plan.lasting, strict=True)
         ]
-        told = [
+        described = [
             (name, readable(one.value, one.unit, 4), f"± {readable(one.half_width, one.unit)}", spread(one))
             for name, one in self.plan.expected.items()
         ]
-        table = Table(("", "value", "95 % to be expected", "in most runs"), told)
+        table = Table(("", "value", "95 % to be expected", "in most runs"), described)
         total = readable(sum(self.plan.lasting), "s")
         blocks = self.blocks
         with_blocks = f"; these records tell {blocks} slip blocks: identify gms --blocks {blocks}" if blocks else ""
@@ -137,15 +137,17 @@ def spread(one: Expected) -> str:
 
 def settings_in_words(one: Planned, motion: Any) -> str:
     """Return what an experiment is run with, for people."""
-    told = []
+    described = []
     for name, value in one.settings.items():
         unit = si_unit(SETTINGS[name], motion)
         if isinstance(value, tuple):
             shown = [readable(v, unit) for v in value]
-            told.append(f"{name} {', '.join(shown) if len(shown) < 4 else f'{shown[0]} … {shown[-1]} ({len(shown)})'}")
+            described.append(
+                f"{name} {', '.join(shown) if len(shown) < 4 else f'{shown[0]} … {shown[-1]} ({len(shown)})'}"
+            )
         else:
-            told.append(f"{value:g} {name}" if SETTINGS[name] == "ratio" else f"{name} {readable(value, unit)}")
-    return ", ".join(told)
+            described.append(f"{value:g} {name}" if SETTINGS[name] == "ratio" else f"{name} {readable(value, unit)}")
+    return ", ".join(described)
 
 
 def plan(

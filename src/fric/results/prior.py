@@ -61,7 +61,7 @@ def prior_axis(
     FricError
         When the machine has no such axis, or a file is of another motion.
     """
-    told: list[Notice] = []
+    notices: list[Notice] = []
     known = None if friction is None else document_of("plan", FrictionDocument, friction)
     subject = machine_of("plan", TYPICAL if machine is None else machine)
     name = axis if known is None else known.axis
@@ -71,7 +71,7 @@ def prior_axis(
             f"plant, controller, encoder and noise are those of the bundled {TYPICAL}: give --machine, or --like with "
             "a typical log of the drive"
         )
-        told.append(Notice(text, "plan-typical", "doubt" if like is None else "note"))
+        notices.append(Notice(text, "plan-typical", "doubt" if like is None else "note"))
     else:
         found = subject.axis(name)
     if known is not None:
@@ -89,7 +89,7 @@ def prior_axis(
         found = replace(found, encoder=Encoder(in_si(encoder, "position", found.motion)))
     if noise is not None:
         found = replace(found, force_noise=in_si(noise, "force", found.motion))
-    return found, told
+    return found, notices
 
 
 def _friction(known: FrictionDocument, axis: Axis) -> Any:

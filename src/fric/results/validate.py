@@ -36,18 +36,18 @@ class ValidationResult(Result):
         One for each record and loop.
     logs
         The records.
-    told
+    notices
         What the files warn of.
     """
 
     validations: Sequence[Validation]
     logs: Sequence[Log]
-    told: Sequence[Notice] = ()
+    notices: Sequence[Notice] = ()
 
     @property
     def warnings(self) -> Sequence[str]:
         """What the files warn of, and what the records show of controller and voltage."""
-        return unique([*self.told, *(text for one in self.validations for text in one.warnings)])
+        return unique([*self.notices, *(text for one in self.validations for text in one.warnings)])
 
     @cached_property
     def document(self) -> dict[str, Any]:

@@ -129,7 +129,7 @@ class Prediction:
                 }
                 for name, one in self.schemes.items()
             },
-            "widened": {axis: [why.as_dict() for why in told] for axis, told in self.widened.items()},
+            "widened": {axis: [why.as_dict() for why in reasons] for axis, reasons in self.widened.items()},
             "distrust": [why.as_dict() for why in self.distrust],
         }  # fmt: skip
 
@@ -235,6 +235,6 @@ def prediction_of(tree: Mapping[str, Any]) -> Prediction:
     }  # fmt: skip
     return Prediction(
         float(tree["radius"]), float(tree["feed"]), tuple(tree["axes"]), int(tree["machines"]),
-        float(tree["resolution"]), schemes, {axis: notices(told) for axis, told in tree["widened"].items()},
+        float(tree["resolution"]), schemes, {axis: notices(reasons) for axis, reasons in tree["widened"].items()},
         tuple(tree["measured"]), general,
     )  # fmt: skip

@@ -71,7 +71,7 @@ class StatedController:
         other = max(abs(gain - 1.0) for gain in (self.K_p, self.K_i) if gain is not None) > GAIN
         return self.apart <= ALIKE and not (other and self.explained < 0.5 * self.apart)
 
-    def told(self) -> str:
+    def describe(self) -> str:
         """Return what differs, in a sentence."""
         gains = f"K_p is {self.K_p:.2f} times" + ("" if self.K_i is None else f", K_i {self.K_i:.2f} times")
         alike = (
@@ -232,6 +232,6 @@ def controller_behind(
         warnings.append(Notice(text, "added-voltage-found", "note"))
     if not held.as_stated:
         warnings.append(
-            Notice(f"{log.where}: {held.told()}; no error here tells of friction", "controller-differs", "wrong")
+            Notice(f"{log.where}: {held.describe()}; no error here tells of friction", "controller-differs", "wrong")
         )
     return ahead, added, tuple(warnings)

@@ -22,7 +22,7 @@ def candidates_of(
     for n, run in enumerate(runs):
         contour = run.contour
         on_circle = isinstance(contour, Circularity)
-        glitches = contour.quadrants if on_circle else tuple(turn.glitch for turn in contour.reversals)
+        glitches = contour.quadrants if on_circle else tuple(reversal.glitch for reversal in contour.reversals)
         found.append(
             Candidate(
                 scheme=run.scheme, glitches=glitches, glitch=contour.glitch, warnings=run.warnings,

@@ -227,14 +227,19 @@ class Verdict:
         if one is not None:
             limits = None if one.interval is None else list(one.interval)
             found = {"scheme": one.scheme.name, "glitch": one.middle, "ci95": limits, "stays_under": one.stays_under}
-        told = {"trusted": self.trusted, "passes": self.passes, "result": self.result[0], "headline": self.headline}
+        described = {
+            "trusted": self.trusted,
+            "passes": self.passes,
+            "result": self.result[0],
+            "headline": self.headline,
+        }
         lists = {"why": self.why, "settled": self.settled, "effort": self.effort, "next": self.next}
-        return found | told | {name: list(map(str, texts)) for name, texts in lists.items()}
+        return found | described | {name: list(map(str, texts)) for name, texts in lists.items()}
 
     def lines(self) -> list[str]:
         """Return it as lines for people: the sentence, why not to trust it, what to type next."""
-        told = [self.headline, *self.effort]
-        told += [": ".join(self.result)] if self.kept is not None else []
-        told += [f"settled by the measured circle: {text}" for text in self.settled]
-        told += [f"not to be trusted yet: {text}" for text in self.why]
-        return [*told, *(f"next: {text}" for text in self.next)]
+        described = [self.headline, *self.effort]
+        described += [": ".join(self.result)] if self.kept is not None else []
+        described += [f"settled by the measured circle: {text}" for text in self.settled]
+        described += [f"not to be trusted yet: {text}" for text in self.why]
+        return [*described, *(f"next: {text}" for text in self.next)]

@@ -55,9 +55,9 @@ def test_the_shift_is_told_and_no_channel_is_carried_beyond_its_samples():
     assert found[-1] == 3.208  # the last sample of the force is at 3.2084 s
     np.testing.assert_allclose(force, (found - 0.0104) / 2e-3)
     np.testing.assert_array_equal(position, found)
-    assert [note.code for note in table.told] == ["joined-in-part", "joined-thinned", "joined-moved"]
-    assert "'position': one sample in 2 is taken" in table.told[1]
-    assert "'force' (sampled at 500 Hz, 1000 Hz there) moved by -0.4 ms" in table.told[2].replace("400 µs", "0.4 ms")
+    assert [note.code for note in table.notices] == ["joined-in-part", "joined-thinned", "joined-moved"]
+    assert "'position': one sample in 2 is taken" in table.notices[1]
+    assert "'force' (sampled at 500 Hz, 1000 Hz there) moved by -0.4 ms" in table.notices[2].replace("400 µs", "0.4 ms")
 
 
 def test_a_gap_of_another_channel_is_not_bridged():
@@ -66,7 +66,7 @@ def test_a_gap_of_another_channel_is_not_bridged():
     table = Joined(Path("a.log"), [part(time, time, "x"), part(time[kept], time[kept], "y")])
     _, found, _ = read(table, [1, 0, 2])
     np.testing.assert_array_equal(found, time[(time < 40) | (time > 50)])
-    assert "11 samples fall into gaps" in " ".join(table.told)
+    assert "11 samples fall into gaps" in " ".join(table.notices)
 
 
 def test_channels_of_one_clock_are_given_as_they_are_and_nothing_is_told():
@@ -76,7 +76,7 @@ def test_channels_of_one_clock_are_given_as_they_are_and_nothing_is_told():
     table = Joined(Path("a.log"), [part(time, values[0], "position"), part(time, values[1], "force")])
     found = read(table)
     np.testing.assert_array_equal(found[1:], values)
-    assert not table.told
+    assert not table.notices
 
 
 def test_a_slow_channel_repeated_until_its_next_sample_is_no_error_and_other_repeats_are():

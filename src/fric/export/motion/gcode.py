@@ -49,10 +49,10 @@ class Words:
     last: tuple[str, ...]
     dwell: str
 
-    def head(self, number: int, name: str, *told: str) -> Iterator[str]:
+    def head(self, number: int, name: str, *remarks: str) -> Iterator[str]:
         """Yield the lines before a program's motion."""
         yield from (line.format(number=1000 + number, name=name.upper()) for line in self.first)
-        yield from (self.remark.format(text) for text in (name, *told, "zero is the middle of the travel"))
+        yield from (self.remark.format(text) for text in (name, *remarks, "zero is the middle of the travel"))
 
     def file(self, name: str, lines: Iterator[str]) -> Mapping[str, str]:
         """Return a program as a file."""
@@ -75,10 +75,10 @@ def _move(words: Words, move: Move) -> Iterator[str]:
     points, named = waypoints(move.reference, BLOCK), letter(move.axis)
     at = [f"{scale * z:.{words.decimals}f}" for z in points.position]
     begin, end = move.log
-    told = [f"axis {move.axis}; log from {begin:.3f} to {end:.3f} s of the motion"]
+    remarks = [f"axis {move.axis}; log from {begin:.3f} to {end:.3f} s of the motion"]
     if move.excitation is not None:
-        told.append(f"add the voltage of {move.name}-voltage.csv from the begin of the motion on")
-    yield from words.head(move.number, move.name, *told)
+        remarks.append(f"add the voltage of {move.name}-voltage.csv from the begin of the motion on")
+    yield from words.head(move.number, move.name, *remarks)
     speed = scale * float(np.abs(points.velocity).max())
     yield f"G94 G1 {named}{at[0]} F{rounded_down(60 * max(APPROACH * speed, min(speed, 1.0)))}"
     for n, lasting in enumerate(np.diff(points.time), 1):
@@ -95,10 +95,10 @@ def _arc(words: Words, arc: Arc) -> Iterator[str]:
     yield from words.head(arc.number, arc.name, f"{arc.revolutions} circles each way behind one that begins at rest")
     feed = 6e4 * arc.feed
     yield f"G94 G17 G1 {x}{edge} {y}-{edge} F{rounded_down(0.5 * feed)}"
-    for turn in ("G3", "G2"):
+    for code in ("G3", "G2"):
         yield words.dwell.format("1.0000")
         for _ in range(arc.revolutions + 1):
-            yield f"{turn} {x}{edge} {y}-{edge} I-{edge} J{edge} F{rounded_down(feed)}"
+            yield f"{code} {x}{edge} {y}-{edge} I-{edge} J{edge} F{rounded_down(feed)}"
 
 
 def dialect(name: str, doc: str, words: Words) -> Dialect:

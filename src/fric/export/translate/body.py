@@ -115,11 +115,11 @@ class Body(Expressions):
     def unrolled(self, name: str, limits: list[Expression], body: list[ast.stmt], node: ast.stmt) -> list[Statement]:
         """Return a loop between limits that are known, turn by turn, for loops that do not count up from 0."""
         known = [int(limit.value) for limit in limits if isinstance(limit, Constant)]
-        if len(known) < len(limits) or len(turns := range(*known)) > MOST_TURNS:
+        if len(known) < len(limits) or len(indices := range(*known)) > MOST_TURNS:
             raise self.refuse("how often a loop of its step turns depends on the data", node)
         made: list[Statement] = []
-        for turn in turns:
-            self.fixed[name] = Constant(turn, INTEGER)
+        for index in indices:
+            self.fixed[name] = Constant(index, INTEGER)
             made += self.block(body)
         self.fixed.pop(name, None)
         return made

@@ -92,8 +92,8 @@ class Diagnosis:
 
     def pulses(self, n: int = 0) -> dict[str, Pulse]:
         """Return what a test shows around its reversals, less geometry and pitch."""
-        turns = self.tests[n]
-        return pulses(turns.angle, turns.deviation - self.model[n], turns.turn, turns.test.direction)
+        tested = self.tests[n]
+        return pulses(tested.angle, tested.deviation - self.model[n], tested.revolution, tested.test.direction)
 
 
 def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
@@ -127,40 +127,42 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     """
     if not tests:
         raise FricError("there is no circle test to diagnose")
-    turns = tuple(revolutions(test) for test in tests)
+    tested = tuple(revolutions(test) for test in tests)
     _require_one_circle(tests)
     radius, both = tests[0].radius, len(tests) > 1
     steps = tuple(_resolution(test) for test in tests)
     behind = [dict.fromkeys(QUADRANTS, float(FIRST)) for _ in tests]
     lines: list[Periodic] = []
-    fit = fit_geometry(turns, behind, lines, both)
+    fit = fit_geometry(tested, behind, lines, both)
     for _ in range(ROUNDS):
-        new = [{name: _covers(pulse) for name, pulse in _pulses_of(one, fit, n).items()} for n, one in enumerate(turns)]
+        new = [
+            {name: _covers(pulse) for name, pulse in _pulses_of(one, fit, n).items()} for n, one in enumerate(tested)
+        ]
         if not lines:
-            lines = periodic_errors(*_outside(turns, fit, new), radius)
+            lines = periodic_errors(*_outside(tested, fit, new), radius)
         settled = new == behind
         behind = new
-        fit = fit_geometry(turns, behind, lines, both)
+        fit = fit_geometry(tested, behind, lines, both)
         if settled:
             break
     least = SHARE * max(
-        float(np.abs(pulse.rest).max()) for n, one in enumerate(turns) for pulse in _pulses_of(one, fit, n).values()
+        float(np.abs(pulse.rest).max()) for n, one in enumerate(tested) for pulse in _pulses_of(one, fit, n).values()
     )
     seen = [line for n, line in enumerate(lines) if _is_seen(fit.amplitude(n), least)]
     if len(seen) < len(lines):
         lines = seen
-        fit = fit_geometry(turns, behind, lines, both)
-    found = tuple(_glitches(one, fit, n, radius, steps[n]) for n, one in enumerate(turns))
+        fit = fit_geometry(tested, behind, lines, both)
+    found = tuple(_glitches(one, fit, n, radius, steps[n]) for n, one in enumerate(tested))
     geometry = fit.estimates(tests, both)
-    _, outside, _ = _outside(turns, fit, behind)
-    known = [value for value in map(_scatter, turns) if value is not None]
+    _, outside, _ = _outside(tested, fit, behind)
+    known = [value for value in map(_scatter, tested) if value is not None]
     periodic = tuple((line, fit.amplitude(n)) for n, line in enumerate(lines))
-    noises = [noise_of(pulse) for n, one in enumerate(turns) for pulse in _pulses_of(one, fit, n).values()]
+    noises = [noise_of(pulse) for n, one in enumerate(tested) for pulse in _pulses_of(one, fit, n).values()]
     noise = float(np.median(noises))
-    notices = identifiability_warnings(tests, turns, geometry, both, behind, float(LARGEST))
+    notices = identifiability_warnings(tests, tested, geometry, both, behind, float(LARGEST))
     return Diagnosis(
-        turns, geometry, lags(turns, behind, fit), found, periodic, iso230(turns), _rms_of_parts(outside),
-        float(np.mean(known)) if known else None, noise, tuple(fit.model(one, n) for n, one in enumerate(turns)),
+        tested, geometry, lags(tested, behind, fit), found, periodic, iso230(tested), _rms_of_parts(outside),
+        float(np.mean(known)) if known else None, noise, tuple(fit.model(one, n) for n, one in enumerate(tested)),
         notices,
     )  # fmt: skip
 
@@ -216,8 +218,8 @@ def _require_one_circle(tests: Sequence[MeasuredCircle]) -> None:
             )  # fmt: skip
 
 
-def _pulses_of(turns: Revolutions, fit: Geometry, n: int) -> dict[str, Pulse]:
-    return pulses(turns.angle, turns.deviation - fit.model(turns, n), turns.turn, turns.test.direction)
+def _pulses_of(tested: Revolutions, fit: Geometry, n: int) -> dict[str, Pulse]:
+    return pulses(tested.angle, tested.deviation - fit.model(tested, n), tested.revolution, tested.test.direction)
 
 
 def _covers(pulse: Pulse) -> float:
@@ -241,7 +243,7 @@ def _outside(
     """Return angle, what is left of the deviation, and the columns of the fit: means over parts where no glitch is."""
     angles, rests, columns = [], [], []
     for n, one in enumerate(tests):
-        rest = Revolutions(one.test, one.angle, one.deviation - fit.model(one, n), one.turn, {})
+        rest = Revolutions(one.test, one.angle, one.deviation - fit.model(one, n), one.revolution, {})
         angle, mean, _ = rest.averaged(min(1440, max(len(one.angle) // one.count // 2, 8)))
         centre = Revolutions(one.test, angle, mean, np.zeros(len(angle), np.intp), {})
         clear = {name: min(end + 3 * fit.fade, 1.4) for name, end in behind[n].items()}
@@ -256,16 +258,16 @@ def _rms_of_parts(rest: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(rest**2))) if len(rest) else 0.0
 
 
-def _scatter(turns: Revolutions) -> float | None:
-    _, _, scatter = turns.averaged(min(720, max(len(turns.angle) // turns.count, 8)))
+def _scatter(tested: Revolutions) -> float | None:
+    _, _, scatter = tested.averaged(min(720, max(len(tested.angle) // tested.count, 8)))
     known = scatter[np.isfinite(scatter)]
     return float(np.sqrt(np.mean(known**2))) if len(known) else None
 
 
-def _glitches(turns: Revolutions, fit: Geometry, n: int, radius: float, step: float) -> dict[str, Glitch]:
+def _glitches(tested: Revolutions, fit: Geometry, n: int, radius: float, step: float) -> dict[str, Glitch]:
     found = {}
-    for k, (name, pulse) in enumerate(_pulses_of(turns, fit, n).items()):
-        base = fit.error_at(turns, n, k * pi / 2 + turns.test.direction * 1e-3)
+    for k, (name, pulse) in enumerate(_pulses_of(tested, fit, n).items()):
+        base = fit.error_at(tested, n, k * pi / 2 + tested.test.direction * 1e-3)
         found[name] = glitch_of(pulse, radius, base, step)
     return found
 

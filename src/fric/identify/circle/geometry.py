@@ -50,13 +50,13 @@ class Geometry:
     fade: float
     bend: float
 
-    def model(self, turns: Revolutions, n: int) -> NDArray[np.float64]:
+    def model(self, tested: Revolutions, n: int) -> NDArray[np.float64]:
         """Return what is explained of a test, shape (n,) [m]."""
-        return columns_of(turns, n, self.many, self.both, self.lines) @ self.values
+        return columns_of(tested, n, self.many, self.both, self.lines) @ self.values
 
-    def error_at(self, turns: Revolutions, n: int, angle: float) -> float:
+    def error_at(self, tested: Revolutions, n: int, angle: float) -> float:
         """Return the standard error of what is explained at an angle [m]."""
-        at = Revolutions(turns.test, np.array([angle]), np.zeros(1), np.zeros(1, np.intp), {})
+        at = Revolutions(tested.test, np.array([angle]), np.zeros(1), np.zeros(1, np.intp), {})
         row = columns_of(at, n, self.many, self.both, self.lines)[0]
         return float(np.sqrt(max(row @ self.covariance @ row, 0.0)))
 
@@ -95,17 +95,17 @@ class Geometry:
 
 
 def columns_of(
-    turns: Revolutions, n: int, many: int, both: bool, lines: Sequence[Periodic] = ()
+    tested: Revolutions, n: int, many: int, both: bool, lines: Sequence[Periodic] = ()
 ) -> NDArray[np.float64]:
     """Return the columns of `diagnose`'s table for one of its tests, shape (samples, parameters)."""
-    angle, s = turns.angle, float(turns.test.direction)
+    angle, s = tested.angle, float(tested.test.direction)
     cos, sin = np.cos(angle), np.sin(angle)
     centres = [column if k == n else np.zeros_like(angle) for k in range(many) for column in (cos, sin)]
     shared = [
         cos**2, sin**2, s / 2 * np.sign(sin) * cos, -s / 2 * np.sign(cos) * sin, s * np.sin(2 * angle),
         *([np.sin(2 * angle)] if both else []),
     ]  # fmt: skip
-    pitch = [line.columns(angle, turns.test.radius) for line in lines]
+    pitch = [line.columns(angle, tested.test.radius) for line in lines]
     return np.column_stack([*centres, *shared, *pitch])
 
 
@@ -115,11 +115,11 @@ def _names(many: int, both: bool, lines: int) -> tuple[str, ...]:
     return (*centres, *shared, *(f"pitch.{k}.{part}" for k in range(lines) for part in ("cos", "sin")))
 
 
-def quiet(turns: Revolutions, behind: Mapping[str, float]) -> NDArray[np.bool_]:
+def quiet(tested: Revolutions, behind: Mapping[str, float]) -> NDArray[np.bool_]:
     """Return which samples no glitch covers."""
-    good = np.ones(len(turns.angle), bool)
+    good = np.ones(len(tested.angle), bool)
     for n, name in enumerate(QUADRANTS):
-        phi = (turns.test.direction * (turns.angle - n * pi / 2) + pi) % (2 * pi) - pi
+        phi = (tested.test.direction * (tested.angle - n * pi / 2) + pi) % (2 * pi) - pi
         good &= (phi < -BEFORE) | (phi > behind[name])
     return good
 
@@ -185,10 +185,10 @@ def fit_geometry(
     else:
         lengths = [length for _, pieces in parts for length in pieces]
         covariance = covariance_of(columns, residual, lengths)
-        for way in np.linalg.svd(own * SPREAD, full_matrices=False)[2] * SPREAD:  # orthogonal: each adds its own
-            alone = own @ way
-            told = 1.0 / covariance_of(alone[:, None], residual, lengths)[0, 0] if alone.any() else 0.0
-            covariance += np.outer(moved @ way, moved @ way) / (told + 1.0)
+        for mode in np.linalg.svd(own * SPREAD, full_matrices=False)[2] * SPREAD:  # orthogonal: each adds its own
+            alone = own @ mode
+            information = 1.0 / covariance_of(alone[:, None], residual, lengths)[0, 0] if alone.any() else 0.0
+            covariance += np.outer(moved @ mode, moved @ mode) / (information + 1.0)
     fade = float(np.exp(shape[0]))
     # what a tail's shape misses is alike from one reversal to the next: as many stretches as that are independent
     freedom = min(len(d) - p, sum(len(pieces) for _, pieces in parts) - 1)
@@ -205,22 +205,26 @@ def fit_geometry(
     )
 
 
-def _means(turns: Revolutions, used: NDArray[np.intp], every: int) -> tuple[Revolutions, list[int]]:
+def _means(tested: Revolutions, used: NDArray[np.intp], every: int) -> tuple[Revolutions, list[int]]:
     """Return means over neighbouring samples, as many together, and the lengths of the stretches they are in."""
-    stretches = [part[: len(part) // every * every] for part in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
-    stretches = [part for part in stretches if len(part)]
-    index = np.concatenate(stretches).reshape(-1, every)
+    segments = [part[: len(part) // every * every] for part in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
+    segments = [part for part in segments if len(part)]
+    index = np.concatenate(segments).reshape(-1, every)
     means = Revolutions(
-        turns.test, turns.angle[index].mean(axis=1), turns.deviation[index].mean(axis=1), turns.turn[index[:, 0]], {}
+        tested.test,
+        tested.angle[index].mean(axis=1),
+        tested.deviation[index].mean(axis=1),
+        tested.revolution[index[:, 0]],
+        {},
     )
-    return means, [len(part) // every for part in stretches]
+    return means, [len(part) // every for part in segments]
 
 
-def tails_of(turns: Revolutions, behind: Mapping[str, float], fade: float, bend: float) -> NDArray[np.float64]:
+def tails_of(tested: Revolutions, behind: Mapping[str, float], fade: float, bend: float) -> NDArray[np.float64]:
     """Return the tails of the four glitches, each 1 where it begins, and derivatives to ln λ and κ, shape (3, n, 4)."""
     tails = []
     for n, name in enumerate(QUADRANTS):
-        phi = (turns.test.direction * (turns.angle - n * pi / 2)) % (2 * pi)
+        phi = (tested.test.direction * (tested.angle - n * pi / 2)) % (2 * pi)
         u = np.maximum(phi - behind[name], 0.0) / fade
         size = np.exp(-u) * np.cos(phi) * (phi > behind[name])
         tails.append([size * (1 + bend * u), size * u * (1 + bend * u - bend), size * u])

@@ -53,17 +53,17 @@ class Pulse:
         Angle behind the reversal in the direction of motion [rad], increasing, shape (n,).
     rest
         Radial deviation [m], shape (n,).
-    turn
+    revolution
         Number of the revolution, shape (n,).
     """
 
     phi: NDArray[np.float64]
     rest: NDArray[np.float64]
-    turn: NDArray[np.intp]
+    revolution: NDArray[np.intp]
 
 
 def pulses(
-    angle: NDArray[np.float64], rest: NDArray[np.float64], turn: NDArray[np.intp], direction: int
+    angle: NDArray[np.float64], rest: NDArray[np.float64], revolution: NDArray[np.intp], direction: int
 ) -> dict[str, Pulse]:
     """Return what lies within 45° of each of the four reversals, by quadrant."""
     found = {}
@@ -71,7 +71,7 @@ def pulses(
         phi = (direction * (angle - n * pi / 2) + pi) % (2 * pi) - pi
         near = np.flatnonzero(np.abs(phi) <= pi / 4)
         near = near[np.argsort(phi[near], kind="stable")]
-        found[name] = Pulse(phi[near], rest[near], turn[near])
+        found[name] = Pulse(phi[near], rest[near], revolution[near])
     return found
 
 
@@ -88,8 +88,8 @@ def smoothed(pulse: Pulse, width: float) -> tuple[NDArray[np.float64], NDArray[n
 def noise_of(pulse: Pulse) -> float:
     """Return the standard deviation of a sample about its neighbourhood [m], by second differences within a turn."""
     found = []
-    for turn in np.unique(pulse.turn):
-        second = np.diff(pulse.rest[pulse.turn == turn], 2)
+    for revolution in np.unique(pulse.revolution):
+        second = np.diff(pulse.rest[pulse.revolution == revolution], 2)
         if len(second):
             found.append(float(np.mean(second**2)) / 6.0)
     return sqrt(float(np.median(found))) if found else 0.0
@@ -113,7 +113,7 @@ def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Gl
         One step of the encoder [m]; 0 where none is seen.
     """
     near = np.abs(pulse.phi) <= WINDOW
-    pulse = Pulse(pulse.phi[near], pulse.rest[near], pulse.turn[near])
+    pulse = Pulse(pulse.phi[near], pulse.rest[near], pulse.revolution[near])
     sigma = max(noise_of(pulse), resolution / sqrt(12.0), 1e-12)
     spacing = 2 * WINDOW / max(len(pulse.phi), 1)
     # windows from fine to coarse, until the noise of a mean is small beside the largest of them
@@ -129,9 +129,9 @@ def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Gl
     low, high = _half_height(phi, sign * mean, top)
     place, value, se = _parabola(pulse, phi[top], max(high - low, width), sigma, sign)
     scatter = _between_turns(pulse, place, max((high - low) / 4, LEAST * spacing))
-    turns = len(np.unique(pulse.turn))
-    se = sqrt(max(se, scatter / sqrt(turns)) ** 2 + base**2)
-    half_width = float(stdtrit(max(4 * (turns - 1), 8), 0.975)) * se
+    count = len(np.unique(pulse.revolution))
+    se = sqrt(max(se, scatter / sqrt(count)) ** 2 + base**2)
+    half_width = float(stdtrit(max(4 * (count - 1), 8), 0.975)) * se
     return Glitch(value, (value - half_width, value + half_width), radius * (high - low), radius * place)
 
 
@@ -199,5 +199,8 @@ def _parabola_through(pulse: Pulse, a: int, b: int, sign: float) -> tuple[float,
 def _between_turns(pulse: Pulse, place: float, width: float) -> float:
     """Return the standard deviation between revolutions of the mean around the peak [m]; 0 of one revolution."""
     near = np.abs(pulse.phi - place) <= width / 2
-    means = [float(np.mean(pulse.rest[near & (pulse.turn == turn)])) for turn in np.unique(pulse.turn[near])]
+    means = [
+        float(np.mean(pulse.rest[near & (pulse.revolution == revolution)]))
+        for revolution in np.unique(pulse.revolution[near])
+    ]
     return float(np.std(means, ddof=1)) if len(means) > 2 else 0.0

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def identifiability_warnings(
     tests: Sequence[MeasuredCircle],
-    turns: Sequence[Revolutions],
+    circles: Sequence[Revolutions],
     geometry: Mapping[str, Estimate],
     both: bool,
     behind: Sequence[Mapping[str, float]],
@@ -28,7 +28,7 @@ def identifiability_warnings(
 
     Parameters
     ----------
-    tests, turns
+    tests, circles
         The tests, and their revolutions.
     geometry
         What was fitted.
@@ -47,14 +47,14 @@ def identifiability_warnings(
         warnings.append(Notice(text, "squareness-unseen", "note"))
     moved = [name for name in test.names if not _holds_zero(geometry[f"backlash.{name}"])]
     if moved:
-        warnings.append(_lost_motion(test, moved, bool(turns[0].errors)))
+        warnings.append(_lost_motion(test, moved, bool(circles[0].errors)))
     if test.is_ball_bar:
         text = (
             "a ball bar alone tells no lag of an axis, and scale only as far as its own length is calibrated: an error "
             "of its length moves both scales alike"
         )
         warnings.append(Notice(text, "ball-bar-length", "note"))
-    if min(one.count for one in turns) < 2:
+    if min(one.count for one in circles) < 2:
         text = "there is one whole revolution: what does not repeat is not told from what does"
         warnings.append(Notice(text, "one-revolution", "note"))
     wide = sorted({name for of in behind for name, angle in of.items() if angle >= largest - 1e-6})

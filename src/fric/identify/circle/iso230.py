@@ -78,15 +78,15 @@ def around_its_centre(angle: NDArray[np.float64], deviation: NDArray[np.float64]
 def iso230(tests: Sequence[Revolutions]) -> Iso230:
     """Return the figures of ISO 230-4 of the mean paths of one test, or of both directions of one circle."""
     paths: dict[int, tuple[NDArray[np.float64], NDArray[np.float64], float]] = {}
-    for turns in tests:
-        bins = min(BINS, max(len(turns.angle) // turns.count, 8))
-        angle, mean, _ = turns.averaged(bins)
+    for tested in tests:
+        bins = min(BINS, max(len(tested.angle) // tested.count, 8))
+        angle, mean, _ = tested.averaged(bins)
         there = np.isfinite(mean)
         angle, mean = angle[there], mean[there]
-        if turns.count == 1 and bins < BINS:  # one sample a part: its own angle, not that of the part
-            angle, mean = turns.angle % (2 * pi), turns.deviation
+        if tested.count == 1 and bins < BINS:  # one sample a part: its own angle, not that of the part
+            angle, mean = tested.angle % (2 * pi), tested.deviation
         centred, level = around_its_centre(angle, mean)
-        paths[turns.test.direction] = (angle, centred, level)
+        paths[tested.test.direction] = (angle, centred, level)
     both = len(paths) == 2
     angle = np.concatenate([path[0] for path in paths.values()])
     joint = np.concatenate([path[1] for path in paths.values()])

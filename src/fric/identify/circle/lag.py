@@ -52,18 +52,18 @@ def lags(tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], fi
 
 
 def _lag(
-    turns: Revolutions, error: NDArray[np.float64], axis: int, behind: Mapping[str, float], fit: Geometry
+    tested: Revolutions, error: NDArray[np.float64], axis: int, behind: Mapping[str, float], fit: Geometry
 ) -> tuple[float, float, int]:
     """Return a lag and its standard error [s], and the degrees of freedom of that."""
-    used = np.flatnonzero(quiet(turns, behind))
-    along = turns.angle[used] - axis * pi / 2  # the axis moves as the cosine of this
-    speed = -turns.test.direction * turns.test.feed * np.sin(along)
-    tails, _, bent = tails_of(turns, behind, fit.fade, fit.bend)[:, used]  # each bent by itself: one axis' share alone
+    used = np.flatnonzero(quiet(tested, behind))
+    along = tested.angle[used] - axis * pi / 2  # the axis moves as the cosine of this
+    speed = -tested.test.direction * tested.test.feed * np.sin(along)
+    tails, _, bent = tails_of(tested, behind, fit.fade, fit.bend)[:, used]  # each bent by itself: one axis' share alone
     columns = np.column_stack([speed, np.ones(len(used)), np.cos(along), np.sign(speed), tails, bent])
     values, *_ = np.linalg.lstsq(columns, error[used], rcond=None)
-    stretches = [len(one) for one in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
+    segments = [len(one) for one in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
     residual = error[used] - columns @ values
     if np.ptp(residual) <= 1e-12 * max(float(np.ptp(error)), 1e-15):
         return float(values[0]), 0.0, 1
-    variance = float(covariance_of(columns, residual, stretches)[0, 0])
-    return float(values[0]), variance**0.5, max(len(stretches) - 1, 1)
+    variance = float(covariance_of(columns, residual, segments)[0, 0])
+    return float(values[0]), variance**0.5, max(len(segments) - 1, 1)

@@ -228,11 +228,11 @@ def _carried(
     """Return the glitch of another circle with what was learned, taken over by the angle [m]."""
     new = _references(other, axes)
     old_angle, new_angle = (_angle(*of.values()) for of in (references, new))
-    turn = np.abs(old_angle[-1] - old_angle) <= 2 * pi
+    latest = np.abs(old_angle[-1] - old_angle) <= 2 * pi
     carried = {}
     for name, voltage in last.feedforward.items():
-        order = np.argsort(old_angle[turn] % (2 * pi))
-        known, values = (old_angle[turn] % (2 * pi))[order], voltage[turn][order]
+        order = np.argsort(old_angle[latest] % (2 * pi))
+        known, values = (old_angle[latest] % (2 * pi))[order], voltage[latest][order]
         carried[name] = np.interp(new_angle % (2 * pi), known, values, period=2 * pi)
     try:
         return _run(axes, new, scheme, other, carried).circularity.glitch

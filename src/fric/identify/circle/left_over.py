@@ -117,10 +117,10 @@ def _left(record: VoltageRecord, axis: Axis) -> tuple[NDArray[np.float64], NDArr
     used = own.used
     voltage = own.delayed(plant.T_d) - m * own.inertia[used] - a * own.damping[used]
     force = plant.K_f * voltage - own.friction(axis.friction) - axis.constant_load
-    whole = own.turn[used] >= 0
+    whole = own.revolution[used] >= 0
     direction, travel = since_reversal(own.position)
-    told = np.array([direction[used][whole], travel[used][whole]])
-    return told, force[whole]
+    features = np.array([direction[used][whole], travel[used][whole]])
+    return features, force[whole]
 
 
 def _gather(

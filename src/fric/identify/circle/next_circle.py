@@ -155,7 +155,7 @@ class _LeftOver:
 
 def _left_over(n: int, tuned: TunedAxis) -> _LeftOver:
     record, part = tuned.after.balance.records[n], tuned.after.parts()[n]
-    steady = record.turn[record.used] >= 0
+    steady = record.revolution[record.used] >= 0
     if not steady.any():
         return _LeftOver(np.array([0.0]), np.array([0.0]))
     own = (record.angle[record.used][steady] % (2 * pi)) / (2 * pi)

@@ -97,8 +97,8 @@ def _moving(time: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.flo
     The motion is looked at over spans of a 400th of it at least, which noise and quantisation do not move.
     """
     n = len(time)
-    reach = 0.5 * max(float(np.ptp(x)), float(np.ptp(y)))
-    if n < 16 or not reach > 0:
+    size = 0.5 * max(float(np.ptp(x)), float(np.ptp(y)))
+    if n < 16 or not size > 0:
         return []
     step = np.hypot(np.diff(x), np.diff(y))
     period = float(np.median(np.diff(time)))
@@ -108,8 +108,8 @@ def _moving(time: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.flo
     while span < n // 64 and np.median(np.hypot(x[span:] - x[:-span], y[span:] - y[:-span])) < 20 * noise:
         span *= 2
     moved = np.hypot(x[span:] - x[:-span], y[span:] - y[:-span])
-    still = np.concatenate([moved <= max(5 * noise, 1e-9 * reach), np.zeros(span, bool)])
-    gaps = np.concatenate([[False], np.diff(time) > 20 * period]) | np.concatenate([[False], step > 0.2 * reach])
+    still = np.concatenate([moved <= max(5 * noise, 1e-9 * size), np.zeros(span, bool)])
+    gaps = np.concatenate([[False], np.diff(time) > 20 * period]) | np.concatenate([[False], step > 0.2 * size])
     edges = [0, n]
     edges += [int(k) for k in np.flatnonzero(np.diff(still.astype(int))) + 1]
     edges += [int(k) for k in np.flatnonzero(gaps)]
@@ -143,8 +143,8 @@ def _circle_in(
 
 def steady(time: NDArray[np.float64], angle: NDArray[np.float64]) -> slice:
     """Return the longest stretch at which an angle turns at its median rate, within 1 %, over eighths of a turn."""
-    turns = abs(float(angle[-1] - angle[0])) / (2 * pi)
-    span = max(int(len(time) / max(turns, 1.0) / 48), 1)
+    revolved = abs(float(angle[-1] - angle[0])) / (2 * pi)
+    span = max(int(len(time) / max(revolved, 1.0) / 48), 1)
     rate = (angle[span:] - angle[:-span]) / (time[span:] - time[:-span])
     middle = float(np.median(rate[len(rate) // 4 : max(3 * len(rate) // 4, len(rate) // 4 + 1)]))
     good = np.abs(rate - middle) <= STEADY * abs(middle)
@@ -177,7 +177,7 @@ class Revolutions:
         Angle on the circle that was asked for [rad], unwrapped, in the order of the motion, shape (n,).
     deviation
         Radial deviation from the nominal circle [m], shape (n,).
-    turn
+    revolution
         Number of the revolution that each sample is of, shape (n,).
     errors
         Reference less position of each axis [m], by name, shape (n,); none of an axis without reference.
@@ -186,13 +186,13 @@ class Revolutions:
     test: MeasuredCircle
     angle: NDArray[np.float64]
     deviation: NDArray[np.float64]
-    turn: NDArray[np.intp]
+    revolution: NDArray[np.intp]
     errors: dict[str, NDArray[np.float64]]
 
     @property
     def count(self) -> int:
         """Number of whole revolutions."""
-        return int(self.turn[-1]) + 1
+        return int(self.revolution[-1]) + 1
 
     def averaged(self, bins: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Return centres of equal parts of a turn [rad], the mean deviation in each [m], and its scatter [m].
@@ -201,7 +201,7 @@ class Revolutions:
         of parts without samples.
         """
         part = np.floor((self.angle % (2 * pi)) / (2 * pi) * bins).astype(int) % bins
-        index = self.turn * bins + part
+        index = self.revolution * bins + part
         cells = self.count * bins
         number = np.bincount(index, minlength=cells)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -252,6 +252,6 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
             where=test.where, hint="Record one revolution more than the run-in and the run-out take.",
         )  # fmt: skip
     start = int(np.flatnonzero(turned >= 2 * pi * whole - spare)[-1])
-    turn = np.minimum((np.abs(angle[start:] - angle[start]) / (2 * pi) + 1e-9).astype(np.intp), whole - 1)
+    revolution = np.minimum((np.abs(angle[start:] - angle[start]) / (2 * pi) + 1e-9).astype(np.intp), whole - 1)
     errors = {name: error[inside][start:] for name, error in errors.items()}
-    return Revolutions(test, angle[start:], deviation[start:], turn, errors)
+    return Revolutions(test, angle[start:], deviation[start:], revolution, errors)

@@ -122,9 +122,9 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
     }
     if off:
         microns = {name: (f"{a * 1e6:+.1f}", f"{b * 1e6:+.1f}") for name, (a, b) in off.items()}
-        told = "; ".join(f"{name} {a} µm measured, {b} µm simulated" for name, (a, b) in microns.items())
+        glitches = "; ".join(f"{name} {a} µm measured, {b} µm simulated" for name, (a, b) in microns.items())
         text = (
-            f"{test.where}: the machine does not show the circle that it was made to agree with ({told}): its "
+            f"{test.where}: the machine does not show the circle that it was made to agree with ({glitches}): its "
             "controller, its plant or the record is not as stated"
         )
         yield Notice(text, "model-disagrees", "wrong")
@@ -169,10 +169,10 @@ def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     if record.test.scheme not in ("", "a"):
         return
     t, reference, measured, voltage = record.raw
-    believed = axis.nominal or axis.plant
+    from_file = axis.nominal or axis.plant
 
     def against(volts: NDArray[np.float64]) -> StatedController:
-        return against_stated(axis.cascade, believed, reference, measured, volts, 1 / record.sampled, ahead=True)
+        return against_stated(axis.cascade, from_file, reference, measured, volts, 1 / record.sampled, ahead=True)
 
     held = against(voltage)
     if held.as_stated:
@@ -181,7 +181,7 @@ def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     fed = np.column_stack([velocity, np.gradient(velocity, t), np.ones(len(t))])
     share, *_ = np.linalg.lstsq(fed, held.recorded - held.given, rcond=None)
     if not against(voltage - fed @ share).as_stated:
-        yield Notice(f"axis {axis.name}: {held.told()}", "controller-differs", "wrong")
+        yield Notice(f"axis {axis.name}: {held.describe()}", "controller-differs", "wrong")
 
 
 def observers_distrust(schemes: Sequence[Scheme], notices: Iterable[Notice]) -> Mapping[str, tuple[Notice, ...]]:

@@ -44,14 +44,14 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
     covariance = _covariance(found, left)
     names = found.balance.coordinates.names
     p = len(names)
-    reach = float(stdtrit(len(left), 0.975))
+    quantile = float(stdtrit(len(left), 0.975))
     slope, labels = _logarithms(found)
     spread = slope @ covariance @ slope.T
     # blocks that slip alike are told apart by nothing but where they were found: what tells of each where they do not
     wide, at_one = spread, merged(found)
     if at_one is not None:
         wide = slope @ _covariance(at_one, left) @ slope.T
-    half = reach * np.sqrt(np.maximum(np.maximum(np.diag(spread), np.diag(wide)), 0.0))
+    half = quantile * np.sqrt(np.maximum(np.maximum(np.diag(spread), np.diag(wide)), 0.0))
     halves = dict(zip(labels, half, strict=True))
 
     def within(name: str, value: float) -> Interval:
@@ -70,13 +70,15 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
             known = name in fitted
             sections[name] = Estimate(value, UNITS[name], within(name, value) if known else None, fixed=not known)
     offsets, K_f = found.plant[2:], found.balance.K_f
-    error = reach * float(np.sqrt(covariance[p + 2, p + 2] / len(offsets) + np.var(offsets))) * K_f
+    error = quantile * float(np.sqrt(covariance[p + 2, p + 2] / len(offsets) + np.var(offsets))) * K_f
     load = float(np.mean(offsets)) * K_f
     static = {name: sections[name] for name in ("F_c", "F_s", "v_s", "delta", "sigma")}
     negative = None
     if side := found.balance.coordinates.sides(found.x):
         wider = (
-            reach * float(np.sqrt(covariance[names.index("side"), names.index("side")])) / 2 if "side" in names else 0
+            quantile * float(np.sqrt(covariance[names.index("side"), names.index("side")])) / 2
+            if "side" in names
+            else 0
         )
         sided = [
             {

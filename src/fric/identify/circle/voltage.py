@@ -62,7 +62,7 @@ class VoltageRecord:
         Samples that are compared, evenly spaced, shape (n,).
     nodes
         Samples along which friction is replayed: all near a reversal, few where the axis slides, shape (k,).
-    turn
+    revolution
         Number of the revolution that a sample is of; -1 outside whole revolutions at steady feed, shape (n,).
     angle
         Angle on the circle [rad], shape (n,).
@@ -85,7 +85,7 @@ class VoltageRecord:
     voltage: CubicSpline
     used: NDArray[np.bool_]
     nodes: NDArray[np.intp]
-    turn: NDArray[np.intp]
+    revolution: NDArray[np.intp]
     angle: NDArray[np.float64]
     raw: tuple[NDArray[np.float64], ...]
     whole: NDArray[np.float64]
@@ -109,12 +109,12 @@ class VoltageRecord:
         from scipy.signal import sosfiltfilt
 
         n, rate = len(self.time), 1.0 / float(self.time[1] - self.time[0])
-        reach = min(int(TAPS * rate / COMPARED), (n - 1) // 2)
-        pulse = np.zeros(2 * reach + 1)
-        pulse[reach] = 1.0
+        half = min(int(TAPS * rate / COMPARED), (n - 1) // 2)
+        pulse = np.zeros(2 * half + 1)
+        pulse[half] = 1.0
         taps = sosfiltfilt(low_pass(COMPARED, rate), pulse, padtype=None)
         rows = np.flatnonzero(self.used)
-        columns = np.clip(rows[:, None] + np.arange(-reach, reach + 1), 0, n - 1)
+        columns = np.clip(rows[:, None] + np.arange(-half, half + 1), 0, n - 1)
         ends = np.arange(len(rows) + 1) * len(taps)
         smoothing = csr_array((np.tile(taps / taps.sum(), len(rows)), columns.ravel(), ends), shape=(len(rows), n))
         before = np.clip(np.searchsorted(self.nodes, np.arange(n), side="right") - 1, 0, len(self.nodes) - 2)
@@ -139,17 +139,17 @@ class VoltageRecord:
 
     def repeating(self, rest: NDArray[np.float64]) -> float | None:
         """Return the root mean square of what does not repeat of a residual at the samples used; None of one turn."""
-        turn, angle = self.turn[self.used], self.angle[self.used] % (2 * pi)
-        turns = [n for n in np.unique(turn) if n >= 0]
-        if len(turns) < 2:
+        revolution, angle = self.revolution[self.used], self.angle[self.used] % (2 * pi)
+        complete = [n for n in np.unique(revolution) if n >= 0]
+        if len(complete) < 2:
             return None
-        bins = min(int(np.count_nonzero(turn == turns[0])), 7200) // 2
+        bins = min(int(np.count_nonzero(revolution == complete[0])), 7200) // 2
         means = []
-        for n in turns:
-            cell = (angle[turn == n] / (2 * pi) * bins).astype(int) % bins
+        for n in complete:
+            cell = (angle[revolution == n] / (2 * pi) * bins).astype(int) % bins
             number = np.bincount(cell, minlength=bins)
             with np.errstate(invalid="ignore", divide="ignore"):
-                means.append(np.bincount(cell, rest[turn == n], bins) / number)
+                means.append(np.bincount(cell, rest[revolution == n], bins) / number)
         apart = np.diff(np.array(means), axis=0)
         return float(np.sqrt(np.nanmean(apart**2) / 2))
 
@@ -199,7 +199,7 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
 
     thin = t[::every]
     inertia, damping, voltage = (compared(values)[: len(thin)] for values in (a, rate_of, u))
-    angle, turn, moving = _turns(test, thin)
+    angle, revolution, moving = _revolutions(test, thin)
     edge = int(rate / COMPARED * 4)
     used = moving & (thin - thin[0] >= RUN_IN * (thin[-1] - thin[0]))
     used[:edge] = used[-edge:] = False
@@ -208,7 +208,7 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
     nodes = np.flatnonzero(~slides | (np.arange(len(thin)) % COARSE == 0) | (np.arange(len(thin)) == len(thin) - 1))
     return VoltageRecord(
         where, test.feed, test.radius, thin, np.ascontiguousarray(z[::every]), np.ascontiguousarray(v[::every]),
-        inertia, damping, CubicSpline(thin, voltage), used, nodes, turn, angle, (t, r, z_m, u), z, test, name,
+        inertia, damping, CubicSpline(thin, voltage), used, nodes, revolution, angle, (t, r, z_m, u), z, test, name,
     )  # fmt: skip
 
 
@@ -244,7 +244,7 @@ def refined(
     )
 
 
-def _turns(
+def _revolutions(
     test: MeasuredCircle, t: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.bool_]]:
     """Return angle, revolution and whether the axis is on its circle, at some instants."""
@@ -259,6 +259,6 @@ def _turns(
     back = np.abs(end - angle) / (2 * pi)
     within = (t >= first.time[inside.start]) & (t <= first.time[inside.stop - 1])
     count = int(np.abs(end - whole[inside.start]) / (2 * pi) + 1e-3)
-    turn = np.where(within & (back < count), np.floor(back).astype(int), -1)
+    revolution = np.where(within & (back < count), np.floor(back).astype(int), -1)
     moving = (t >= first.time[0]) & (t <= first.time[inside.stop - 1])
-    return angle, turn.astype(np.intp), moving
+    return angle, revolution.astype(np.intp), moving

@@ -57,10 +57,10 @@ def changes(fit: GMSFit) -> Iterator[Notice]:
             )  # fmt: skip
         else:  # a cycle and a half hardly stand out of the misfit, but do of the energies, as `inspect` tells
             reversals = _seen_reversals(one)
-            told = energy_warnings(cycle_energies(one.position, one.measured, reversals), one.time[reversals[::2]])
+            notices = energy_warnings(cycle_energies(one.position, one.measured, reversals), one.time[reversals[::2]])
             yield from (
                 Notice(f"record '{one.name}': {text}", text.code, text.severity)
-                for text in told if text.code == "energy-in-one-segment"
+                for text in notices if text.code == "energy-in-one-segment"
             )  # fmt: skip
     if len(offsets) > 1 and np.ptp(offsets) > CHANGES * F_s:
         yield _between(presliding, offsets, f"the offset differs by {readable(float(np.ptp(offsets)), newton, 2)}",

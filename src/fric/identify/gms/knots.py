@@ -110,12 +110,12 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
         Seed of CRS2.
     """
     z, force, weight = curve.displacement, curve.force, weights(curve)
-    reach = float(z[-1])
-    low, high = np.log(max(float(z[0]), 1e-4 * reach)), np.log(reach)
+    extent = float(z[-1])
+    low, high = np.log(max(float(z[0]), 1e-4 * extent)), np.log(extent)
     sliding = curve.saturates
 
     def solved(knots: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-        d = np.exp(knots) if sliding else np.append(np.exp(knots), reach)
+        d = np.exp(knots) if sliding else np.append(np.exp(knots), extent)
         limit, rest = nnls(weight[:, None] * np.minimum(z[:, None] / d, 1.0), weight * force, maxiter=100 * count)
         return limit / d, rest**2
 
@@ -126,7 +126,7 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
     d = np.exp(knots[order])
     if not sliding:
         left = curve.level - float(k[:-1] @ d)
-        d = np.append(d, max(left / k[-1], reach) if k[-1] > 0 else reach)
+        d = np.append(d, max(left / k[-1], extent) if k[-1] > 0 else extent)
     keep = k * d > LEAST_SHARE * float(k @ d)
     if not keep.any():
         raise FricError(
@@ -224,10 +224,10 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
         The fit to all cycles.
     """
     z, weight = curve.displacement, weights(curve)
-    reach = float(z[-1])
-    inside = blocks.displacement < reach * (1 - 1e-9)
+    extent = float(z[-1])
+    inside = blocks.displacement < extent * (1 - 1e-9)
     start = np.log(blocks.displacement[inside])
-    beyond = np.full(len(blocks) - len(start), reach)
+    beyond = np.full(len(blocks) - len(start), extent)
 
     def solved(knots: NDArray[np.float64], force: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
         d = np.append(np.exp(knots), beyond)
@@ -242,11 +242,11 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
             def cost(x: NDArray[np.float64], force: NDArray[np.float64] = other.force) -> float:
                 return solved(x, force)[1]
 
-            knots = _optimized(nlopt.LN_SBPLX, cost, start, start - 1.0, np.minimum(start + 1.0, np.log(reach)))
+            knots = _optimized(nlopt.LN_SBPLX, cost, start, start - 1.0, np.minimum(start + 1.0, np.log(extent)))
         k, _ = solved(knots, other.force)
         d = np.append(np.exp(knots), beyond)
         for n in range(len(start), len(d)):
-            d[n] = max((curve.level - float(k[:n] @ d[:n])) / max(k[n], 1e-300), reach)
+            d[n] = max((curve.level - float(k[:n] @ d[:n])) / max(k[n], 1e-300), extent)
         found.append(Blocks(np.maximum(k, 1e-9 * k.max()), d))
     return found
 

@@ -147,13 +147,13 @@ def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Itera
 def _saturation(fit: GMSFit, length: str, newton: str) -> Iterator[Notice]:
     if fit.curve.saturates:
         return
-    reach = float(fit.curve.displacement[-1])
+    extent = float(fit.curve.displacement[-1])
     end = float(fit.curve.force[-1])
     if fit.static_given:
         missing = max(fit.static.F_s - end, 0.0)
-        amplitude = max(1.5 * float(fit.model.slip_displacements[-1]), 2.0 * reach)
+        amplitude = max(1.5 * float(fit.model.slip_displacements[-1]), 2.0 * extent)
         yield Notice(
-            f"the loops never saturate: at {readable(reach, length)} the virgin curve is at {readable(end, newton)}, "
+            f"the loops never saturate: at {readable(extent, length)} the virgin curve is at {readable(end, newton)}, "
             f"and {readable(missing, newton)} of F_s is missing, which the last block is given; add a record of "
             f"{readable(amplitude, length, 2)} amplitude or more",
             "never-slides", "doubt",
@@ -161,7 +161,7 @@ def _saturation(fit: GMSFit, length: str, newton: str) -> Iterator[Notice]:
     else:
         yield Notice(
             f"the loops never saturate and no static map tells F_s: {readable(end, newton)} at "
-            f"{readable(reach, length)} is a lower bound of it; add a record of {readable(3.0 * reach, length, 2)} "
+            f"{readable(extent, length)} is a lower bound of it; add a record of {readable(3.0 * extent, length, 2)} "
             "amplitude or more, or --static",
             "never-slides", "wrong",
         )  # fmt: skip

@@ -188,19 +188,19 @@ def virgin_curve(
             groups[-1].append(one)
         else:
             groups.append([one])
-    parts, reach, previous, mismatch = [], 0.0, None, 0.0
+    parts, extent, previous, mismatch = [], 0.0, None, 0.0
     for group in groups:
         branches = [_branches(one, (static, negative), max(one.amplitude for one in group)) for one in group]
         merged = np.vstack([b.cycles for b in branches])
         place = np.nanmean(np.vstack([b.displacement for b in branches]), axis=0)
         seen = np.isfinite(merged).mean(axis=0) > 0.5
-        keep = seen & (place > reach)
+        keep = seen & (place > extent)
         if previous is not None and keep.any():
             mean = np.nanmean(merged[:, seen], axis=0)
-            step = previous - float(np.interp(reach, place[seen], mean))
+            step = previous - float(np.interp(extent, place[seen], mean))
             mismatch = step if abs(step) > abs(mismatch) else mismatch
         parts.append((group[0].name, place[keep], merged[:, keep], float(np.mean([b.level for b in branches]))))
-        reach = float(place[keep].max(initial=reach))
+        extent = float(place[keep].max(initial=extent))
         previous = float(np.nanmean(merged[:, keep], axis=0)[-1]) if keep.any() else previous
     return replace(_spliced(parts, mismatch), step=max(one.motion.step for one in ordered))
 

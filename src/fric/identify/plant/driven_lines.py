@@ -32,7 +32,7 @@ class MeanLines(NamedTuple):
     input: NDArray[np.complex128]
     position: NDArray[np.complex128]
     driven: NDArray[np.bool_]
-    told: bool
+    stated: bool
 
 
 def excited(
@@ -60,8 +60,8 @@ def excited(
     if driven is not None:
         return driven
     both = np.sqrt(U * Z)
-    reach = np.maximum(2, np.arange(len(U)) // 4)
-    around = np.array([both[max(0, k - r) : k + r + 1].max() for k, r in enumerate(reach)])
+    half_width = np.maximum(2, np.arange(len(U)) // 4)
+    around = np.array([both[max(0, k - r) : k + r + 1].max() for k, r in enumerate(half_width)])
     power = np.real(1j * np.mean(spectra.position, axis=0) * np.mean(spectra.input, axis=0).conj())
     seen = (both > surely * around) | ((both > tall * around) & (power > 0))
     return np.asarray(seen & (tall * np.maximum.accumulate(U) < U) & (5 * noise < U))
@@ -91,7 +91,7 @@ def driven_alike(records: Sequence[MeanLines | None]) -> list[NDArray[np.bool_] 
             continue
         driven = (growth > np.median(growth[both & (growth > APART)]) ** LESS) & (one.driven | other.driven)
         for n in (small, large):
-            if not records[n].told:  # type: ignore[union-attr]
+            if not records[n].stated:  # type: ignore[union-attr]
                 found[n] = driven if found[n] is None else driven & found[n]
     return found
 

@@ -186,7 +186,7 @@ def _over_periods(
         raise FricError("fewer than three frequencies are excited", where=record.where, hint="Excite more of them.")
     repeating = distortion(spectra, lines)
     U, Z = (np.mean(x, axis=0) for x in (spectra.input, spectra.position))
-    mean_lines = MeanLines(spectra.frequency, U, Z, lines, told=known is not None)
+    mean_lines = MeanLines(spectra.frequency, U, Z, lines, stated=known is not None)
     spectra = spectra.at(lines)
     G, deviation, coherence = estimate(spectra)
     deviation = np.where(repeating > DISTORTED * deviation, np.hypot(repeating, deviation), deviation)

@@ -264,14 +264,14 @@ def estimate(spectra: Spectra) -> tuple[Complex, Real, Real]:
     return np.where(usable, G, 0.0), deviation, 1 / (1 + spectra.averages * variance)
 
 
-def _smoothed(variance: Real, freedom: int, reach: int = 4) -> Real:
+def _smoothed(variance: Real, freedom: int, half_width: int = 4) -> Real:
     """Return geometric means over neighbouring lines, symmetric, made true for chi-squared values."""
     n = len(variance)
     log = np.log(np.maximum(variance, 1e-300))
     total = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(log), log, 0.0))])
     count = np.concatenate([[0], np.cumsum(np.isfinite(log))])
     at = np.arange(n)
-    wide = np.minimum(np.minimum(at, n - 1 - at), reach)
+    wide = np.minimum(np.minimum(at, n - 1 - at), half_width)
     low, high = at - wide, at + wide + 1
     mean = (total[high] - total[low]) / np.maximum(count[high] - count[low], 1)
     bias = float(special.digamma(freedom / 2) - np.log(freedom / 2))

@@ -95,13 +95,13 @@ def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[N
     """
     counts = [0 if log.force is None else clipped_samples(log.force) for log in logs]
     kept = [log for log, count in zip(logs, counts, strict=True) if count <= most * len(log)]
-    told = ", ".join(f"{count} samples of '{log.name}'" for log, count in zip(logs, counts, strict=True) if count)
-    if not told:
+    counted = ", ".join(f"{count} samples of '{log.name}'" for log, count in zip(logs, counts, strict=True) if count)
+    if not counted:
         return kept, []
     if not kept:
         raise FricError(
-            f"the force is clipped in {told}: it is not known where friction is largest, and no stiffness is told",
+            f"the force is clipped in {counted}: it is not known where friction is largest, and no stiffness is told",
             where=logs[0].source, hint="Log with a larger range of the force's trace, or a smaller amplitude.",
         )  # fmt: skip
     mend = "they are left out" if len(kept) < len(logs) else "these are not compared"
-    return kept, [Notice(f"the force is clipped in {told}: {mend}", "force-clipped", "doubt")]
+    return kept, [Notice(f"the force is clipped in {counted}: {mend}", "force-clipped", "doubt")]

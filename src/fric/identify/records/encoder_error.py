@@ -131,7 +131,7 @@ def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:
     return found
 
 
-def _median_around(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
+def _median_around(values: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
     """Return the median of the values around each."""
-    padded = np.pad(values, reach, mode="reflect")
-    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1), axis=1))
+    padded = np.pad(values, half_width, mode="reflect")
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half_width + 1), axis=1))

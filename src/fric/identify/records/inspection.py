@@ -71,8 +71,8 @@ def inspect(record: Record) -> Inspected:
     rise = force_rise(log, reversals)
     warnings = clock_flaws([log], "inspect")
     if log.force is not None:
-        stretches = [(log, segment) for segment in segments]
-        warnings += stroke_flaws(stretches, over_place(stretches))
+        pairs = [(log, segment) for segment in segments]
+        warnings += stroke_flaws(pairs, over_place(pairs))
     kind = record.kind or recognised_kind(log, segments, rests, sine, rise)
     if kind not in {"constant-velocity", "motion"}:
         segments = []

@@ -75,10 +75,10 @@ def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
     """Return the records whose encoder is too coarse for their motion, as `inspect` judges them, each told."""
     found = []
     for record in records:
-        turns = record.reversals[record.reversals < len(record.motion.position)]
-        if record.slides or len(turns) < 3 or not record.motion.step:
+        inside = record.reversals[record.reversals < len(record.motion.position)]
+        if record.slides or len(inside) < 3 or not record.motion.step:
             continue
-        steps = 0.5 * float(np.median(np.abs(np.diff(record.motion.position[turns])))) / record.motion.step
+        steps = 0.5 * float(np.median(np.abs(np.diff(record.motion.position[inside])))) / record.motion.step
         if steps < STEPS:
             text = f"record '{record.name}': the amplitude is {steps:.1f} steps of the encoder: three are needed"
             found.append(Notice(text, "encoder-too-coarse", "wrong"))

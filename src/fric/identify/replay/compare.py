@@ -112,7 +112,7 @@ def compare_models(
     negative: StaticMap | None = None,
     blocks: int = 4,
     seed: int = 0,
-    told: Callable[[], None] = lambda: None,
+    advance: Callable[[], None] = lambda: None,
 ) -> Comparison:
     """Fit every model on some samples and score it on others, by replay through whole records.
 
@@ -130,7 +130,7 @@ def compare_models(
         What is fitted and scored.
     static, negative, blocks, seed
         As in `identify_by_replay`.
-    told
+    advance
         Called after each model.
 
     Raises
@@ -145,7 +145,7 @@ def compare_models(
     scores = []
     for name in names:
         scores.append(_scored(name, records, splits, near, static, negative, blocks, seed))
-        told()
+        advance()
     independent = max(score.fits[0].independent for score in scores)
     scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.rms)
     leads = {other.name: _lead(records, scores[0], other) for other in scores[1:]}

@@ -59,12 +59,14 @@ def replay_information(
     shown = here.gradient @ basis
     freedom = max(len(here.residual) - len(basis.T), 1)
     covariance = replay_covariance(shown, here.residual, search.records, float(stdtrit(freedom, 0.975)))
-    told = basis @ np.linalg.inv(covariance + of_timing(search, x, shown)) @ basis.T
+    information = basis @ np.linalg.inv(covariance + of_timing(search, x, shown)) @ basis.T
     own = [n for n, c in enumerate(coordinates.free) if c.parameter is LEVEL]
     kept = [n for n in range(len(x)) if n not in own]
-    told = (
-        told[np.ix_(kept, kept)]
-        - told[np.ix_(kept, own)] @ np.linalg.pinv(told[np.ix_(own, own)]) @ told[np.ix_(own, kept)]
+    information = (
+        information[np.ix_(kept, kept)]
+        - information[np.ix_(kept, own)]
+        @ np.linalg.pinv(information[np.ix_(own, own)])
+        @ information[np.ix_(own, kept)]
     )
     names, rows = [], []
     for (section, name), found in slopes(coordinates, x).items():
@@ -73,4 +75,4 @@ def replay_information(
             names += [f"{name}_{n + 1}" if found.parameter.per_block else name for n in range(count)]
             rows += [found.slope[n, kept] for n in range(count)]
     back = np.linalg.inv(np.array(rows))
-    return tuple(names), np.asarray(back.T @ told @ back)
+    return tuple(names), np.asarray(back.T @ information @ back)

@@ -62,14 +62,14 @@ def opened(
         if key not in declared or declared[key].dimension != "stiffness" or level is None:
             continue
         k = np.atleast_1d(np.asarray(values[key[0]][key[1]], float))
-        ways = np.broadcast_to(level, k.shape) / k
-        if (ways < text.resolved).any():
+        slips = np.broadcast_to(level, k.shape) / k
+        if (slips < text.resolved).any():
             found[key] = tuple(
-                (low, np.inf if way < text.resolved else high) for (low, high), way in zip(limits, ways, strict=True)
+                (low, np.inf if slip < text.resolved else high) for (low, high), slip in zip(limits, slips, strict=True)
             )
             notices.append(
                 Notice(
-                    f"{key[1]} is a lower bound: its spring gives way within {readable(float(ways.min()), length)}, "
+                    f"{key[1]} is a lower bound: its spring gives way within {readable(float(slips.min()), length)}, "
                     f"and after a reversal the motion is seen again {readable(text.resolved, length)} later (the "
                     f"encoder's step, and {SAMPLES} samples); log slower, or with a finer encoder",
                     "stiffness-unresolved", "wrong",

@@ -69,7 +69,7 @@ class HeldOut:
         gain = self.weight * (self.errors[self.form] ** 2 - errors**2)
         return bool(n >= FEWEST and gain.sum() > np.sqrt(n / (n - 1)) * np.linalg.norm(gain - gain.mean()))
 
-    def told(self) -> dict[str, float]:
+    def as_dict(self) -> dict[str, float]:
         """Return the errors of all that was tried [N], by what it is called."""
         return {text: self[form] for form, text in TOLD.items() if form in self.errors} | self.also
 

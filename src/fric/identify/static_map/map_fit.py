@@ -107,7 +107,7 @@ class MapFit:
         """Say which form the map has, and why: how well others do, of this map or as given."""
         form = "eq. (2)" if self.problem.fall else "Coulomb plus viscous friction"
         form += " with delta free" if "delta" in self.problem.free else ""
-        tried = (held_out or self.held_out).told()
+        tried = (held_out or self.held_out).as_dict()
         if len(tried) < 2:
             return form
         errors = [f"{readable(error, si_unit('force', motion), 3)} {text}" for text, error in tried.items()]

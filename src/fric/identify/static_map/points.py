@@ -130,14 +130,14 @@ def _inner_part(log: Log) -> Segment | str:
         v = log.require("velocity", "the friction map")
         z = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(log.time))])
     unit = si_unit("velocity", log.motion)
-    way = float(z[-1] - z[0])
+    travel = float(z[-1] - z[0])
     count = (lattice_step(log.position) or 0.0) if log.position is not None else 0.0
-    if abs(way) <= SHORTEST * count or way == 0.0:
-        steps = f"{abs(way) / count:.0f} steps of the encoder" if count else "nothing"
+    if abs(travel) <= SHORTEST * count or travel == 0.0:
+        steps = f"{abs(travel) / count:.0f} steps of the encoder" if count else "nothing"
         return f"it moves by {steps}"
-    if float(np.ptp(z)) > 1.2 * abs(way):
+    if float(np.ptp(z)) > 1.2 * abs(travel):
         return "it moves to and fro"
-    along = (z - z[0]) / way
+    along = (z - z[0]) / travel
     first, last = int(np.argmax(along > ENDS)), int(len(along) - np.argmax(along[::-1] < 1 - ENDS))
     if last - first < 2 * SHORTEST:
         return f"{last - first} samples at speed"

@@ -42,15 +42,15 @@ class Format(NamedTuple):
 class _Heard(logging.Handler):
     """Takes what a library logs of a file, to be told as warnings of the file."""
 
-    def __init__(self, path: Path, told: list[Notice]) -> None:
+    def __init__(self, path: Path, notices: list[Notice]) -> None:
         super().__init__(logging.WARNING)
-        self._path, self._told = path, told
+        self._path, self._notices = path, notices
 
     def emit(self, record: logging.LogRecord) -> None:
         """Keep the first few."""
-        if len(self._told) < MOST_HEARD:
+        if len(self._notices) < MOST_HEARD:
             text = f"{self._path}: {printable(record.getMessage(), 160)}"
-            self._told.append(Notice(text, "library-warns", "doubt"))
+            self._notices.append(Notice(text, "library-warns", "doubt"))
 
 
 _LISTENING: dict[str, tuple[list[_Heard], list[tuple[logging.Logger, list[logging.Handler], bool]]]] = {}
@@ -64,7 +64,7 @@ def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
     Files may be open at once, and be closed in any order: the library speaks as before when the last one is closed.
     """
     top = form.module.partition(".")[0]
-    logger, told = logging.getLogger(top), list[Notice]()
+    logger, notices = logging.getLogger(top), list[Notice]()
     listening, before = _LISTENING.setdefault(top, ([], []))
     if not listening:
         below = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(f"{top}.")]
@@ -72,11 +72,11 @@ def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
         for one in below:
             one.handlers, one.propagate = [], True
         logger.propagate = False
-    handler = _Heard(path, told)
+    handler = _Heard(path, notices)
     listening.append(handler)
     logger.handlers = [handler]
     try:
-        yield told
+        yield notices
     finally:
         listening.remove(handler)
         logger.handlers = [*listening[-1:]]
@@ -85,14 +85,14 @@ def heard(form: Format, path: Path) -> Iterator[list[Notice]]:
 
 
 @contextmanager
-def warned(path: Path, told: list[Notice]) -> Iterator[None]:
+def warned(path: Path, notices: list[Notice]) -> Iterator[None]:
     """Put what a library warns of meanwhile into a list, to be told of the file."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         warnings.simplefilter("ignore", DeprecationWarning)
         yield
-    for one in caught[: max(MOST_HEARD - len(told), 0)]:
-        told.append(Notice(f"{path}: {printable(str(one.message), 160)}", "library-warns", "doubt"))
+    for one in caught[: max(MOST_HEARD - len(notices), 0)]:
+        notices.append(Notice(f"{path}: {printable(str(one.message), 160)}", "library-warns", "doubt"))
 
 
 def refuse_declared(path: Path, declared: int) -> None:
@@ -155,7 +155,7 @@ class Table(ABC):
     listener: Callable[[bytes], object] | None = None
     """Is given all bytes of the file in their order, as `blocks` reads them, by a reader that `tells_bytes`."""
 
-    told: Sequence[Notice] = ()
+    notices: Sequence[Notice] = ()
     """What the user should know of the table, once it is read."""
 
     @property

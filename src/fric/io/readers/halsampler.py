@@ -68,9 +68,9 @@ class _Record(TextTable):
                 if len(jumps):
                     n = int(jumps[0])
                     lost = (count[n + 1] - count[n]) / step - 1
-                    told = f"{lost:.0f} rows are lost" if lost > 0 else "the count goes back"
+                    problem = f"{lost:.0f} rows are lost" if lost > 0 else "the count goes back"
                     raise FricError(
-                        f"{told}: the count jumps from {count[n]:.0f} to {count[n + 1]:.0f}",
+                        f"{problem}: the count jumps from {count[n]:.0f} to {count[n + 1]:.0f}",
                         where=self.place(block.row + n + 1 - (len(count) - len(block.columns[0])), column),
                         hint="Record it again, with a deeper sampler or fewer pins; or cut the file there.",
                     )  # fmt: skip

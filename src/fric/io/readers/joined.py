@@ -68,7 +68,7 @@ class Joined(Table):
     """One table of the channels of several parts; column 0 is the time [s].
 
     Instants at which one of the channels has not begun, has ended or has a gap are left out. What was moved, and how
-    far, is in `told` once the table is read.
+    far, is in `notices` once the table is read.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Joined(Table):
         As in `Table`.
     parts
         The parts, each on its own clock.
-    told
+    notices
         What is known of the table before it is read.
 
     Raises
@@ -91,9 +91,9 @@ class Joined(Table):
         parts: Sequence[Part],
         constants: Mapping[str, str] | None = None,
         said: Mapping[str, str] | None = None,
-        told: Sequence[Notice] = (),
+        notices: Sequence[Notice] = (),
     ) -> None:
-        self._parts, self._before = tuple(parts), told
+        self._parts, self._before = tuple(parts), notices
         self._places = [(n, column) for n, part in enumerate(parts) for column in part.channels()]
         names = [parts[n].table.columns[column].name for n, column in self._places]
         columns = [Column("time", "s")]
@@ -138,15 +138,15 @@ class Joined(Table):
                 hint="Log them by one clock, or ingest them one by one.",
             )  # fmt: skip
         cut = max(early, late) * every * lead.interval > 2 * max(stream.interval for stream in streams.values())
-        self.told = [*self._before]
+        self.notices = [*self._before]
         if cut or holes:
             text = f"{self.path}: joined over {row} samples from {max(begin, first):.6g} s on, the time that all have"
             text += f"; {holes} samples fall into gaps of another channel, and are left out" if holes else ""
-            self.told.append(Notice(text, "joined-in-part", "note"))
+            self.notices.append(Notice(text, "joined-in-part", "note"))
         if every > 1:
             text = f"{self.path}: {lead.listed}: one sample in {every} is taken, as the slowest channel has them"
-            self.told.append(Notice(text, "joined-thinned", "note"))
-        self.told += [note for other in others for note in other.moved(str(self.path), lead)]
+            self.notices.append(Notice(text, "joined-thinned", "note"))
+        self.notices += [note for other in others for note in other.moved(str(self.path), lead)]
 
     def _asked(self, part: int, wanted: Sequence[int]) -> list[tuple[int, int]]:
         """Return the channels of a part that are asked for."""

@@ -33,7 +33,7 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
     """Read a measurement: one table; its groups, each with a time of its own, are put on one clock."""
     asammdf = library(FORMAT, path)
-    with heard(FORMAT, path) as told, path.open("rb") as file:
+    with heard(FORMAT, path) as notices, path.open("rb") as file:
         head = file.read(68)
         if head[64:] != b"##HD":
             raise FricError("is no whole measurement", where=str(path), hint="Export it again.")
@@ -41,7 +41,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         with _opened(asammdf, path if head.startswith(b"UnFin") else file) as measurement:
             sizes = (one.channel_group for one in measurement.groups)
             refuse_declared(path, sum(one.cycles_nr * (one.samples_byte_nr + 8) for one in sizes))
-            yield _table(path, measurement, told)
+            yield _table(path, measurement, notices)
 
 
 def _opened(asammdf: Any, source: Any) -> Any:
@@ -61,11 +61,11 @@ def _opened(asammdf: Any, source: Any) -> Any:
         raise
 
 
-def _table(path: Path, measurement: Any, told: list[Notice]) -> Table:
+def _table(path: Path, measurement: Any, notices: list[Notice]) -> Table:
     parts = [part for n in range(len(measurement.groups)) if (part := _part(path, measurement, n)) is not None]
     if not parts:
         raise FricError("holds no channel of numbers over time", where=str(path), hint="Export it again.")
-    return Joined(path, parts, {"start": str(measurement.start_time)}, told=told)
+    return Joined(path, parts, {"start": str(measurement.start_time)}, notices=notices)
 
 
 def _part(path: Path, measurement: Any, number: int) -> Part | None:

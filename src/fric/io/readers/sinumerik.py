@@ -50,7 +50,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         data = [np.frombuffer(trace.time[members[0]]), *(np.frombuffer(trace.values[n]) for n in members)]
         parts.append(Part(Memory(path, columns, data), 0))
     text = f"{path}: {trace.without} samples hold no value, and are left out"
-    yield Joined(path, parts, told=[Notice(text, "samples-without-value", "note")] if trace.without else [])
+    yield Joined(path, parts, notices=[Notice(text, "samples-without-value", "note")] if trace.without else [])
 
 
 class _Trace:

@@ -32,7 +32,7 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
     """Read a TDMS file: a record a group where the groups hold the same channels, else one of all on one clock."""
     nptdms = library(FORMAT, path)
-    with heard(FORMAT, path) as told, path.open("rb") as content, nptdms.TdmsFile.open(content) as file:
+    with heard(FORMAT, path) as notices, path.open("rb") as content, nptdms.TdmsFile.open(content) as file:
         constants = {str(key): str(value) for key, value in file.properties.items()}
         groups = {group.name: [one for one in group.channels() if _is_number(one)] for group in file.groups()}
         groups = {name: channels for name, channels in groups.items() if channels}
@@ -41,7 +41,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         apart = len(groups) > 1 and all(one == names[0] for one in names)
         for gathered in [[one] for one in groups] if apart else [list(groups)]:
             channels = {name: groups[name] for name in gathered}
-            yield _table(path, channels, constants, {"name": gathered[0]} if apart else {}, told)
+            yield _table(path, channels, constants, {"name": gathered[0]} if apart else {}, notices)
 
 
 def _is_number(channel: Any) -> bool:
@@ -49,7 +49,7 @@ def _is_number(channel: Any) -> bool:
 
 
 def _table(
-    path: Path, groups: dict[str, list[Any]], constants: dict[str, str], said: dict[str, str], told: list[Notice]
+    path: Path, groups: dict[str, list[Any]], constants: dict[str, str], said: dict[str, str], notices: list[Notice]
 ) -> Table:
     """Return groups as one table: a waveform has its own clock, other channels that of their group's time."""
     clocks: dict[tuple[Any, ...], list[Any]] = {}
@@ -80,8 +80,8 @@ def _table(
     lost = [f"'{column.name}'" for table in without for column in table.columns]
     if lost:
         text = f"{path}: the file gives no time for {', '.join(lost[:8])}: not read"
-        told.append(Notice(text, "channels-without-time", "note"))
-    return Joined(path, parts, constants, said, told)
+        notices.append(Notice(text, "channels-without-time", "note"))
+    return Joined(path, parts, constants, said, notices)
 
 
 class _Channels(Table):

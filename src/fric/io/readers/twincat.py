@@ -50,7 +50,7 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         Part(TextTable(path, shape, layout, zipped), time, tuple(n for n in group if names[n]), factor, f"clock {k}")
         for k, (time, group) in enumerate(zip(clocks, groups, strict=True), 1)
     ]
-    yield Joined(path, parts, told=_scaled(path, about))
+    yield Joined(path, parts, notices=_scaled(path, about))
 
 
 def _about(path: Path, cells: Sequence[list[str]]) -> tuple[dict[str, list[str]], int]:

@@ -50,18 +50,18 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         for one in inside
     ):
         raise FricError("unpacks to more than is read", where=str(path), hint="Export it as CSV.")
-    told: list[Notice] = []
-    with warned(path, told):
+    notices: list[Notice] = []
+    with warned(path, notices):
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
     try:
-        with warned(path, told):
+        with warned(path, notices):
             for sheet in book.worksheets:
                 sheet.reset_dimensions()  # a sheet may say that it has any number of columns, and each row is filled up
             sheets = [sheet for sheet in book.worksheets if len(list(islice(sheet.iter_rows(), 2))) == 2]
         if not sheets:
             raise FricError("holds no sheet with rows", where=str(path), hint="Export it again.")
         for sheet in sheets:
-            yield _Sheet(path, sheet, layout, {"name": sheet.title} if len(sheets) > 1 else {}, told)
+            yield _Sheet(path, sheet, layout, {"name": sheet.title} if len(sheets) > 1 else {}, notices)
     finally:
         book.close()
 
@@ -69,8 +69,8 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
 class _Sheet(Table):
     """The table of a sheet; header and units are found as in text."""
 
-    def __init__(self, path: Path, sheet: Any, layout: Layout, said: dict[str, str], told: list[Notice]) -> None:
-        with warned(path, told):
+    def __init__(self, path: Path, sheet: Any, layout: Layout, said: dict[str, str], notices: list[Notice]) -> None:
+        with warned(path, notices):
             first = list(islice(sheet.iter_rows(values_only=True), LOOK))
         wide = max((n + 1 for row in first for n, cell in enumerate(row) if cell is not None), default=0)
         lines = ["\t".join(_shown(cell) for cell in [*row, *repeat(None, wide)][:wide]) for row in first]
@@ -80,7 +80,7 @@ class _Sheet(Table):
         except FricError as error:
             raise error.at(f"{path}, sheet '{sheet.title}'") from None
         super().__init__(path, shape.columns, shape.preamble, said)
-        self.told = self._heard = told
+        self.notices = self._heard = notices
         self._sheet, self._first, self._texts = sheet, shape.first, dict[tuple[int, int], str]()
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:

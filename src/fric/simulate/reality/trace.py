@@ -142,14 +142,14 @@ def _driven(axis: Axis, voltage: Real) -> Callable[[Real], Real]:
     at an eighth of the sampling rate).
     """
     speed = np.concatenate([[0.0], np.cumsum(voltage)[:-1]])
-    way = np.concatenate([[0.0], np.cumsum(speed + 0.5 * voltage)[:-1]])
+    swept = np.concatenate([[0.0], np.cumsum(speed + 0.5 * voltage)[:-1]])
     size = axis.plant.B / axis.cascade.sampling**2
     delay = axis.plant.transport_delay(axis.cascade.sampling) * axis.cascade.sampling
 
     def added(at: Real) -> Real:
         x = np.maximum(at - delay, 0.0)
         k = np.minimum(x.astype(np.int64), len(voltage) - 1)
-        return np.asarray(size * (way[k] + (x - k) * (speed[k] + 0.5 * (x - k) * voltage[k])))
+        return np.asarray(size * (swept[k] + (x - k) * (speed[k] + 0.5 * (x - k) * voltage[k])))
 
     return added
 
