@@ -272,7 +272,11 @@ def learned() -> Case:
         return right
 
     runs = (found.rounds[0].run, found.rounds[-1].run)
-    return figure, [Panel(rounds, [curve([0, 1, 2], glitches)]), Panel(around, [deviation(run) for run in runs])]
+    assert [line.get_ydata()[0] for line in rounds.lines[1:]] == [glitch * 1e6 for _, _, glitch in found.carried]
+    return figure, [
+        Panel(rounds, [curve([0, 1, 2], glitches)]),
+        Panel(around, [deviation(run) for run in runs]),
+    ]
 
 
 @case

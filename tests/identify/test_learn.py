@@ -96,6 +96,17 @@ def test_learning_on_the_command_line(tmp_path, capsys):
     assert (tmp_path / "l.png").stat().st_size > 10_000
 
 
+def test_a_run_file_tells_its_machine_and_a_log_does_not(table, tmp_path):
+    circle = fric.circle(ROOT / "configs/xy-table.yaml", "a", radius="2 mm", velocity="20 mm/s")
+    circle.save(tmp_path / "run.h5")
+    for name, machine in (("told.h5", None), ("named.h5", ROOT / "configs/xy-table.yaml")):
+        fric.learn(tmp_path / "run.h5", machine=machine).save(tmp_path / name)
+    told, named = (read_feedforward(tmp_path / name) for name in ("told.h5", "named.h5"))
+    np.testing.assert_array_equal(told["x"], named["x"])
+    with pytest.raises(FricError, match="on which machine"):
+        fric.learn(measured_from_run(run_circle(table, PAPER_SCHEMES["a"], Circle(2e-3, 20e-3))))
+
+
 def test_what_is_nothing_to_learn_with_is_refused(table):
     with pytest.raises(FricError, match="rounds"):
         learn(table, Circle(), 0)

@@ -26,7 +26,8 @@ def learn(
         bool, typer.Option("--observer/--no-observer", help="In simulation: the disturbance observer is on.")
     ] = True,
     machine: Annotated[
-        Path | None, typer.Option("--machine", metavar="MACHINE.yaml", help="Of a circle: the machine it was run on.")
+        Path | None,
+        typer.Option("--machine", metavar="MACHINE.yaml", help="Of a circle: its machine; a run file tells it."),
     ] = None,
     before: Annotated[
         Path | None, typer.Option("--before", metavar="TABLE.h5", help="Of a circle: the feedforward it was run with.")
@@ -46,9 +47,10 @@ def learn(
     """Learn a repeated circle: the voltage against friction that the next round feeds forward, without a model of it.
 
     With --rounds all rounds are simulated on a machine, and what was learned is tried on another feed and radius: it
-    does not carry over. From a recorded circle with --machine comes the feedforward of the next one.
+    does not carry over. From a recorded circle comes the feedforward of the next one.
     """
-    if (rounds is None) == (machine is None):
+    nothing = rounds is None and machine is None and given.suffix != ".h5"
+    if nothing or (rounds is not None and machine is not None):
         raise typer.BadParameter("give a machine with --rounds, or a circle with --machine")
 
     def run(advance: Any) -> Any:

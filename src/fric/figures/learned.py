@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @view("rounds", of="Learned")
 def draw_learned(found: Learned) -> Figure:
-    """Return the glitch over the rounds, and the radial error over the angle before and after.
+    """Return the glitch over the rounds and what is left of other circles, and the radial error before and after.
 
     Parameters
     ----------
@@ -30,6 +30,10 @@ def draw_learned(found: Learned) -> Figure:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.6))
         rounds = np.arange(len(found.rounds))
         left.plot(rounds, np.array(found.glitches) * 1e6, "o-", color=BLUE)
+        for (radius, feed, glitch), style in zip(found.carried, ("--", ":", "-."), strict=False):
+            label = f"carried over to {radius * 1e3:g} mm at {feed * 1e3:g} mm/s"
+            left.axhline(glitch * 1e6, color=GREY, linestyle=style, linewidth=1.2, label=label)
+        left.legend(fontsize=6.5)
         left.set_yscale("log")
         left.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
         for formatter in (left.yaxis.set_major_formatter, left.yaxis.set_minor_formatter):

@@ -9,15 +9,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.documents.bundled import located
 from fric.documents.machine_files import read_machine
 from fric.documents.provenance import provenance
+from fric.errors import FricError
 from fric.identify.circle.learn import Learned, circles_to_learn
 from fric.identify.circle.learn import learn as learn_rounds
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.measured_inverse import Learning, Table, learn_from
 from fric.io.circle import choose_circles
 from fric.io.feedforward import read_feedforward, write_feedforward
-from fric.io.run import write_runs
+from fric.io.run import read_run_provenance, write_runs
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, quantity, silent
 from fric.results.text import Piece
@@ -28,6 +30,8 @@ from fric.units import readable
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+    from fric.simulate.machine import Machine
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -159,7 +163,8 @@ def learn(
     rounds
         Circles that are learned from, in simulation.
     machine
-        Machine file whose believed plants a measured circle is learned with.
+        Machine file whose believed plants a measured circle is learned with; of a run file that of the run where not
+        given.
     before
         File of what a measured circle was run with.
     scheme
@@ -186,10 +191,22 @@ def learn(
         how = Learning.at(feed, share, corner)
         advance(0, total=circles_to_learn(rounds))
         return LearnResult(learn_rounds(subject, test, rounds, how, observer=observer, done=advance))
-    subject = read_machine(path_of("learn", "a machine file (machine=…)", machine))
+    subject = (
+        _ran_on(given) if machine is None else read_machine(path_of("learn", "a machine file (machine=…)", machine))
+    )
     circle = (
         given if isinstance(given, MeasuredCircle) else choose_circles([path_of("learn", "a circle", given)], scheme)[0]
     )
     how = Learning.at(circle.feed, share, corner)
     last = None if before is None else read_feedforward(path_of("learn", "a feedforward file", before))
     return LearnedTable(learn_from(circle, subject, how, last))
+
+
+def _ran_on(given: Any) -> Machine:
+    """Return the machine that a run file was simulated on; raise where the circle does not say, or it is gone."""
+    made = {} if isinstance(given, MeasuredCircle) else read_run_provenance(path_of("learn", "a circle", given))
+    origin = made.get("origin")
+    path, files = (origin.get("path"), origin.get("nominal_files")) if isinstance(origin, dict) else ("", ())
+    if not (path and isinstance(path, str) and isinstance(files, list)):
+        raise FricError("the circle does not say on which machine it was run", hint="Name it: --machine MACHINE.yaml.")
+    return read_machine(located(Path(path), "machine"), nominal_files=[str(file) for file in files])
