@@ -48,7 +48,7 @@ bench: $(STAMP)
 	$(BIN)/python -m benchmarks
 
 fuzz: $(STAMP)
-	PYTHONPATH=. $(BIN)/python -m tests.fuzz --count $(or $(COUNT),20000) $(if $(SEED),--seed $(SEED))
+	PYTHONPATH=. $(BIN)/python -m tests.fuzz --count $(or $(COUNT),20000) --workers $(or $(WORKERS),2) $(if $(SEED),--seed $(SEED))
 	PYTHONPATH=. $(BIN)/python -m tests.fuzz --kills $(or $(KILLS),100) $(if $(SEED),--seed $(SEED))
 
 reality: $(STAMP)

@@ -16,6 +16,8 @@ from fric.export.bench import Program, read_trace, run_program
 from fric.export.trial import Arc, try_in_linuxcnc
 from tests.export.parts import MACHINE
 
+IDENTIFIED = MACHINE.with_name("xy-table-identified.yaml")
+
 needs_linuxcnc = pytest.mark.skipif(
     not (shutil.which("linuxcnc") and shutil.which("halcompile") and os.geteuid() == 0),
     reason="LinuxCNC is not installed, or this is not root",
@@ -32,7 +34,7 @@ def test_a_record_that_lost_rows_is_an_error(lost: int, rows: str, tmp_path: Pat
 
 @pytest.fixture(scope="module")
 def trials(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Arc], list[Arc], Path]:
-    machine = read_machine(MACHINE, gain=1.0)
+    machine = read_machine(IDENTIFIED)
     folders = [tmp_path_factory.mktemp("linuxcnc") for _ in range(2)]
     slow = try_in_linuxcnc(machine, PAPER_SCHEMES["f"], folders[0])
     fast = try_in_linuxcnc(machine, PAPER_SCHEMES["f"], folders[1], feeds=(0.1,))
@@ -54,7 +56,7 @@ def test_each_quadrant_is_as_simulated_and_the_feedforward_takes_off_what_it_sho
 @needs_linuxcnc
 @pytest.mark.long
 def test_two_runs_are_equal_byte_by_byte(trials: tuple[list[Arc], list[Arc], Path], tmp_path: Path) -> None:
-    try_in_linuxcnc(read_machine(MACHINE, gain=1.0), PAPER_SCHEMES["f"], tmp_path, feeds=(0.1,))
+    try_in_linuxcnc(read_machine(IDENTIFIED), PAPER_SCHEMES["f"], tmp_path, feeds=(0.1,))
     for session in ("session-none", "session-feedforward", "session-f"):
         first, second = ((folder / session / "trace.txt").read_bytes() for folder in (trials[2], tmp_path))
         assert first == second
@@ -63,7 +65,7 @@ def test_two_runs_are_equal_byte_by_byte(trials: tuple[list[Arc], list[Arc], Pat
 @needs_linuxcnc
 @pytest.mark.long
 def test_exact_belief_with_lead_takes_off_97_percent_at_100_mm_s(tmp_path: Path) -> None:
-    machine = read_machine(MACHINE, gain=1.0, lead="auto")
+    machine = read_machine(IDENTIFIED, lead="auto")
     arcs = try_in_linuxcnc(machine, PAPER_SCHEMES["c"], tmp_path, feeds=(0.1,))
     left = {a.scheme.name: a.measured.glitch for a in arcs if a.direction == 1}
     assert left["c"] < 0.03 * left["none"]

@@ -23,6 +23,7 @@ def main() -> int:
     asked.add_argument("--count", type=int, default=20_000)
     asked.add_argument("--seed", type=int, default=int(datetime.now(UTC).strftime("%Y%m%d")))
     asked.add_argument("--kinds", default=",".join(READ), help="only these kinds")
+    asked.add_argument("--workers", type=int, default=1, help="processes; the same inputs with any number of them")
     asked.add_argument(
         "--kills", type=int, default=0, help="kill commands so often at random times, in place of inputs"
     )
@@ -34,7 +35,8 @@ def main() -> int:
     failures: Counter[str] = Counter()
     seen: set[tuple[str, ...]] = set()
     begun = time.monotonic()
-    for kind, source, n, failed in run(given.count, given.seed, frozenset(given.kinds.split(","))):
+    kinds = frozenset(given.kinds.split(","))
+    for kind, source, n, failed in run(given.count, given.seed, kinds, given.workers):
         counts[kind] += 1
         if failed:
             failures[failed.partition(":")[0]] += 1

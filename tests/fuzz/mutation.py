@@ -12,7 +12,9 @@ import traceback
 import warnings
 from collections.abc import Iterator
 from multiprocessing import get_context
+from multiprocessing.connection import wait
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -151,38 +153,80 @@ def shares(count: int, known: dict[str, list[Path]]) -> list[tuple[str, Path, in
     return [(*which, max(1, round(count * weight / whole))) for which, weight in weights.items()]
 
 
-def run(count: int, seed: int, kinds: frozenset[str] = frozenset(READ)) -> Iterator[tuple[str, Path, int, str]]:
-    """Yield kind, source and number of each mutated input, and how it failed; empty where it did not."""
+def run(
+    count: int, seed: int, kinds: frozenset[str] = frozenset(READ), workers: int = 1
+) -> Iterator[tuple[str, Path, int, str]]:
+    """Yield kind, source and number of each mutated input, and how it failed; empty where it did not.
+
+    The inputs are the same with any number of workers, and so is what fails; the order in which they end is not.
+    """
     context = get_context("fork")
     with tempfile.TemporaryDirectory() as name, tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch) / "reality"
-        folder.mkdir()
-        for beside in NAMED:
-            shutil.copy(CONFIGS / beside, Path(scratch) / beside)
+        folders = [Path(scratch) / str(n) / "reality" for n in range(workers)]
+        for folder in folders:
+            folder.mkdir(parents=True)
+            for beside in NAMED:
+                shutil.copy(CONFIGS / beside, folder.parent / beside)
         chosen = [one for one in shares(count, whole_files(Path(name))) if one[0] in kinds]
         for kind, source, _ in chosen:  # what is imported and compiled here, no child of ours needs to
-            path = folder / f"input{''.join(source.suffixes)}"
+            path = folders[0] / f"input{''.join(source.suffixes)}"
             shutil.copy(source, path)
             judged(kind, path)
-        for kind, source, share in chosen:
-            first = 0
-            while first < share:
-                size = min(BATCH, share - first)
-                here, there = context.Pipe(duplex=False)
-                child = context.Process(target=_batch, args=(kind, source, seed, first, size, folder, there))
-                child.start()
-                there.close()
-                last = first
+        pieces = [
+            (kind, source, first, min(first + BATCH, share))
+            for kind, source, share in chosen
+            for first in range(0, share, BATCH)
+        ]
+        taken = context.Value("i", 0)
+        pipes: list[Any] = [context.Pipe(duplex=False) for _ in range(workers)]
+        processes = [
+            context.Process(target=_work, args=(pieces, taken, seed, folder, pipes, n))
+            for n, folder in enumerate(folders)
+        ]
+        for process in processes:
+            process.start()
+        for _, there in pipes:
+            there.close()
+        open_ends: list[Any] = [here for here, _ in pipes]
+        while open_ends:
+            for here in wait(open_ends):
                 try:
-                    while True:
-                        n, failed = here.recv()
-                        if n < 0:
-                            break
-                        last = n + 1
-                        yield kind, source, n, failed
+                    at, n, failed = here.recv()
                 except EOFError:
-                    child.join()
-                    yield kind, source, last, f"crash: exit status {child.exitcode}"
-                    last += 1
+                    open_ends.remove(here)
+                else:
+                    yield *pieces[at][:2], n, failed
+        for process in processes:
+            process.join()
+            if process.exitcode:
+                raise RuntimeError(f"a worker ended with status {process.exitcode}")
+
+
+def _work(
+    pieces: list[tuple[str, Path, int, int]], taken: Any, seed: int, folder: Path, pipes: list[Any], mine: int
+) -> None:
+    """Take the next piece until there is none, each in a process that may die of it; tell piece, number and failure."""
+    told = pipes[mine][1]
+    for end in (end for ends in pipes for end in ends if end is not told):
+        end.close()  # else none would hear that another has ended
+    context = get_context("fork")
+    while True:
+        with taken.get_lock():
+            at, taken.value = taken.value, taken.value + 1
+        if at >= len(pieces):
+            return
+        kind, source, first, until = pieces[at]
+        while first < until:
+            here, there = context.Pipe(duplex=False)
+            child = context.Process(target=_batch, args=(kind, source, seed, first, until - first, folder, there))
+            child.start()
+            there.close()
+            try:
+                while (heard := here.recv())[0] >= 0:
+                    told.send((at, *heard))
+                    first = heard[0] + 1
+            except EOFError:
                 child.join()
-                first = last
+                told.send((at, first, f"crash: exit status {child.exitcode}"))
+                first += 1
+            child.join()

@@ -64,6 +64,17 @@ def test_coarse_counts_of_a_force_are_told() -> None:
     assert not {"force-coarse", "force-clipped"} & codes(1.0)
 
 
+@pytest.mark.parametrize("step", [20.0, 25.0, 28.0, 40.0])
+def test_intervals_of_coarse_counts_hold_the_truth(step: float) -> None:
+    """It gave F_s 98 (93 to 103) at 25 N, and 84 to the last digit at 28."""
+    coarse = [replace(log, force=step * np.round(log.force / step)) for log in fric.read(DATA / "constant-velocity.h5")]
+    static = fric.identify_static(*coarse).document["static"]
+    for name, true in (("F_c", STATIC.F_c), ("F_s", STATIC.F_s)):
+        low, high = static[name].get("ci95", (-np.inf, np.inf))
+        assert low <= true <= high
+        assert high - low >= step
+
+
 def test_a_clipped_multisine_is_told() -> None:
     """Its crests are short: K_f came out as 143.0 ± 0.9 N/V for 150 without a word."""
     (log,) = fric.read(DATA / "frequency-response.h5")

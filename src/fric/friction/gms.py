@@ -43,15 +43,6 @@ last digit of a sum; where s(v) rises the two are far apart.
 """
 
 
-@compiled(_COURSE(_COURSE, _FLOAT, _FLOAT), makes_arrays=False)
-def _part(course: _Course, x_0: float, x_1: float) -> _Course:
-    """Return the part of a course between two shares of its time."""
-    v_0, v_1 = (1.0 - x_0) * course.v_0 + x_0 * course.v_1, (1.0 - x_1) * course.v_0 + x_1 * course.v_1
-    s_0, s_1 = (1.0 - x_0) * course.s_0 + x_0 * course.s_1, (1.0 - x_1) * course.s_0 + x_1 * course.s_1
-    dt = (x_1 - x_0) * course.dt
-    return _Course(0.5 * (v_0 + v_1) * dt, dt, v_0, v_1, s_0, s_1)
-
-
 @compiled(_FLOAT(*[_FLOAT] * 6, _COURSE), makes_arrays=False)
 def _slipped(u: float, alpha: float, k: float, C: float, left: float, pull: float, course: _Course) -> float:
     """Return the load u of a slipping block after a course, ``du/dt = min(C·(alpha - u/s), k·|v|)``.
@@ -66,13 +57,13 @@ def _slipped(u: float, alpha: float, k: float, C: float, left: float, pull: floa
     excess_1 = C * (alpha * course.s_1 - reached) - k * course.v_1 * course.s_1
     if (excess_0 > 0.0) != (excess_1 > 0.0):
         x = excess_0 / (excess_0 - excess_1)
-        first, second = _part(course, 0.0, x), _part(course, x, 1.0)
-        if excess_0 > 0.0:
-            left, pull = relax(second.s_0, second.s_1, C, second.dt)
-            load = min(load, left * (u + k * first.travel) + alpha * pull)
-        else:
-            left, pull = relax(first.s_0, first.s_1, C, first.dt)
-            load = min(load, left * u + alpha * pull + k * second.travel)
+        v_x, s_x = (1.0 - x) * course.v_0 + x * course.v_1, (1.0 - x) * course.s_0 + x * course.s_1
+        loads = excess_0 > 0.0  # it is stretched first, and then relaxes
+        share = 1.0 - x if loads else x
+        stretch = 0.5 * k * ((course.v_0 if loads else course.v_1) + v_x) * (1.0 - share) * course.dt
+        left, pull = relax(s_x if loads else course.s_0, course.s_1 if loads else s_x, C, share * course.dt)
+        end = left * (u + stretch if loads else u) + alpha * pull
+        load = min(load, end if loads else end + stretch)
     return load
 
 
@@ -99,12 +90,15 @@ def _advance(direction: float, course: _Course, state: NDArray[np.float64], para
                 state[2 + blocks + i] = 0.0
             else:
                 if before > 0.0 and after <= 0.0:  # it breaks away inside the course, where its load meets alpha·s
-                    rest = _part(course, before / (before - after), 1.0)
-                    left_x, mean = shares(rest.s_0, rest.s_1, C, rest.dt)
-                    u = alpha * (rest.s_1 + mean * (rest.s_0 - rest.s_1))  # relaxed from alpha·s
-                    if C * (alpha * rest.s_1 - u) > k * rest.v_1 * rest.s_1:
-                        pull_x = (mean - left_x) * rest.s_0 + (1.0 - mean) * rest.s_1
-                        u = _slipped(alpha * rest.s_0, alpha, k, C, left_x, pull_x, rest)
+                    x, s_1 = before / (before - after), course.s_1
+                    rest, s_x = (1.0 - x) * course.dt, (1.0 - x) * course.s_0 + x * s_1
+                    left_x, mean = shares(s_x, s_1, C, rest)
+                    u = alpha * (s_1 + mean * (s_x - s_1))  # relaxed from alpha·s
+                    if C * (alpha * s_1 - u) > k * course.v_1 * s_1:
+                        v_x = (1.0 - x) * course.v_0 + x * course.v_1
+                        pull_x = (mean - left_x) * s_x + (1.0 - mean) * s_1
+                        then = _Course(0.5 * (v_x + course.v_1) * rest, rest, v_x, course.v_1, s_x, s_1)
+                        u = _slipped(alpha * s_x, alpha, k, C, left_x, pull_x, then)
                     u = min(u, stretched)
                 else:
                     u = _slipped(u, alpha, k, C, left, pull, course)

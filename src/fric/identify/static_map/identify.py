@@ -13,7 +13,7 @@ from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.records.flaws import record_flaws, stroke_flaws
+from fric.identify.records.flaws import coarse_step, record_flaws, stroke_flaws
 from fric.identify.records.over_strokes import OverPlace, over_place
 from fric.identify.records.segments import Segment
 from fric.identify.static_map.averages import Average
@@ -210,6 +210,8 @@ def identify_static(
         if plant is not None:
             warnings += damping_warning(fit, plant, motion)
         warnings += identifiability_warnings(fit, motion)
+    if step := coarse_step(logs):  # steps that lie alike at neighbouring speeds do not average out
+        fit, negative = _wider(fit, 0.5 * step), negative and _wider(negative, 0.5 * step)
     warnings += _flaws(strokes, place, fit, taken_off=any(p.over_position for p in points))
     method = (
         f"{fit.form_told(motion, forms)}; separable least squares; weights {weights}; average {average}; "
@@ -244,13 +246,18 @@ def _stated(load: float | None, motion: Motion) -> Estimate | None:
 def _with_shared(fit: MapFit, offset: Estimate) -> MapFit:
     """Return a direction's map with the shared offset, its error in that of the levels."""
     low, high = offset.ci95 or (0.0, 0.0)  # none where it was stated
-    own = 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
-    estimates = dict(fit.estimates) | {"offset": offset}
+    wider = _wider(fit, 0.5 * (float(high) - float(low)))  # type: ignore[arg-type]
+    return replace(wider, estimates=dict(wider.estimates) | {"offset": offset})
+
+
+def _wider(fit: MapFit, half: float) -> MapFit:
+    """Return a map whose levels may all be off by as much [N] besides."""
+    estimates = dict(fit.estimates)
     for name in ("F_c", "F_s"):
         one = fit.estimates[name]
         if one.ci95 is not None:
             below, above = float(one) - float(one.ci95[0]), float(one.ci95[1]) - float(one)  # type: ignore[arg-type]
-            limits = (float(one) - float(np.hypot(below, own)), float(one) + float(np.hypot(above, own)))
+            limits = (float(one) - float(np.hypot(below, half)), float(one) + float(np.hypot(above, half)))
             estimates[name] = replace(one, ci95=limits)
     return replace(fit, estimates=estimates)
 

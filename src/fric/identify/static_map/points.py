@@ -9,6 +9,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.identify.records.chords import SHORTEST
+from fric.identify.records.flaws import coarse_step
 from fric.identify.records.resolution import lattice_step
 from fric.identify.records.segments import Segment, steady_segments
 from fric.identify.static_map.averages import Average, average
@@ -58,8 +59,9 @@ def stroke_points(
     stated = [log for log in logs if log.kind == "constant-velocity"]
     points, warnings = table_points(tables, plant)
     without = []
+    step = coarse_step(stated or logs)
     for log in stated or logs:
-        found, reason = _points_of(log, average, plant)
+        found, reason = _points_of(log, average, plant, step)
         points += found
         if reason:
             without.append(f"{log.name} ({reason})")
@@ -94,7 +96,7 @@ def stroke_points(
     return sorted(points, key=lambda point: point.velocity), warnings
 
 
-def _points_of(log: Log, method: Average, plant: Plant | None) -> tuple[list[SpeedPoint], str]:
+def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> tuple[list[SpeedPoint], str]:
     force = log.require("force", "the friction map")
     segments, reason = steady_segments(log), ""
     if not segments:
@@ -108,7 +110,7 @@ def _points_of(log: Log, method: Average, plant: Plant | None) -> tuple[list[Spe
         mean = average(force[part], method)
         damping = plant.K_f * plant.A / plant.B * segment.velocity if plant else 0.0
         swing = velocity_swing(log, segment)
-        error = mean.standard_error
+        error = float(np.hypot(mean.standard_error, step / np.sqrt(12.0)))  # anywhere between two of its levels
         if swing > STICKS:
             error = float(np.hypot(error, 0.5 * np.std(force[part])))
         points.append(
