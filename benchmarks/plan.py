@@ -1,4 +1,4 @@
-"""Half-widths that a plan from an identified friction expects, against those achieved: medians of nine runs."""
+"""Half-widths that a plan from an identified friction expects, against those achieved: geometric means of nine runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument
 from fric.planning.choose import choose
 from fric.planning.plan import Limits
-from fric.results.expected import DRAWS, expected
+from fric.results.expected import DRAWS, expected, typical
 from fric.results.given import silent
 from fric.results.prior import prior_axis
 from fric.simulate.spread import draw_machine
@@ -38,7 +38,7 @@ def run() -> Iterator[tuple[str, str, str]]:
             key: np.array([one[key] for one in got]) / expectation.half_width
             for key, expectation in found.parameters.items()
         }
-        middle = {key: float(np.median(one)) for key, one in ratios.items()}
+        middle = {key: typical(one) for key, one in ratios.items()}
         worst = max(middle, key=lambda key: abs(np.log(middle[key])))
         inside = np.mean([
             (one.between[0] <= run[key]) & (run[key] <= one.between[1])
@@ -46,7 +46,7 @@ def run() -> Iterator[tuple[str, str, str]]:
         ])  # fmt: skip
         about = f"{name} {axis}" + (f" drawn {draw}" if draw is not None else "")
         yield (
-            f"{about}: median achieved over expected, the worst of {len(middle)}: {worst}",
+            f"{about}: mean achieved over expected, the worst of {len(middle)}: {worst}",
             f"{middle[worst]:.2f}",
             "1.5",
         )

@@ -86,7 +86,7 @@ class Expected:
     value
         Its value, as it is identified in the middle [SI].
     half_width
-        Half the width of its 95 % interval [SI], the median of several runs; infinite where most set no limit.
+        Half the width of its 95 % interval [SI], the geometric mean of several runs; infinite where most set no limit.
     unit
         SI unit.
     between

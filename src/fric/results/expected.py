@@ -2,8 +2,8 @@
 
 What the records tell is the Fisher information of the fits that will read them: the same records, residuals, weights
 and models. They are made several times on the axis as it is known beforehand, with noise of other seeds, each record
-from another place between two counts of the encoder, and identified each time; what is told is the median of the
-half-widths, and between which two they lie.
+from another place between two counts of the encoder, and identified each time; what is told is the
+geometric mean of the half-widths, and between which two they lie.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def identified(logs: Sequence[Log], blocks: int | str = "auto") -> Iterator[Iden
         yield plant
     if "constant-velocity" in kinds:
         strokes = [log for log in logs if log.kind == "constant-velocity"]
-        # in one form in all runs: half-widths of one run with delta free and one without have no median
+        # in one form in all runs: half-widths of one run with delta free and one without have no mean
         static = identify_static(*strokes, plant=plant, delta=1.0, over_position="off")
         yield static
     sines = [log for log in logs if log.kind in {"presliding-sine", "sliding-sine"}]
@@ -87,6 +87,16 @@ def half_widths(results: Sequence[Identified]) -> dict[str, tuple[float, float, 
                 half = high - value if low == 0 else 0.5 * (high - low)  # at its bound it has one side
                 found[str(name)] = (float(value), float(half), str(unit))
     return found
+
+
+def typical(halves: Sequence[float]) -> float:
+    """Return the geometric mean of half-widths, their median where one is open.
+
+    An interval may be of one of two sizes, by whether a test within the identification says so: a median of some runs
+    is that of one of them, by chance.
+    """
+    closed = bool(np.all(np.isfinite(halves))) and min(halves) > 0
+    return float(np.exp(np.mean(np.log(halves))) if closed else np.median(halves))
 
 
 def anywhere(axis: Axis, trials: Sequence[Trial], seed: int) -> list[Trial]:
@@ -151,7 +161,7 @@ def scattering(known: PlantDocument, found: Sequence[PlantDocument]) -> dict[str
     factors = {}
     for name in own.keys() & set.intersection(*map(set, others)) if others else ():
         usual = np.log([one[name] for one in others])
-        larger = float(np.log(own[name]) - np.median(usual))
+        larger = float(np.log(own[name]) - np.mean(usual))
         if larger > (deviation := float(np.std(usual))):
             factors[name] = float(np.exp(larger * (1.0 - (deviation / larger) ** 2)))
     return factors
@@ -225,7 +235,7 @@ def expected(
     parameters = {}
     for name in (name for name in found[0] if all(name in one for one in found)):
         values, half, units = zip(*(one[name] for one in found), strict=True)
-        middle = float(np.median(half))
+        middle = typical(half)
         parameters[name] = Expected(float(np.median(values)), middle, units[0], (min(half), max(half)))
     wider = {} if known is None else widening(known, parameters, documents)
     scattered = {} if plant is None else scattering(plant, plants)
