@@ -107,7 +107,7 @@ def test_foreign_logs_are_recognised_and_copies_left_out(tmp_path):
     assert all(one.mapping == "" and one.kinds == {"constant-velocity"} and "static" in one.uses for one in alone.logs)
     (tmp_path / "noise.csv").write_text("a,b\n1,2\n2,3\n", encoding="utf-8")
     told = find_sources([tmp_path / "noise.csv", *strokes]).description
-    assert any("noise.csv is left out" in text for text in told)
+    assert any("left out" in text and "noise.csv --propose map.yaml" in text for text in told)
 
 
 def test_the_one_bundled_mapping_that_fits_is_used_and_said(tmp_path):

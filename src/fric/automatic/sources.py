@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -66,6 +67,8 @@ class Sources:
         Foreign files whose records another file holds already.
     guessed
         Foreign files that are read with a bundled mapping, by its name.
+    refused
+        Foreign files that cannot be read, by what they lack.
     """
 
     logs: list[Source] = field(default_factory=list)
@@ -73,6 +76,7 @@ class Sources:
     description: list[str] = field(default_factory=list)
     copies: list[Path] = field(default_factory=list)
     guessed: dict[str, list[Path]] = field(default_factory=dict)
+    refused: dict[str, list[Path]] = field(default_factory=dict)
 
 
 def find_sources(given: Iterable[Path], mapping: str | None = None) -> Sources:
@@ -103,6 +107,11 @@ def find_sources(given: Iterable[Path], mapping: str | None = None) -> Sources:
             _foreign(path, mapping, found, seen)
     if found.copies:
         found.description.append(f"left out, since other files hold the same samples: {_first(found.copies)}")
+    for why, files in found.refused.items():
+        propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
+        found.description.append(
+            f"left out: {_first(files)}: {why}. `{propose}` writes a mapping to look at and fill in, for --map"
+        )
     for name, files in found.guessed.items():
         found.description.append(f"read with the bundled mapping '{name}', the only one that fits: {_first(files)}")
     return found
@@ -154,8 +163,10 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
             if "" in fitting:  # the header says it: nothing is guessed
                 break
     if len(fitting) != 1:
-        text = f"the mappings {', '.join(fitting)} all fit: give one with --map" if fitting else why
-        found.description.append(f"{path} is left out: {text}")
+        if fitting:
+            found.description.append(f"{path} is left out: {', '.join(fitting)} all fit: give one of them with --map")
+        else:
+            found.refused.setdefault(why, []).append(path)
         return
     ((chosen, records),) = fitting.items()
     if any(_same(record, known) for record in records for known in seen):
