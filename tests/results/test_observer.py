@@ -29,7 +29,8 @@ def test_without_a_response_q_is_held_below_an_assumed_mode_and_says_so():
     assert tree["cutoff"]["value"] == pytest.approx(50 / np.sqrt(1 / 0.02 - 1), rel=0.06)
     stated = fric.design_observer(plant(), controller=cascade(), first_mode="80 Hz")
     assert stated.document["cutoff"]["value"] == pytest.approx(1.6 * tree["cutoff"]["value"], rel=0.03)
-    assert "80 Hz" in str(stated.document["warnings"])
+    assert "as stated" in str(stated.document["warnings"])
+    assert "--first-mode" not in str(stated.document["warnings"])
 
 
 def test_a_stiff_machine_is_limited_by_its_loop_as_before():
@@ -41,3 +42,10 @@ def test_a_stiff_machine_is_limited_by_its_loop_as_before():
 def test_a_response_and_a_stated_mode_do_not_go_together():
     with pytest.raises(fric.FricError, match="has its resonances"):
         fric.design_observer(plant(), "data/frequency-response.h5", controller=cascade(), first_mode="80 Hz")
+
+
+def test_a_controller_that_fric_took_by_itself_is_not_blamed_on_the_user():
+    for given, blamed in ((cascade(), False), (None, True)):
+        with pytest.raises(fric.FricError, match="without any observer") as refused:
+            fric.design_observer(plant(), controller=given, peak_sensitivity="2 dB")
+        assert ("no controller was given" in refused.value.hint.lower()) is blamed

@@ -23,8 +23,8 @@ from fric.identify.plant.frequency_response import measure_response
 from fric.log import FrequencyResponse, Record
 from fric.results.design import Design
 from fric.results.given import cascade_of, document_of, friction_of, gain_of
-from fric.results.observer import measured_record
-from fric.results.text import Piece, Table
+from fric.results.observer import BY_DEFAULT, measured_record
+from fric.results.text import Piece, Table, named
 from fric.units import Motion, readable
 
 
@@ -88,7 +88,7 @@ class BlockResult(Design):
             if name not in {"sampling", "limit"}
         ]
         text = f"with this cascade a step of friction moves the axis {before / after:.1f} times less than without both"
-        return [Table(["cascade", "value"], rows), text]
+        return [named(["cascade", "value"], rows), text]
 
 
 def design_block(
@@ -141,7 +141,7 @@ def design_block(
     cascade = cascade_of("design_block", controller, axis, motion, "plant")
     if cascade is None:
         cascade = design_cascade(linear).cascade
-        warnings.append("no controller was given: taken is the one that `fric design controller` gives by default")
+        warnings.append(BY_DEFAULT)
     models: Mapping[str, FrictionModel] = {}
     K_f, spans = float("nan"), dict[str, tuple[float, float]]()
     if (given := friction_of("design_block", friction, axis, motion)) is not None:

@@ -38,6 +38,8 @@ FIRST_MODE = 50.0
 MODE_DAMPING = 0.01
 """And its damping."""
 Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
+BY_DEFAULT = "no controller was given: taken is the one that `fric design controller` gives by default"
+"""What is told where the user gave none."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -164,7 +166,7 @@ def design_observer(
     cascade = cascade_of("design_observer", controller, axis, motion, "plant")
     if cascade is None:
         cascade = design_cascade(linear).cascade
-        warnings.append("no controller was given: taken is the one that `fric design controller` gives by default")
+        warnings.append(BY_DEFAULT)
     modes = [_resonance(one) if isinstance(one, str) else one for one in resonances]
     if log is None:
         logs, Delta = [], model_perturbation(linear, cascade.sampling / 2, modes)
@@ -188,7 +190,13 @@ def design_observer(
     if bandwidth:
         wanted = QFilter.of_bandwidth(filter, in_si(bandwidth, "frequency")).cutoff
     allowed = gain_of(peak_sensitivity)
-    design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
+    try:
+        design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
+    except FricError as error:
+        if BY_DEFAULT not in warnings:
+            raise
+        hint = f"{error.hint} {BY_DEFAULT[0].upper()}{BY_DEFAULT[1:]}."  # which the user is not to blame for
+        raise FricError(error.what, where=error.where, hint=hint) from None
     if log is None and not modes and wanted is None:
         design = _below_a_mode(design, quantity(first_mode, "frequency") or FIRST_MODE, Delta)
     return ObserverResult(design, axis, motion, cascade.sampling / 2, logs, warnings, peak_sensitivity, view)

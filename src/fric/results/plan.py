@@ -24,7 +24,7 @@ from fric.results.base import Result
 from fric.results.expected import DRAWS, Expectation, expected
 from fric.results.given import Advance, document_of, in_si, silent
 from fric.results.prior import TYPICAL, prior_axis
-from fric.results.text import Piece, Table
+from fric.results.text import Piece, Table, named
 from fric.units import readable, si_unit
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class PlanResult(Result):
             (name, readable(one.value, one.unit, 4), f"± {readable(one.half_width, one.unit)}", spread(one))
             for name, one in self.plan.expected.items()
         ]
-        table = Table(("", "value", "95 % to be expected", "in most runs"), described)
+        table = named(("", "value", "95 % to be expected", "in most runs"), described)
         total = readable(sum(self.plan.lasting), "s")
         blocks = self.blocks
         with_blocks = f"; these records tell {blocks} slip blocks: identify gms --blocks {blocks}" if blocks else ""
