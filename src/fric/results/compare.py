@@ -140,7 +140,7 @@ def compare(
     else:
         splits = split_by_cycles(ready, cycles) if cycles else split_by_folds(ready, folds)
     advance(0, total=len(names))
-    settings: dict[str, Any] = {"blocks": blocks, "seed": seed, "told": advance}
+    settings: dict[str, Any] = {"blocks": blocks, "seed": seed, "advance": advance}
     if kept:
         settings |= {"static": kept.estimates("static"), "negative": kept.backward()}
     found = compare_models(names, ready, splits, **settings)
