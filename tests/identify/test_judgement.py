@@ -94,6 +94,17 @@ def test_inspect_refuses_an_axis_of_three_encoder_steps_and_takes_a_motion_for_a
     assert "none of them slides" not in next(use for use in inspect(contact(3e-3)).uses if use.purpose == "gms").why
 
 
+@pytest.mark.parametrize("name", ["dahl", "lugre"])
+@pytest.mark.parametrize("amplitude", [0.35e-6, 0.45e-6], ids=["no reversal is seen", "never slides"])
+def test_a_fit_to_cycles_of_three_encoder_steps_is_open(name, amplitude):
+    """Dahl's sigma_0 was 101 (99.7…102.7) N/µm: half a step of the encoder to either end is a third of the way."""
+    fit = identify_by_replay(name, prepared([record(amplitude, step=0.25e-6)]), start=models()[name].typical())
+    section = fit.estimates[name]
+    assert section["sigma_0"].ci95 == (0.0, np.inf)
+    assert fit.estimates["dahl" if name == "dahl" else "static"]["F_c"].ci95[1] == np.inf
+    assert codes(fit.warnings)["encoder-too-coarse"] == "wrong"
+
+
 def test_energy_per_cycle_is_the_area_of_the_hysteresis():
     """Of a cycle of amplitude a on blocks: 4·Σ W_i·(a - d_i), less what is not lost to speed; noise averages out."""
     flat = replace(APART, static=replace(PAPER, F_c=165.0, sigma=0.0))

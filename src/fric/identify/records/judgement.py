@@ -75,10 +75,12 @@ def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
     """Return the records whose encoder is too coarse for their motion, as `inspect` judges them, each told."""
     found = []
     for record in records:
-        inside = record.reversals[record.reversals < len(record.motion.position)]
-        if record.slides or len(inside) < 3 or not record.motion.step:
+        z = record.motion.position
+        inside = record.reversals[record.reversals < len(z)]
+        if record.slides or not record.motion.step:
             continue
-        steps = 0.5 * float(np.median(np.abs(np.diff(record.motion.position[inside])))) / record.motion.step
+        ways = np.abs(np.diff(z[inside])) if len(inside) > 2 else np.ptp(z)  # so small that no reversal is seen
+        steps = 0.5 * float(np.median(ways)) / record.motion.step
         if steps < STEPS:
             text = f"record '{record.name}': the amplitude is {steps:.1f} steps of the encoder: three are needed"
             found.append(Notice(text, "encoder-too-coarse", "wrong"))

@@ -131,10 +131,11 @@ class Prepared:
     def phase(self) -> NDArray[np.intp]:
         """Number of the part of a cycle that each sample belongs to, shape (n,): what a model misses comes again there.
 
-        Sixteenths of the samples by the way since the reversal (in sliding: by velocity), in either sense.
+        Sixteenths of the samples by the way since the reversal (where there is none: by velocity), in either sense.
         """
         m = self.motion
-        progress, sense = (m.velocity, m.acceleration) if self.slides else (self.travel, m.velocity)
+        along = self.slides or not len(self.reversals)
+        progress, sense = (m.velocity, m.acceleration) if along else (self.travel, m.velocity)
         limits = np.quantile(progress, np.arange(1, PARTS) / PARTS)
         return np.asarray(np.searchsorted(limits, progress) + PARTS * (sense > 0))
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.identify.records.judgement import SAMPLES, told_by
+from fric.identify.records.judgement import SAMPLES, told_by, too_coarse
 from fric.notice import Notice
 from fric.units import readable, si_unit
 
@@ -28,8 +28,8 @@ def opened(
     """Return intervals that are open where the records tell no upper limit, and what to say of them.
 
     Where no branch slides, the largest force seen is no more than a lower bound of F_c and F_s, and of v_s nothing is
-    told. And a stiffness whose
-    spring gives way before the motion is seen again after a reversal is no less than what was found.
+    told. A stiffness whose spring gives way before the motion is seen again after a reversal is no less than what was
+    found, and of records that are all a few steps of the encoder large nothing is told of it.
 
     Parameters
     ----------
@@ -57,6 +57,10 @@ def opened(
                 "never-slides", "wrong",
             )
         )  # fmt: skip
+    if len(too_coarse(records)) == len(records):
+        for key in (key for key in within if key in declared and declared[key].dimension == "stiffness"):
+            found[key] = tuple((0.0, np.inf) for _ in within[key])
+        return found, notices
     level, length = _level(values), si_unit("position", motion)
     for key, limits in within.items():
         if key not in declared or declared[key].dimension != "stiffness" or level is None:
