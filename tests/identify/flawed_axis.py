@@ -70,14 +70,19 @@ def _run(m, gains, r, added, noise, lag, resolution, on_table):  # type: ignore[
                 spring = min(max(spring + v * h, -level / k_f), level / k_f)
                 F = k_f * spring
             if omega > 0:
-                link = k * (z1 - z2) + c * (v1 - v2)
-                v1 += h * (K_f * u - d * v1 - link) / m1
-                v2 += h * (link - F) / m2
-                z1 += h * v1
-                z2 += h * v2
+                z1, z2 = z1 + 0.5 * h * v1, z2 + 0.5 * h * v2
+                w1, w2 = v1, v2
+                for _ in range(2):  # dampers by the mean of both ends, or B and the resonance are 1e-4 off
+                    a1, a2 = 0.5 * (v1 + w1), 0.5 * (v2 + w2)
+                    link = k * (z1 - z2) + c * (a1 - a2)
+                    w1 = v1 + h * (K_f * u - d * a1 - link) / m1
+                    w2 = v2 + h * (link - F) / m2
+                v1, v2 = w1, w2
+                z1, z2 = z1 + 0.5 * h * v1, z2 + 0.5 * h * v2
             else:
-                v1 += h * (K_f * u - d * v1 - F) / M
-                z1 += h * v1
+                z1 += 0.5 * h * v1
+                v1 = (v1 * (1 - 0.5 * h * d / M) + h * (K_f * u - F) / M) / (1 + 0.5 * h * d / M)
+                z1 += 0.5 * h * v1
                 z2, v2 = z1, v1
     return U, Z
 

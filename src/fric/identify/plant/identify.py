@@ -23,6 +23,7 @@ from fric.identify.plant.response_lines import Lines, select
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.sampling import evened
 from fric.log import FrequencyResponse, Log
+from fric.notice import Notice
 from fric.threads import one_blas_thread
 
 APART = 0.05
@@ -48,7 +49,8 @@ def identify_plant(
     """Fit A, B and T_d of eq. (1) to one or more frequency responses of one axis.
 
     A record in time is behind the hold of a controller that puts out one voltage a sample; a table is continuous. Where
-    two records differ in amplitude, A is what is left without the describing function of Coulomb friction.
+    two records differ in amplitude, A is what is left without the describing function of Coulomb friction; where
+    friction is in A and not told from it, A is assumed to be 0.
 
     Parameters
     ----------
@@ -107,10 +109,14 @@ def identify_plant(
         low, high = transport.ci95 or (0.0, 0.0)
         half = 0.5 / rate
         transport = replace(transport, value=float(transport) - half, ci95=(low - half, high - half))  # type: ignore[operator]
+    notices = described(fits, solution, influence, estimates, rate)
+    if {("A-open", "doubt"), ("A-holds-friction", "wrong")} <= {(n.code, n.severity) for n in map(Notice.of, notices)}:
+        # what is left of it is friction: strokes show all that is viscous, where no damping is taken off them
+        high = float(estimates["A"]) + float(solution.half_widths()[0])
+        estimates["A"] = replace(estimates["A"], value=0.0, ci95=(0.0, high), assumed=True)
     return PlantFit(
         fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
-        _second_mass(solution),
-        (*described(fits, solution, influence, estimates, rate), *text, *chain.from_iterable(clocks)),
+        _second_mass(solution), (*notices, *text, *chain.from_iterable(clocks)),
     )  # fmt: skip
 
 

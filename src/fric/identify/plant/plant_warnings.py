@@ -56,7 +56,8 @@ def described(
         warnings.append(
             Notice(
                 "A is not told from 0: excite below its corner (the lowest frequency used is "
-                f"{lowest:.3g} Hz), and harder", "A-open", "doubt",
+                f"{lowest:.3g} Hz), and harder; where friction is in it too, 0 is assumed, and strokes tell what is "
+                "viscous as sigma", "A-open", "doubt",
             )
         )  # fmt: skip
     edge = 0.5 / hold if hold else 0.0
