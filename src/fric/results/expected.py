@@ -141,8 +141,9 @@ def widening(
     own = [left_over(one) for one in simulated]
     found = {}
     for section, rest in left_over(known).items():
-        usual = max((one[section] for one in own if section in one), default=0.0)
-        most = max(rest / usual, 1.0) if usual else 1.0
+        rests = [one[section] for one in own if section in one]
+        usual = typical(rests) if rests and rest > max(rests) else 0.0
+        most = rest / usual if usual else 1.0
         for name, half in known_half_widths(known)[section].items():
             if most > 1.0 and name in parameters:
                 found[name] = min(max(half / parameters[name].half_width, 1.0), most)
