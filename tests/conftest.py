@@ -17,6 +17,8 @@ from hypothesis import settings
 settings.register_profile("fric", deadline=None, derandomize=True)  # a busy machine is no failure
 settings.load_profile("fric")
 
+FIRST = {"test_docs.py", "test_mutation.py"}
+"""Files with the longest single tests: at the end of a session one of them would run alone, on one core of several."""
 NO_TIME = "no time left; run `make test-long`, or choose them by -m"
 
 
@@ -61,10 +63,10 @@ def pytest_configure_node(node) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Put long tests behind all others; each day another file's come first."""
+    """Put long tests behind all others, each day another file's first, and before all the files of `FIRST`."""
     turn = config.stash[TURN]
     if turn is not None:
-        items[:] = in_turn(items, turn.day)
+        items[:] = in_turn(sorted(items, key=lambda item: item.path.name not in FIRST), turn.day)
 
 
 def in_turn(items: list[pytest.Item], day: int) -> list[pytest.Item]:

@@ -58,8 +58,8 @@ class Recovery:
         """Raise an `AssertionError` where the intervals are too narrow, too wide, or lie to one side.
 
         The linear errors are normal with a deviation of 1 by construction, and the errors follow them with a
-        correlation of 0.97 to 0.9995. So what the draw of the seeds does to both is taken off: of 50 seeds, the
-        ratio of their sizes is sure to 0.03, and their mean difference to 0.03. Of the errors alone it would take 2500.
+        correlation of 0.97 to 0.9995. So what the draw of the seeds does to both is taken off: of 32 seeds, the
+        ratio of their sizes is sure to 0.04, and their mean difference to 0.04. Of the errors alone it would take 1600.
         """
         told = dict(zip(self.labels, zip(self.against_linear, self.shifts, strict=True), strict=True))
         assert LEAST <= self.without_luck[0].mean() <= MOST, self.without_luck

@@ -7,7 +7,7 @@ import pytest
 
 from tests.identify.recovery import FITTED, recover
 
-SEEDS = 50
+SEEDS = 32
 NARROW = 0.8
 """Intervals of this part of their right width must not pass."""
 ASIDE = 0.2

@@ -42,7 +42,7 @@ def test_noise_free_strokes_give_table_1(delta):
 
 
 def test_intervals_cover_the_truth():
-    """Of 50 seeds, each beside what the same noise makes of a weighted line fit at the truth: see `Recovery.check`."""
+    """Of 32 seeds, each beside what the same noise makes of a weighted line fit at the truth: see `Recovery.check`."""
     truth = {name: getattr(TABLE_1, name) for name in NAMES} | {"offset": 3.0}
     v = both_directions()
     F = TABLE_1.steady_state(v) + 3.0
@@ -55,7 +55,7 @@ def test_intervals_cover_the_truth():
     sd = 0.01 * np.abs(F) / np.sqrt(1000)
     covariance = np.linalg.inv((X / sd[:, None] ** 2).T @ X)
     errors, linear = [], []
-    for seed in range(50):
+    for seed in range(32):
         logs = _logs(seed, offset=3.0, samples=1000)
         fit = identify_static(logs)
         noise = np.array([log.force.mean() for log in logs]) - F

@@ -247,7 +247,7 @@ def command(*arguments):
 @pytest.fixture(scope="module")
 def long_log(tmp_path_factory):
     """A log of noise, long enough to be interrupted, which HDF5 cannot shorten."""
-    values = np.random.default_rng(1).normal(size=(1_000_000, 2))
+    values = np.random.default_rng(1).normal(size=(400_000, 2))
     path = tmp_path_factory.mktemp("long") / "long.csv"
     with path.open("w") as file:
         file.write(HEADER)

@@ -12,6 +12,7 @@ at the reversal: it rises to its maximum at ACCEL1, stays until ACCEL2, falls to
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from fric.reference import circle
 from fric.simulate.axis import run_axis
 
 if TYPE_CHECKING:
+    from fric.reference import Reference
     from fric.simulate.machine import Axis, Machine
 
 RADIUS = 0.03
@@ -75,9 +77,15 @@ def through_controller(part: Part, decay: float, t: NDArray[np.float64]) -> NDAr
     return part.K_p * left + part.K_i * decay * (1 - left)
 
 
+@lru_cache(len(FEEDS) + 1)
+def _asked(feed: float, sampling: float) -> tuple[Reference, Reference]:
+    """Return a circle that is simulated many times."""
+    return circle(RADIUS, feed, 2, sampling)
+
+
 def rise_of(part: Part) -> NDArray[np.float64]:
     """Return how friction rises behind the fastest reversal, as a voltage, shape (n,)."""
-    motion = circle(RADIUS, FEEDS[0], 2, part.sampling)[0]
+    motion, _ = _asked(FEEDS[0], part.sampling)
     reversals = np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0) + 1
     n = int(reversals[np.abs(motion.acceleration[reversals]) > 0.99 * FEEDS[0] ** 2 / RADIUS][-1])  # at full feed
     F = part.model.replay(motion.time, motion.position, motion.velocity)
@@ -133,7 +141,7 @@ def as_block(part: Part, pulse: Pulse) -> dict[str, float]:
 
 def left_over(axis: Axis, part: Part, pulse: Pulse | None, feed: float) -> float:
     """Return the glitch [m] of a circle of 30 mm with the pulse; with the model fed forward where there is none."""
-    motion, other = circle(RADIUS, feed, 2, part.sampling)
+    motion, other = _asked(feed, part.sampling)
     scheme = PAPER_SCHEMES["c" if part.model.name == "gms" else "b"]
     if pulse is not None:
         scheme = replace(scheme, friction=None, blocks=("reversal-pulse",))

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import types
+from numpy.typing import NDArray
 
-from fric.kernels.plant import numba_type
+from fric.kernels.plant import ARRAY, numba_type
 from fric.kernels.signatures import compiled
 
 
@@ -33,3 +34,12 @@ def reading(z: float, resolution: float, sensing: Sensing) -> float:
     if resolution > 0.0:
         return np.rint(z / resolution) * resolution
     return z
+
+
+@compiled(ARRAY(ARRAY, types.float64, SENSING))
+def readings(z: NDArray[np.float64], resolution: float, sensing: Sensing) -> NDArray[np.float64]:
+    """Return what an encoder tells of positions [m], shape (n,): `reading` of each."""
+    told = np.empty_like(z)
+    for n in range(z.size):
+        told[n] = reading(z[n], resolution, sensing)
+    return told

@@ -54,20 +54,24 @@ class Trial:
         sampling, end = self.reference.sampling, self.end
         return round(self.begin * sampling), len(self.reference) if end is None else round(end * sampling)
 
-    def run(self, axis: Axis, began: float = 0.0) -> Trace:
-        """Run it on an axis, ``began`` seconds after the session did."""
-        return run_axis(axis, self.reference, excitation=self.excitation, began=began)
+    def run(self, axis: Axis, began: float = 0.0, accuracy: float = 0.0) -> Trace:
+        """Run it on an axis, ``began`` seconds after the session did.
+
+        ``accuracy`` is that of `run_axis`; an excitation is integrated to the last digits: its lines tell A by less.
+        """
+        accuracy = accuracy if self.excitation is None else 0.0
+        return run_axis(axis, self.reference, excitation=self.excitation, began=began, accuracy=accuracy)
 
     def log(self, axis: Axis, run: Trace, seed: int = 0) -> Log:
         """Return what the drive logs of its run, with the seed of all that is random in that."""
         return logged(axis, run, self.window, self.samples, self.name, self.kind, seed)
 
 
-def runs_of(axis: Axis, trials: Iterable[Trial]) -> Iterator[tuple[Trial, Trace]]:
-    """Run trials one after the other, as in one session, and yield each with its run."""
+def runs_of(axis: Axis, trials: Iterable[Trial], accuracy: float = 0.0) -> Iterator[tuple[Trial, Trace]]:
+    """Run trials one after the other, as in one session, and yield each with its run; ``accuracy`` as in `run_axis`."""
     began = 0.0
     for trial in trials:
-        yield trial, trial.run(axis, began)
+        yield trial, trial.run(axis, began, accuracy)
         began += len(trial.reference) / trial.reference.sampling
 
 
