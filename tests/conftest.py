@@ -14,6 +14,7 @@ from typing import NamedTuple
 import pytest
 from hypothesis import settings
 
+gc.set_threshold(100_000)  # as `fric` does: modules are no garbage
 settings.register_profile("fric", deadline=None, derandomize=True)  # a busy machine is no failure
 settings.load_profile("fric")
 

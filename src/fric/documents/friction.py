@@ -12,7 +12,7 @@ from fric.documents.fit import Fit
 from fric.documents.plant import plant_part
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
-from fric.friction import FrictionModel, models
+from fric.friction import FrictionModel, model_type, models
 from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
 from fric.log import Log, Record
@@ -49,12 +49,9 @@ class FrictionDocument(OfAxis):
             return given
         typed = dict(given)
         for name in given.keys() - cls.model_fields.keys():
-            if name in models():
-                typed[name] = nested(dict[str, Quantity], given[name], name)
-            elif name.removesuffix("_fit") in models():
-                typed[name] = nested(Fit, given[name], name)
-            else:
+            if model_type(name.removesuffix("_fit")) is None:
                 raise ValueError(f"'{name}' is not a friction model\nKnown are {', '.join(models())}.")
+            typed[name] = nested(Fit if name.endswith("_fit") else dict[str, Quantity], given[name], name)
         return typed
 
     @model_validator(mode="after")
@@ -93,7 +90,8 @@ class FrictionDocument(OfAxis):
         if section == "at_speed":
             return quantities(given, AT_SPEED, self.motion, section)
         name = section.removesuffix("_negative")
-        dimensions = {p.name: p.dimension for p in models()[name].parameters}
+        model = model_type(name)
+        dimensions = {p.name: p.dimension for p in model.parameters} if model else {}
         if name == "static":
             dimensions["offset"] = "force"
         return quantities(given, dimensions, self.motion, section)
@@ -107,7 +105,7 @@ class FrictionDocument(OfAxis):
 
     def model_names(self) -> list[str]:
         """Return the models beside the static map, in the order of the file."""
-        return [name for name in self.model_extra or {} if name in models()]
+        return [name for name in self.model_extra or {} if model_type(name)]
 
     def sections(self) -> list[str]:
         """Return the names of the sections that hold parameters: those of the static map, then of other models."""
@@ -123,9 +121,9 @@ class FrictionDocument(OfAxis):
             When there is no such model, or the file lacks what it needs.
         """
         sections = {key: self.estimates(key) for key in self.sections()}
-        if name not in models():
+        if (model := model_type(name)) is None:
             raise FricError(f"there is no friction model '{name}'", hint=f"There are {', '.join(models())}.")
-        return directed(models()[name].from_sections(sections), self.backward())
+        return directed(model.from_sections(sections), self.backward())
 
     def backward(self) -> StaticMap | None:
         """Return the static map of the negative direction, where each has its own."""

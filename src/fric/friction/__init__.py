@@ -8,7 +8,7 @@ from pkgutil import iter_modules
 
 from fric.friction.base import FrictionModel, Parameter
 
-__all__ = ["FrictionModel", "Parameter", "models"]
+__all__ = ["FrictionModel", "Parameter", "model_type", "models"]
 
 
 @cache
@@ -16,6 +16,18 @@ def models() -> dict[str, type[FrictionModel]]:
     """Return every friction model of this package by its name, as written in friction files."""
     for module in iter_modules(__path__):
         import_module(f"{__name__}.{module.name}")
+    return _imported()
+
+
+@cache
+def model_type(name: str) -> type[FrictionModel] | None:
+    """Return one friction model by its name, None where there is none: of its own file, without the steps of others."""
+    if name in {module.name for module in iter_modules(__path__)}:
+        import_module(f"{__name__}.{name}")
+    return _imported().get(name) or models().get(name)
+
+
+def _imported() -> dict[str, type[FrictionModel]]:
     found: dict[str, type[FrictionModel]] = {}
     pending: list[type[FrictionModel]] = list(FrictionModel.__subclasses__())
     while pending:

@@ -36,10 +36,8 @@ def reading(z: float, resolution: float, sensing: Sensing) -> float:
     return z
 
 
-@compiled(ARRAY(ARRAY, types.float64, SENSING))
-def readings(z: NDArray[np.float64], resolution: float, sensing: Sensing) -> NDArray[np.float64]:
-    """Return what an encoder tells of positions [m], shape (n,): `reading` of each."""
-    told = np.empty_like(z)
+@compiled(types.void(ARRAY, types.float64, SENSING), makes_arrays=False)
+def read(z: NDArray[np.float64], resolution: float, sensing: Sensing) -> None:
+    """Turn positions [m], shape (n,), into what an encoder tells of them: `reading` of each."""
     for n in range(z.size):
-        told[n] = reading(z[n], resolution, sensing)
-    return told
+        z[n] = reading(z[n], resolution, sensing)

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from fric.columns import Kind
 from fric.drive.sensing import low_pass_pole
-from fric.kernels.sensing import readings
+from fric.kernels.sensing import read
 from fric.log import Log
 from fric.simulate.reality.log_flaws import ColouredNoise
 from fric.simulate.reality.motion import sensing_of
@@ -85,7 +85,9 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
 
 def encoder_tells(axis: Axis, position: Real) -> Real:
     """Return what the axis' encoder tells of a position [m], its sub-divisional error included, as in the loop."""
-    return readings(np.ascontiguousarray(position, float), axis.encoder.resolution, sensing_of(axis))
+    found = np.array(position, float)
+    read(found, axis.encoder.resolution, sensing_of(axis))
+    return found
 
 
 def _jitter(rng: np.random.Generator, count: int, deviation: float, divider: int) -> Real:
