@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import fric
 from fric.automatic.session import Session, identify_axes
 from fric.automatic.sources import find_sources
-from fric.automatic.steps import axis_steps
+from fric.automatic.steps import axis_steps, trace_step
 from fric.cli.main import app
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
@@ -119,6 +119,48 @@ def test_the_one_bundled_mapping_that_fits_is_used_and_said(tmp_path):
     found = find_sources([tmp_path])
     assert [one.mapping for one in found.logs] in ([], ["screwdrive1"])
     assert found.description  # said either way: which mapping it was, or why none
+
+
+def write(file: Path, header: str, columns: list[np.ndarray]) -> None:
+    np.savetxt(file, np.column_stack(columns), delimiter=";", header=header, comments="", fmt="%.9g")
+
+
+def test_a_mapping_is_proposed_where_nothing_in_it_is_a_guess(tmp_path):
+    log = read_logs(DATA / "constant-velocity.h5")[12]
+    channels = [log.time * 1e3, log.position * 1e3, log.force]
+    named = "t [ms];Y actual position [mm];Motor force [N]"
+    for number in range(2):
+        write(tmp_path / f"{number}.csv", named, [*channels[:2], channels[2] + number])
+    write(tmp_path / "two.csv", named + ";Load position [mm]", [*channels, channels[1]])
+    write(tmp_path / "bare.csv", named.replace(" [N]", ""), channels)
+    found = find_sources([tmp_path], proposals=tmp_path / "made")
+    assert [(one.path.name, one.axis, one.mapping) for one in found.logs] == [
+        (f"{number}.csv", "y", str(tmp_path / "made" / "proposed-1.yaml")) for number in range(2)
+    ]
+    told = " ".join(found.description)
+    assert "two.csv is left out" in told
+    assert "bare.csv is left out" in told
+    assert 'position is "Y actual position", force is "Motor force"' in told
+    again = fric.ingest(tmp_path / "0.csv", output=tmp_path / "0.h5", mapping=tmp_path / "made" / "proposed-1.yaml")
+    (read,) = read_logs(tmp_path / "0.h5")
+    assert again.done.axis == "y"
+    np.testing.assert_allclose(read.position, log.position, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(read.force, log.force, rtol=1e-6, atol=1e-6)
+    assert not find_sources([tmp_path / "0.csv"]).logs  # nobody said where a proposal may lie
+
+
+def test_a_foreign_circle_test_is_recognised_and_ingested(tmp_path):
+    angle = np.linspace(0.0, 4 * np.pi, 4001)
+    x, y = 30.0 * np.cos(angle), 30.0 * np.sin(angle)
+    header = "Time [s];X reference [mm];Y reference [mm];X actual position [mm];Position Y (measured) [mm];X control voltage [V]"
+    write(tmp_path / "round.csv", header, [angle * 0.3, x, y, x, y, 0.1 * x])
+    found = find_sources([tmp_path])
+    assert (found.traces, found.logs, found.description) == ([tmp_path / "round.csv"], [], [])
+    made = trace_step(tmp_path / "round.csv", tmp_path / "out")
+    made.leaves[0].parent.mkdir(parents=True)
+    done = RUN.invoke(app, list(made.words))
+    assert done.exit_code == 0, done.output
+    assert "x: reference position input, y: reference position" in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -101,7 +101,7 @@ class FleetStudy:
 
     def _identified(self, unit: Unit) -> UnitOutcome:
         try:
-            found = find_sources([unit.folder], self.mapping)
+            found = find_sources([unit.folder], self.mapping, self.output / unit.machine / unit.date / "mappings")
         except FricError as error:
             return UnitOutcome(unit, {}, (str(error),))
         if not (found.logs or found.circles):

@@ -13,7 +13,7 @@ from fric.automatic.machine import machine_tree
 from fric.automatic.result import FleetResult, fleet
 from fric.automatic.session import Run, Session, identify_axes, run_apart
 from fric.automatic.sources import Sources, find_sources
-from fric.automatic.steps import circle_step, diagnosis_step, step, tune_step
+from fric.automatic.steps import circle_step, diagnosis_step, step, trace_step, tune_step
 from fric.documents.bundled import located
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
@@ -140,13 +140,19 @@ def auto(
         return fleet(
             units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance
         )  # fmt: skip
-    found = find_sources(map(Path, logs), mapping)
-    found.circles += [Path(one) for one in circles]
-    if not (found.logs or found.circles):
-        raise FricError(
-            "there is no log in these files", hint="\n".join(found.description) or "Give logs, or their folder."
+    found = find_sources(map(Path, logs), mapping, folder / "mappings")
+    tests = find_sources(map(Path, circles))
+    found.circles, found.traces = [*found.circles, *tests.circles], [*found.traces, *tests.traces]
+    found.description += tests.description
+    if not (found.logs or found.circles or found.traces):
+        hint = (
+            "Give logs, or their folder; or say what their columns are: `fric ingest FILES --propose MAP.yaml`, --map."
         )
+        raise FricError("there is no log in these files", hint="\n".join([*found.description[:1], hint]))
     session = Session(folder, run, say)
+    for trace in found.traces:
+        one = trace_step(trace, folder)
+        found.circles += one.leaves if session.take(one) else ()
     axes = identify_axes(session, found)
     given = located(Path(machine), "machine") if machine else None
     subject = _machine(session, axes, given)
@@ -209,6 +215,11 @@ def _circles(
         more += ["--radius", f"{test.radius!r} m", "--velocity", f"{test.feed!r} m/s"]
         more += [word for path in found.circles for word in ("--measured", path)]
         reads += found.circles
+    if found.circles and not given:
+        found.description.append(
+            "no log tells the controller's gains: the machine file holds ones that were designed here, and circles that "
+            "were measured with others differ from what it predicts. Give yours with --machine"
+        )
     session.take(circle_step(machine, session.folder, *more, reads=reads))
     for circle in found.circles:
         session.take(diagnosis_step(circle, machine, session.folder, reads))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -15,9 +16,12 @@ from fric.errors import FricError
 from fric.identify.records.inspection import inspect
 from fric.input import regular
 from fric.io.hdf5 import read_records
+from fric.io.ingest_circle import ingest_circles
+from fric.io.propose import sure_proposal
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
+from fric.output import staged
 from fric.results.ingest import ingest
 from fric.units import Motion
 
@@ -40,7 +44,7 @@ class Source:
     uses
         What its records are good for: ``static``, ``gms``, ``plant``.
     mapping
-        Mapping that tells its columns; empty where the header does, None for a log file of fric's.
+        Mapping that tells its columns, by its name or file; empty where the header does, None for a log file of fric's.
     """
 
     path: Path
@@ -61,6 +65,8 @@ class Sources:
         Files with records.
     circles
         Circle tests, and runs.
+    traces
+        Foreign files with circle tests, which are to be ingested.
     description
         What was guessed, left out, or cannot be read.
     copies
@@ -69,17 +75,21 @@ class Sources:
         Foreign files that are read with a bundled mapping, by its name.
     refused
         Foreign files that cannot be read, by what they lack.
+    proposed
+        Mappings that were proposed for foreign files, with these: text of the mapping, its file, and what it is for.
     """
 
     logs: list[Source] = field(default_factory=list)
     circles: list[Path] = field(default_factory=list)
+    traces: list[Path] = field(default_factory=list)
     description: list[str] = field(default_factory=list)
     copies: list[Path] = field(default_factory=list)
     guessed: dict[str, list[Path]] = field(default_factory=dict)
     refused: dict[str, list[Path]] = field(default_factory=dict)
+    proposed: dict[str, tuple[Path, list[Path]]] = field(default_factory=dict)
 
 
-def find_sources(given: Iterable[Path], mapping: str | None = None) -> Sources:
+def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: Path | None = None) -> Sources:
     """Look into files, and the files of folders.
 
     Parameters
@@ -87,7 +97,10 @@ def find_sources(given: Iterable[Path], mapping: str | None = None) -> Sources:
     given
         Files and folders.
     mapping
-        What the columns of foreign logs mean; found among the bundled ones where the header does not say it.
+        What the columns of foreign logs mean. Where the header does not say it, it is the only bundled one that fits,
+        or the one that `sure_proposal` makes.
+    proposals
+        Folder for mappings that are proposed; without it none is.
 
     Raises
     ------
@@ -104,7 +117,7 @@ def find_sources(given: Iterable[Path], mapping: str | None = None) -> Sources:
             seen += records
             found.logs.append(_source(path, records, None))
         elif kind is None and path.suffix.lower() in endings():
-            _foreign(path, mapping, found, seen)
+            _foreign(path, mapping, proposals, found, seen)
     if found.copies:
         found.description.append(f"left out, since other files hold the same samples: {_first(found.copies)}")
     for why, files in found.refused.items():
@@ -114,6 +127,10 @@ def find_sources(given: Iterable[Path], mapping: str | None = None) -> Sources:
         )
     for name, files in found.guessed.items():
         found.description.append(f"read with the bundled mapping '{name}', the only one that fits: {_first(files)}")
+    for text, (file, files) in found.proposed.items():
+        columns = re.findall(r"^  (\w+): {column: (.*?), unit", text, re.MULTILINE)
+        means = ", ".join(f"{channel} is {column}" for channel, column in columns)
+        found.description.append(f"read with a mapping that was proposed, {file} ({means}): {_first(files)}")
     return found
 
 
@@ -147,21 +164,37 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     return Source(path, records[0].axis, records[0].motion, frozenset(str(one.kind) for one in text), uses, mapping)
 
 
-def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]) -> None:
-    """Read a foreign log by its header, by the mapping that was given, or by the one bundled mapping that fits."""
-    tries = [mapping] if mapping else ["", *bundled("mapping")]
+def _foreign(path: Path, mapping: str | None, proposals: Path | None, found: Sources, seen: list[Record]) -> None:
+    """Read a foreign log by its header, by a mapping that was given, is bundled, or must be; or a circle test."""
     fitting: dict[str, list[Record]] = {}
-    why = ""
     with TemporaryDirectory() as folder:
-        for n, one in enumerate(tries):
-            log = Path(folder) / f"{n}.h5"
+        draft, text = Path(folder), None
+
+        def fit(chosen: str) -> str:
+            """Return why a mapping does not fit; nothing where it does."""
+            log = draft / f"{len(list(draft.iterdir()))}.h5"
             try:
-                ingest(path, output=log, mapping=one or None)
-                fitting[one] = read_records(log)
+                ingest(path, output=log, mapping=chosen or None)
+                fitting[chosen] = read_records(log)
             except FricError as error:
-                why = why or error.what
-            if "" in fitting:  # the header says it: nothing is guessed
-                break
+                return error.what
+            return ""
+
+        why = fit(mapping or "")
+        if why and not mapping:  # the header does not say it
+            if _is_circle(path, draft / "circle.h5"):
+                found.traces.append(path)
+                return
+            for one in bundled("mapping"):
+                fit(one)
+            if proposals and not fitting and (text := _proposed(path)):
+                file, _ = found.proposed.get(
+                    _settings(text), (proposals / f"proposed-{len(found.proposed) + 1}.yaml", [])
+                )
+                proposals.mkdir(parents=True, exist_ok=True)
+                with staged(file, force=True) as whole:
+                    whole.write_text(text, encoding="utf-8")
+                why = fit(str(file))
     if len(fitting) != 1:
         if fitting:
             found.description.append(f"{path} is left out: {', '.join(fitting)} all fit: give one of them with --map")
@@ -172,10 +205,32 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
     if any(_same(record, known) for record in records for known in seen):
         found.copies.append(path)
         return
-    if chosen and not mapping:
+    if text:
+        found.proposed.setdefault(_settings(text), (Path(chosen), []))[1].append(path)
+    elif chosen and not mapping:
         found.guessed.setdefault(chosen, []).append(path)
     seen += records
     found.logs.append(_source(path, records, chosen))
+
+
+def _proposed(path: Path) -> str | None:
+    try:
+        return sure_proposal(path)
+    except FricError:
+        return None
+
+
+def _settings(text: str) -> str:
+    """Return a proposal without its comments, which name the file."""
+    return "\n".join(line.split("  #")[0].rstrip() for line in text.splitlines() if not line.startswith("#"))
+
+
+def _is_circle(path: Path, draft: Path) -> bool:
+    try:
+        ingest_circles(path, draft)
+    except FricError:
+        return False
+    return True
 
 
 def _same(one: Record, other: Record) -> bool:

@@ -54,7 +54,14 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
         words = ["ingest", *files, "-o", log, *(["--map", mapping] if mapping else [])]
         words += ["--kind", kind] if len(members[0].kinds) == 1 else []
         left = Source(log, axis, members[0].motion, members[0].kinds, frozenset().union(*(m.uses for m in members)))
-        yield step(f"{axis}: ingest {kind}", words, files, [log]), left
+        reads = [*files, *([Path(mapping)] if mapping.endswith(".yaml") else [])]
+        yield step(f"{axis}: ingest {kind}", words, reads, [log]), left
+
+
+def trace_step(trace: Path, folder: Path) -> Step:
+    """Return the step that reads a foreign file with circle tests."""
+    test = folder / "circles" / f"{trace.stem}.h5"
+    return step(f"ingest {trace.stem}", ["ingest", trace, "--kind", "circle", "-o", test], [trace], [test])
 
 
 @dataclass(frozen=True)

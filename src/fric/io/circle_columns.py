@@ -28,8 +28,10 @@ ROLES = {
     "position": ("encoder", "enc", "actual", "act", "measured", "meas", "feedback", "fb", "position", "pos", "ist", ""),
 }  # fmt: skip
 """What headers call reference and position of an axis; of several the first in this order is taken."""
-VOLTAGES = ("input", "voltage", "u", "control", "output", "")
-FORCES = ("force", "motor", "thrust", "")
+VOLTAGES = ("input", "voltage", "u", "control", "output", "command", "signal", "drive", "motor", "spannung", "")
+FORCES = ("force", "motor", "thrust", "drive", "kraft", "")
+BESIDE = frozenset({"position", "pos", "axis", "value", "lage", "achse", "wert"})
+"""Words that say nothing of a position's role beside one that does: an actual position is actual."""
 ANGLES = ("angle", "theta", "position angle", "winkel")
 DEVIATIONS = ("deviation", "radial deviation", "radial error", "radius deviation", "error", "abweichung")
 
@@ -107,8 +109,7 @@ def _by_header(table: Table) -> dict[str, Channel]:
             words = name.split() if " " in name else _parted(name)
             axes = [word for word in words if word in AXES]
             if len(axes) == 1:
-                rest = " ".join(word for word in words if word != axes[0])
-                _by_role(found, axes[0], rest, column.unit, n)
+                _by_role(found, axes[0], [word for word in words if word != axes[0]], column.unit, n)
     return {name: Channel(column=n) for name, (_, n) in found.items()}
 
 
@@ -122,15 +123,16 @@ def _parted(name: str) -> list[str]:
     return [name]
 
 
-def _by_role(found: dict[str, tuple[int, int]], axis: str, rest: str, unit: str | None, n: int) -> None:
+def _by_role(found: dict[str, tuple[int, int]], axis: str, words: list[str], unit: str | None, n: int) -> None:
     if _fits(unit, "position"):
-        for role, words in ROLES.items():
-            if rest in words:
-                _keep(found, f"{axis}.{role}", words.index(rest), n)
-    elif _fits(unit, "input") and rest in VOLTAGES:
-        _keep(found, f"{axis}.input", VOLTAGES.index(rest), n)
-    elif _fits(unit, "force") and rest in FORCES:
-        _keep(found, f"{axis}.force", FORCES.index(rest), n)
+        telling = [word for word in words if word not in BESIDE] or words[:1] or [""]
+        for role, known in ROLES.items():
+            if all(word in known for word in telling):
+                _keep(found, f"{axis}.{role}", known.index(telling[0]), n)
+    elif _fits(unit, "input") and all(word in VOLTAGES for word in words):
+        _keep(found, f"{axis}.input", min(map(VOLTAGES.index, words or [""])), n)
+    elif _fits(unit, "force") and all(word in FORCES for word in words):
+        _keep(found, f"{axis}.force", min(map(FORCES.index, words or [""])), n)
 
 
 def _keep(found: dict[str, tuple[int, int]], channel: str, rank: int, n: int) -> None:

@@ -29,6 +29,8 @@ ALONE = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "v
 ASKED = ("force", "position", "velocity")
 """Channels that are asked about, where a column that looks like one would be left out."""
 MOTIONS: tuple[Motion, ...] = ("linear", "rotary")
+AXES = "xyzabcuvw"
+"""Letters that name axes of machine tools."""
 
 
 def named_as(column: Column) -> str | None:
@@ -38,6 +40,20 @@ def named_as(column: Column) -> str | None:
         if any(re.search(rf"\b{word}\b", name) for word in words):
             return channel
     return ALONE.get(name)
+
+
+def axis_of(*names: str) -> str | None:
+    """Return the axis that names tell, as ``X actual position`` or ``y_strokes``; None where none does, or several do.
+
+    A letter stands for an axis where it is the first or the last word and not the only one.
+    """
+    found = set()
+    for name in names:
+        words = re.sub(r"[\W_]+", " ", plain_name(name)).split()
+        found |= (
+            {word for word in (words[0], words[-1]) if len(word) == 1 and word in AXES} if len(words) > 1 else set()
+        )
+    return found.pop() if len(found) == 1 else None
 
 
 def measures(column: Column, channel: str) -> bool:

@@ -13,7 +13,7 @@ from fric.columns import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, KI
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError, printable
 from fric.io.channels import OF_MEANS
-from fric.io.likely import MOTIONS, looking_like, named_as
+from fric.io.likely import MOTIONS, axis_of, looking_like, measures, named_as
 from fric.io.readers import tables
 from fric.io.readers.base import Column, Table, plain_name
 from fric.output import staged
@@ -54,13 +54,14 @@ def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
     columns = [table.columns[n] for table in [first, *others] for n in found.get(table.path, _NONE).taken.values()]
     motion = _motion(columns)
     kind = f"kind: {FORCE_VELOCITY}" if means else f"# kind: {KINDS[0]}"
+    axis = _axis(columns, paths)
     lines = [
         f"fric: {MappingDocument.type_name()}",
         f"# Guessed from {', '.join(path.name for path in found)}. Look at every line; lines that say ? are for you to "
         "fill in. Then",
         f"#   fric ingest {' '.join(path.name for path in found)}{' …' * (len(paths) > len(found))} "
         f"{'--join ' * join}--map THIS.yaml -o LOG.h5",
-        "axis: x",
+        f"axis: {axis or 'x'}" + f"                     # {'by the names' if axis else 'guessed'}",
         f"motion: {motion}                # or {'linear' if motion == 'rotary' else 'rotary'}",
         f"{kind}      # the experiment, where all files are of one; there are {', '.join(KINDS)}",
         "columns:",
@@ -99,6 +100,27 @@ def propose(paths: Sequence[Path], output: Path, *, force: bool = False, join: b
     with staged(output, force=force) as draft:
         draft.write_text(text, encoding="utf-8")
     return text
+
+
+def sure_proposal(path: Path) -> str | None:
+    """Return the text of the mapping that a file must have; None where anything in it would be a guess.
+
+    It is sure of a table of time and position or velocity where one column alone looks like each channel, has a unit of
+    it, and no column looks like a force without one.
+    """
+    table = next(iter(tables(path, None)))
+    guess = _chosen(table)
+    if "time" not in guess.taken or not {"position", "velocity"} & guess.taken.keys() or _holds_means(table, guess):
+        return None
+    for channel, n in guess.taken.items():
+        if guess.others[channel] or not measures(table.columns[n], channel):
+            return None
+    return proposal([path])
+
+
+def _axis(columns: Sequence[Column], paths: Sequence[Path]) -> str | None:
+    """Return the axis that the names of columns tell, or else those of the files."""
+    return axis_of(*(column.name for column in columns)) or axis_of(*(path.name.split(".")[0] for path in paths))
 
 
 class _Guess(NamedTuple):

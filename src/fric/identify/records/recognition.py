@@ -24,8 +24,8 @@ STROKE_SHARE = 0.3
 """The same where the axis turns or stops between any two speeds: then there are strokes, and their ramps."""
 SINE_FIT = 0.99
 """Share of the variance that one sine explains in a record of a sine; a triangle has 0.986."""
-LINES = 15.0
-"""Spectral lines among which the power of a broad-band excitation is spread at least."""
+LINES = 9.0
+"""Spectral lines among which the power of a broad-band excitation is spread at least; strokes have five at most."""
 RISING_SHARE = 0.01
 """Share of the stroke that the force takes to come up after a reversal, from which on a sine is in pre-sliding."""
 
