@@ -45,6 +45,8 @@ class Source:
         What its records are good for: ``static``, ``gms``, ``plant``.
     mapping
         Mapping that tells its columns, by its name or file; empty where the header does, None for a log file of fric's.
+    both
+        Whether every record has force and input: then it tells the force constant.
     """
 
     path: Path
@@ -53,6 +55,7 @@ class Source:
     kinds: frozenset[str]
     uses: frozenset[str]
     mapping: str | None = None
+    both: bool = False
 
 
 @dataclass
@@ -161,7 +164,9 @@ def _own(path: Path) -> str | None:
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     text = [inspect(record) for record in records]
     uses = frozenset(use.purpose for one in text for use in one.uses if use.good)
-    return Source(path, records[0].axis, records[0].motion, frozenset(str(one.kind) for one in text), uses, mapping)
+    kinds = frozenset(str(one.kind) for one in text)
+    both = all(isinstance(one, Log) and one.force is not None and one.input is not None for one in records)
+    return Source(path, records[0].axis, records[0].motion, kinds, uses, mapping, both)
 
 
 def _foreign(path: Path, mapping: str | None, proposals: Path | None, found: Sources, seen: list[Record]) -> None:

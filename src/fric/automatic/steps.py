@@ -53,7 +53,8 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
         files = [one.path for one in members]
         words = ["ingest", *files, "-o", log, *(["--map", mapping] if mapping else [])]
         words += ["--kind", kind] if len(members[0].kinds) == 1 else []
-        left = Source(log, axis, members[0].motion, members[0].kinds, frozenset().union(*(m.uses for m in members)))
+        uses, both = frozenset().union(*(m.uses for m in members)), all(m.both for m in members)
+        left = Source(log, axis, members[0].motion, members[0].kinds, uses, both=both)
         reads = [*files, *([Path(mapping)] if mapping.endswith(".yaml") else [])]
         yield step(f"{axis}: ingest {kind}", words, reads, [log]), left
 
@@ -107,7 +108,10 @@ def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> A
 
     responses = of("frequency-response")
     if shaken := responses or of("motion"):
-        identify("plant", shaken, plant, *([] if responses else ["--method", "motion"]))
+        scaled = any(one.both for one in logs if one.path in shaken)
+        steady = [one.path for one in logs if one.kinds == {"constant-velocity"} and one.both and not scaled]
+        beside = steady if responses else []  # K_f, which no response tells
+        identify("plant", [*shaken, *beside], plant, *([] if responses else ["--method", "motion"]))
     else:
         missing.append("plant: a frequency response, or an ordinary motion with position and voltage or force")
     known = [plant] if shaken else []

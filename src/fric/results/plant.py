@@ -145,7 +145,8 @@ def identify_plant(
     FricError
         When no record serves, too few lines are sure, or a motion does not separate the terms.
     """
-    wanted, records = plant_records(records_of("identify_plant", logs), None if method == "auto" else method)
+    given = records_of("identify_plant", logs)
+    wanted, records = plant_records(given, None if method == "auto" else method)
     motion, in_time = records[0].motion, [record for record in records if isinstance(record, Log)]
     doubtful = settled(of_logs(in_time))
     K_f, weight = quantity(force_constant, "force per input", motion), quantity(mass, "mass", motion)
@@ -171,6 +172,7 @@ def identify_plant(
         segment=quantity(segment, "time"),
         given_force_constant=K_f,
         mass=weight,
+        strokes=[one for one in given if isinstance(one, Log) and one.kind == "constant-velocity"],
     )
     return _plausible(PlantResult(fit, records), doubtful)
 

@@ -21,6 +21,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.plant.force_lag_fit import force_lines, lag_in_band, pooled_lags
 from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, measure_response
+from fric.identify.plant.steady_force import steady_force_constant
 from fric.notice import Notice
 from fric.units import Motion, readable, si_unit
 
@@ -82,8 +83,11 @@ def force_constant(
     *,
     period: float | None = None,
     segment: float | None = None,
+    strokes: Sequence[Log] = (),
 ) -> ForceScale:
     """Return K_f [N/V] and the lag of the force, from the response of force to input where records have both.
+
+    Where none has, and K_f is not given, strokes tell it, and not the lag.
 
     Parameters
     ----------
@@ -95,6 +99,8 @@ def force_constant(
         Motion of the axis.
     period, segment
         As in `measure_response` [s].
+    strokes
+        Records at constant velocity.
     """
     unit = si_unit("force per input", motion)
     stated = None if given is None else Estimate(given, unit, fixed=True)
@@ -111,7 +117,8 @@ def force_constant(
                        "force-response-missing", "doubt")
             )  # fmt: skip
     if not responses:
-        return ForceScale(stated, warnings=tuple(warnings))
+        steady, text = (stated, ()) if stated else steady_force_constant(strokes, motion)
+        return ForceScale(steady, warnings=(*warnings, *text))
     sampling = max(measured.sampling or 0.0 for measured, _ in responses)
     values, covariance, freedom = pooled_lags([lag_in_band(lines) for _, lines in responses])
     filtered = values[2] > 3 * np.sqrt(covariance[2, 2]) and values[2] > LEAST_FILTER / sampling

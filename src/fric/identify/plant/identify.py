@@ -45,6 +45,7 @@ def identify_plant(
     segment: float | None = None,
     given_force_constant: float | None = None,
     mass: float | None = None,
+    strokes: Sequence[Log] = (),
 ) -> PlantFit:
     """Fit A, B and T_d of eq. (1) to one or more frequency responses of one axis.
 
@@ -70,6 +71,8 @@ def identify_plant(
         K_f [N/V], where no force was logged.
     mass
         Moving mass [kg], where the user knows it: K_f/B is held against it, or K_f taken from it.
+    strokes
+        Records at constant velocity, which tell K_f where no record of a response has a force.
 
     Raises
     ------
@@ -101,7 +104,7 @@ def identify_plant(
     rates = [fit.hold for fit in fits if fit.hold is not None]
     rate = min(rates) if rates else None
     estimates = solution.estimates(motion)
-    scale = force_constant(logs, given_force_constant, motion, period=period, segment=segment)
+    scale = force_constant(logs, given_force_constant, motion, period=period, segment=segment, strokes=strokes)
     estimates |= scale.estimates()
     text = [*uneven, *scale.warnings, *against_mass(estimates, mass, motion)]
     transport = estimates["T_d"]

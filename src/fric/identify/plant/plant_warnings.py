@@ -77,7 +77,8 @@ def described(
     if "K_f" not in estimates:
         warnings.append(
             Notice(
-                "K_f is not known: no record has force and input both; give it with --force-constant",
+                "K_f is not known: no record has force and input both; give strokes beside it that have, or "
+                "--force-constant",
                 "K_f-missing", "note",
             )
         )  # fmt: skip
