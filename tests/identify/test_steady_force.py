@@ -16,7 +16,7 @@ K_F = 210.0
 
 
 def strokes(seed: int, *, noise: float = 0.0, late: int = 0, bend: float = 0.0) -> list[Log]:
-    """Return strokes whose motor gives K_F newtons for a volt, beside a constant 0.3 V; 2 mV of noise in the voltage."""
+    """Return strokes whose motor gives K_F newtons for a volt, beside 0.3 V; 2 mV of noise in the voltage."""
     rng, found = np.random.default_rng(seed), []
     for v in both_directions()[::3]:
         log = stroke(float(v), rng, noise=noise)

@@ -217,8 +217,8 @@ def _circles(
         reads += found.circles
     if found.circles and not given:
         found.description.append(
-            "no log tells the controller's gains: the machine file holds ones that were designed here, and circles that "
-            "were measured with others differ from what it predicts. Give yours with --machine"
+            "no log tells the controller's gains: the machine file holds ones that were designed here, and a circle of "
+            "others differs from what it predicts. Give a machine file with yours (--machine)"
         )
     session.take(circle_step(machine, session.folder, *more, reads=reads))
     for circle in found.circles:
