@@ -6,7 +6,7 @@
     u = (2·slope·ė + slope²·e)/B + reach·sat(s/layer)
 
 On the surface s = 0 the error dies out as (D + slope)²·∫e = 0, whatever the disturbance; outside the layer the
-voltage ``reaching`` drives it there, inside the sign is a straight line, against chattering. What the inverse model
+voltage ``reach`` drives it there, inside the sign is a straight line, against chattering. What the inverse model
 gives along the reference, (r̈ + A·ṙ)/B, is added by the loop: with both u is the equivalent control and the reaching
 law. The velocity is the first difference behind the cascade's low-pass, and the integral waits while the voltage is
 limited. Not linear: inside the layer it is, which is what its design looks at. J.-J. Slotine, W. Li, Applied
@@ -60,7 +60,7 @@ class SlidingMode(ControlBlock):
         Slope of the line in the layer, reach over layer [V·s/m].
     slope
         Slope of the surface: how fast the error dies out on it [1/s].
-    reaching
+    reach
         Voltage outside the layer [V].
     """
 
@@ -78,7 +78,7 @@ class SlidingMode(ControlBlock):
 
     gain: float
     slope: float
-    reaching: float
+    reach: float
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:
@@ -101,7 +101,7 @@ class SlidingMode(ControlBlock):
         """Return surface, reaching law and velocity filter."""
         cascade = setting.cascade
         pole = low_pass_pole(cascade.velocity_filter, cascade.sampling)
-        return np.array([self.slope, self.reaching, self.reaching / self.gain, setting.plant.B, pole, setting.T_s])
+        return np.array([self.slope, self.reach, self.reach / self.gain, setting.plant.B, pole, setting.T_s])
 
     def initial_state(self, setting: Setting) -> NDArray[np.float64]:
         """Return the position one sample ago, the filtered velocity, the integral and what is to join it."""
