@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import pi
 from pathlib import Path
 
+import control
 import numpy as np
 import pytest
 
@@ -20,6 +21,7 @@ from fric.control.gain_scheduled import (
 )
 from fric.control.scheme import Scheme
 from fric.design.blocks import design_block
+from fric.design.loop import SampledLoop
 from fric.documents.machine_files import read_machine
 from fric.drive.sampled import SampledPlant
 from fric.friction.gms import GMS
@@ -119,3 +121,19 @@ def test_nothing_grows_where_the_drive_is_late_and_stiff() -> None:
     early, later = (np.abs(left(late, revolutions=n)).max() for n in (3, 9))
     assert later < early + 0.1e-6
     assert later < 3e-6
+
+
+def test_around_rest_the_full_gains_keep_6_dB_by_python_control() -> None:
+    setting = setting_of(AXIS, SCHEME, MOTION)
+    block = design_block(GainScheduled, setting).block
+    assert isinstance(block, GainScheduled)
+    cascade, f = AXIS.cascade, np.geomspace(1.0, 1990.0, 800)
+    T, z = cascade.T_s, np.exp(2j * pi * f * cascade.T_s)
+    K_p, K_i = cascade.K_p * (1 + block.proportional), cascade.K_i * (1 + block.integral)
+    pole = np.exp(-2 * pi * cascade.velocity_filter * T)
+    PI = control.tf([K_p + K_i * T, -K_p], [1, -1], T)
+    D = control.tf([(1 - pole) / T, -(1 - pole) / T], [1, -pole], T)
+    loop = SampledLoop(AXIS.plant, cascade, (), block, setting)
+    L = loop.G(f) * PI(z) * (D(z) + cascade.K_v)
+    np.testing.assert_allclose(loop.input(f), L, rtol=1e-6)
+    assert 5.9 < 20 * np.log10(np.abs(1 / (1 + L)).max()) <= 6.0
