@@ -36,8 +36,8 @@ def run() -> list[tuple[str, str, str]]:
     model = fit.model
     begin = perf_counter()
     for _ in range(10):
-        for one in fit.loops:
-            model.replay(one.motion.time, one.motion.position, one.motion.velocity)
+        for motion in (one.record.motion for one in fit.hysteresis):
+            model.replay(motion.time, motion.position, motion.velocity)
     replay = (perf_counter() - begin) / 10
 
     z, force = fit.curve.displacement, fit.curve.force
