@@ -69,6 +69,7 @@ def main() -> None:
             app()
         finally:
             sys.stdout.flush()
+            gc.freeze()  # the process ends: no garbage is looked for once more
     except FricError as error:
         _tell(str(error), 1)
     except OSError as error:
