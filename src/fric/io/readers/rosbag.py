@@ -96,15 +96,21 @@ class _Topic(Table):
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
         """Read the bag message by message."""
-        ways = list(self._taken.values())
+        ways = [None, *self._taken.values()]
+        taken = [ways[n] for n in wanted]
         row, messages = 0, self._messages()
-        while part := list(islice(messages, MESSAGES)):
-            columns = [
-                np.array([ways[n - 1](message) if n else self._time(at, message) for at, message in part], dtype="f8")
-                for n in wanted
-            ]
-            yield Block(row, columns, 8 * len(part) * len(wanted))
-            row += len(part)
+        while (
+            True
+        ):  # messages are let go one by one: kept by the thousand they are what collecting garbage goes through
+            values = (
+                take(message) if take else self._time(at, message)
+                for at, message in islice(messages, MESSAGES) for take in taken
+            )  # fmt: skip
+            columns = np.fromiter(values, "f8").reshape(-1, len(taken)).T
+            if not columns.size:
+                return
+            yield Block(row, [np.ascontiguousarray(one) for one in columns], 8 * columns.size)
+            row += columns.shape[1]
 
     def _messages(self) -> Iterator[tuple[int, Any]]:
         for _, at, raw in self._bag.messages(connections=[self._connection]):
