@@ -86,3 +86,10 @@ def _dimension(unit):
 )
 def test_people_read_their_units(value, unit, told):
     assert readable(value, unit) == told
+
+
+def test_german_headers_degrees_are_degrees():
+    assert factor("Grad", "position", "rotary") == pytest.approx(np.pi / 180)
+    assert factor("Grad/s", "velocity", "rotary") == pytest.approx(np.pi / 180)
+    with pytest.raises(FricError, match="degrees in German, and gon elsewhere"):
+        factor("grad", "position", "rotary")

@@ -127,6 +127,8 @@ MOST_LETTERS = 60
 """Letters of a unit at most."""
 _POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")
 """A small exponent that has none of its own."""
+_GERMAN = {"U/min": "rpm", "Upm": "rpm", "RPM": "rpm", "Volt": "V", "Sek": "s", "Sek.": "s", "sek": "s"}
+"""Units as headers spell them that Pint does not know."""
 _NEWTON_METRE = re.compile(r"\b([kmuc]?N)([mcu]?m)\b")
 
 
@@ -135,7 +137,12 @@ def _spelled(unit: str) -> str:
     if len(unit) > MOST_LETTERS or re.search(r"\*\*|\^", _POWER.sub("", unit)):
         raise FricError(f"'{printable(unit, 40)}' is not a unit that is known", hint="Write it as in N*s/m or m/s^2.")
     plain = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u").replace("⁻¹", "**-1")
-    return {"U/min": "rpm", "Upm": "rpm", "RPM": "rpm"}.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
+    if re.search(r"\bgrad\b", plain):
+        raise FricError(f"'{unit}' is degrees in German, and gon elsewhere", hint="Write deg, or gon.")
+    plain = re.sub(
+        r"\bGrad\b", "deg", plain
+    )  # a German header's degree, which Pint takes for a thousand million radians
+    return _GERMAN.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
 
 
 def _of_an_angle(unit: str, spelled: str, dimension: str) -> str:

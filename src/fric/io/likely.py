@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from typing import TYPE_CHECKING
 
 from fric.columns import channel_dimension
@@ -37,9 +38,17 @@ def named_as(column: Column) -> str | None:
     """Return the channel that the name of a column tells; None where it tells none."""
     name = re.sub(r"[_\W]+", " ", plain_name(column.name)).strip()
     for channel, words in WORDS.items():
-        if any(re.search(rf"\b{word}\b", name) for word in words):
+        if any(re.search(_told_by(word, channel), name) for word in words):
             return channel
     return ALONE.get(name)
+
+
+@cache
+def _told_by(word: str, channel: str) -> str:
+    """Return the pattern of a word in a name; a long one may end a compound (Istlage), of a reference begin it."""
+    if len(word) < 4:
+        return rf"\b{word}\b"
+    return rf"\b{word}|{word}\b" if channel == "reference" else rf"{word}\b"
 
 
 def axis_of(*names: str) -> str | None:
@@ -80,6 +89,8 @@ def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int
         if n in taken:
             continue
         text = named_as(column)
+        if channel == "reference" and not (text == channel and (not column.unit or measures(column, channel))):
+            continue  # what has the unit of a position is a position first; the reference of a force is none
         if text == channel:
             by_name.append(n)
         elif text is None and measures(column, channel):
