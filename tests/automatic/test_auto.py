@@ -151,14 +151,15 @@ def test_a_mapping_is_proposed_where_nothing_in_it_is_a_guess(tmp_path):
 
 def test_compounds_tell_channels_and_a_reference_of_another_unit_is_none(tmp_path):
     log = read_logs(DATA / "constant-velocity.h5")[12]
-    header = "Zeit [ms];Drehzahlsollwert [mm/s];Istlage [mm];Motorkraft [N];Stellspannung [mV]"
-    columns = [log.time * 1e3, 0.0 * log.time, log.position * 1e3, log.force, 1.0 + log.force]
+    header = "Zeit [ms];Drehzahlsollwert [mm/s];Speed command [mm/s];Istlage [mm];Motorkraft [N];Drive command [mV]"
+    columns = [log.time * 1e3, 0.0 * log.time, 0.0 * log.time, log.position * 1e3, log.force, 1.0 + log.force]
     write(tmp_path / "a.csv", header, columns)
     found = find_sources([tmp_path], proposals=tmp_path / "made")
     assert [one.both for one in found.logs] == [True]
-    for said in ('position is "Istlage"', 'force is "Motorkraft"', 'input is "Stellspannung"'):
+    for said in ('position is "Istlage"', 'force is "Motorkraft"', 'input is "Drive command"'):
         assert said in found.description[0]
     assert "Drehzahlsollwert" not in found.description[0]
+    assert "Speed command" not in found.description[0]
 
 
 def test_a_foreign_circle_test_is_recognised_and_ingested(tmp_path):

@@ -18,7 +18,20 @@ if TYPE_CHECKING:
 
 WORDS = {
     "time": ("time", "zeit", "timestamp", "clock"),
-    "reference": ("reference", "setpoint", "set point", "target", "soll", "demand", "desired", "commanded"),
+    "reference": (
+        "reference",
+        "setpoint",
+        "set point",
+        "target",
+        "soll",
+        "sollwert",
+        "demand",
+        "desired",
+        "commanded",
+        "command",
+        "cmd",
+        "ref",
+    ),
     "position": ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder"),
     "velocity": ("velocity", "speed", "vel", "geschwindigkeit", "drehzahl"),
     "force": ("force", "torque", "friction", "kraft", "moment", "drehmoment", "reibung"),
@@ -93,7 +106,7 @@ def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int
             continue  # what has the unit of a position is a position first; the reference of a force is none
         if text == channel:
             by_name.append(n)
-        elif text is None and measures(column, channel):
+        elif (text is None or (text == "reference" and channel == "input")) and measures(column, channel):
             by_unit.append(n)
     return by_name + by_unit
 
