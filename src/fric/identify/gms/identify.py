@@ -260,6 +260,9 @@ def _by_leaving_out(
         share = np.clip(blocks.limit / blocks.limit.sum(), 1e-15, 1.0 - 1e-15)  # a single block has alpha = 1
         return np.concatenate([logit(share), np.log(blocks.k), [np.log(blocks.limit.sum() / static.F_s)]])
 
+    if not found.limit.sum() > 0.0:
+        raise FricError("no block holds a force", hint="Is it the right column?")
+    without = [one for one in without if one.limit.sum() > 0.0]
     value, n = quantities(found), len(found)
     intervals: Any = (None, None, None)
     if (count := len(without)) > 1:
