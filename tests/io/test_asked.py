@@ -13,7 +13,9 @@ from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
+from fric.io.likely import named_as
 from fric.io.propose import proposal, propose
+from fric.io.readers.base import Column
 
 RUN = CliRunner()
 TRIBOMETER = "Time [s]\tNormal [uN]\tPosition [mm]\tFriction [uN]\n" + "".join(
@@ -123,3 +125,16 @@ def test_the_command_proposes_and_cuts(tmp_path: Path) -> None:
         "ingest", file, "--map", tmp_path / "map.yaml", "--from", "500 ms", "--to", "1.5 s", "-o", log, "--json"
     )
     assert json.loads(told.stdout)["samples"] == 101
+
+
+@pytest.mark.parametrize(
+    ("name", "channel"),
+    [
+        ("PosAct", "position"), ("Axis 1.NcToPlc.ActPos", "position"), ("LageIst", "position"), ("Istlage", "position"),
+        ("TrqAct", "force"), ("Motorkraft", "force"), ("ActVelo", "velocity"), ("Drehzahl", "velocity"),
+        ("SetPos", "reference"), ("u_cmd", "reference"), ("Lage-Sollwert", "reference"), ("Preset", None),
+        ("Momentanwert", None), ("Offset", None), ("Following error", "error"), ("position error", "error"),
+    ],
+)  # fmt: skip
+def test_what_names_of_columns_tell(name, channel):
+    assert named_as(Column(name, "mm")) == channel

@@ -17,26 +17,15 @@ if TYPE_CHECKING:
     from fric.io.readers.base import Table
 
 WORDS = {
+    "error": ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung"),  # no channel
     "time": ("time", "zeit", "timestamp", "clock"),
-    "reference": (
-        "reference",
-        "setpoint",
-        "set point",
-        "target",
-        "soll",
-        "sollwert",
-        "demand",
-        "desired",
-        "commanded",
-        "command",
-        "cmd",
-        "ref",
-    ),
+    "reference": ("reference", "ref", "setpoint", "set point", "set", "target", "soll", "sollwert", "demand", "desired",
+                  "commanded", "command", "cmd"),
     "position": ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder"),
-    "velocity": ("velocity", "speed", "vel", "geschwindigkeit", "drehzahl"),
-    "force": ("force", "torque", "friction", "kraft", "moment", "drehmoment", "reibung"),
-    "input": ("input", "voltage", "spannung", "control signal"),
-}
+    "velocity": ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl"),
+    "force": ("force", "torque", "trq", "frc", "friction", "kraft", "moment", "drehmoment", "reibung"),
+    "input": ("input", "voltage", "volt", "spannung", "control signal"),
+}  # fmt: skip
 """Words of a name that tell a channel, in the order in which they are asked: a reference position is a reference."""
 ALONE = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
 """Names of one letter."""
@@ -49,7 +38,8 @@ AXES = "xyzabcuvw"
 
 def named_as(column: Column) -> str | None:
     """Return the channel that the name of a column tells; None where it tells none."""
-    name = re.sub(r"[_\W]+", " ", plain_name(column.name)).strip()
+    parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.name)  # ActPos is an actual position
+    name = re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
     for channel, words in WORDS.items():
         if any(re.search(_told_by(word, channel), name) for word in words):
             return channel
