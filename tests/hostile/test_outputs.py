@@ -5,7 +5,6 @@ import signal
 import stat
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import h5py
@@ -14,7 +13,7 @@ import pytest
 
 from fric import output
 from fric.errors import FricError
-from fric.io.hdf5 import log_writer, read_logs, write_logs
+from fric.io.hdf5 import read_logs, write_logs
 from fric.log import Log
 from fric.output import refuse_existing, staged
 
@@ -85,20 +84,31 @@ def test_the_next_run_removes_what_a_killed_one_left_and_nothing_else(tmp_path):
     assert sorted(tmp_path.iterdir()) == [other, path]
 
 
+ADDS = """
+import sys
+from pathlib import Path
+import numpy as np
+from fric.io.hdf5 import log_writer
+from fric.log import Log
+path, name = sys.argv[1:]
+time = np.arange(64.0)
+sys.stdin.readline()
+with log_writer(Path(path), axis="x", motion="linear", append=True) as writer:
+    writer.write(Log(time=time, position=time, name=name))
+"""
+
+
 def test_what_is_added_at_once_is_all_there(tmp_path):
     path = tmp_path / "log.h5"
     write_logs(path, [log("first")])
-
-    def add(name: str) -> None:
-        with log_writer(path, axis="x", motion="linear", append=True) as writer:
-            writer.write(log(name))
-
-    threads = [threading.Thread(target=add, args=(f"r{n}",)) for n in range(6)]
-    for one in threads:
-        one.start()
-    for one in threads:
-        one.join()
-    assert sorted(one.name for one in read_logs(path)) == ["first", *(f"r{n}" for n in range(6))]
+    names = [f"r{n}" for n in range(4)]
+    words = [sys.executable, "-c", ADDS, str(path)]
+    adding = [subprocess.Popen([*words, name], stdin=subprocess.PIPE, stderr=subprocess.PIPE) for name in names]
+    for one in adding:
+        assert one.stdin is not None
+        one.stdin.close()  # all begin at once
+    assert [one.wait(60) for one in adding] == [0] * len(names), [one.stderr.read() for one in adding if one.stderr]
+    assert sorted(one.name for one in read_logs(path)) == ["first", *names]
 
 
 def test_who_waits_too_long_is_told(tmp_path, monkeypatch):
