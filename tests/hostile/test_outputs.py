@@ -107,7 +107,9 @@ def test_what_is_added_at_once_is_all_there(tmp_path):
     for one in adding:
         assert one.stdin is not None
         one.stdin.close()  # all begin at once
-    assert [one.wait(60) for one in adding] == [0] * len(names), [one.stderr.read() for one in adding if one.stderr]
+        one.stdin = None
+    said = [one.communicate(timeout=60)[1] for one in adding]
+    assert [one.returncode for one in adding] == [0] * len(names), said
     assert sorted(one.name for one in read_logs(path)) == ["first", *names]
 
 
