@@ -41,7 +41,7 @@ def completed(warm, *words):
         (["schema", "fri"], ["friction"]),
         (["compare", "data/presliding-sine.h5", "--fit-on", "p"], ["presliding-sine-01", "presliding-sine-02"]),
         (["help", "fo"], ["formats"]),
-        (["example", "xy"], ["xy-table"]),
+        (["example", "xy"], ["xy-table-identified", "xy-table"]),
         (["simulate", "experiment", "no-such-machine", "--axis", ""], []),
     ],
 )  # fmt: skip

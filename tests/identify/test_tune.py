@@ -277,16 +277,28 @@ def test_a_loop_that_does_not_hold_falling_friction_is_designed_anew(tmp_path):
     shy = cautious(before)
     assert shy.axis.nominal_friction.gain < 1 == before.axis.nominal_friction.gain
     assert cautious(one) is one
-    counts = 0.03 + np.arange(8) / 8 * 0.25e-6
-    whole, less = (
-        np.mean([glitches(subject, radius=radius, feed=0.01) for radius in counts])
-        for subject in (replace(held.machine, axes={**held.machine.axes, "y": what.axis}) for what in (before, shy))
-    )
-    assert less < whole
     write_tuned(replace(held, axes={**held.axes, "y": shy}), ROOT / "configs/xy-table.yaml", tmp_path / "shy")
     read = fric.read_machine(tmp_path / "shy" / "machine.yaml")
     assert read.axes["y"].nominal_friction.gain == shy.axis.nominal_friction.gain
     assert read.axes["x"].nominal_friction.gain == 1
+
+
+@pytest.mark.long(40)
+def test_what_is_fed_less_leaves_less_where_a_loop_does_not_hold_falling_friction():
+    """Over 48 circles with reversals elsewhere between two counts: of 32, 0.99 ± 0.05 µm whole and 0.80 ± 0.04 less."""
+    machine = draw_machine(fric.read_machine(ROOT / "configs/xy-table.yaml"), 13)[0]
+    tests = [measured_from_run(run_circle(machine, F, Circle(feed=feed), accuracy=1e-8)) for feed in (0.1, 0.01)]
+    held = tune(machine, tests, loop=True)
+    one, own = held.axes["y"], machine.axes["y"]
+    before = replace(one, axis=replace(one.axis, cascade=own.cascade, observer=own.observer), loop=False)
+    counts = 0.03 + np.arange(48) / 48 * 0.25e-6
+    whole, less = (
+        np.mean([glitches(subject, radius=radius, feed=0.01) for radius in counts])
+        for subject in (
+            replace(held.machine, axes={**held.machine.axes, "y": what.axis}) for what in (before, cautious(before))
+        )
+    )
+    assert less < whole
 
 
 def test_a_circle_ahead_that_may_be_worse_is_refused_by_what_can_be_trusted(circles, tuned):

@@ -102,7 +102,7 @@ class FleetResult(Result):
                 tree = axis["documents"].get("friction") or axis["documents"].get("static") or {}
                 shown = tuple(_shown(tree.get("static", {}).get(symbol)) for symbol in SHOWN)
                 place = rank.get((outcome.unit.machine, name), len(rank))
-                glitch = max(axis["glitches"].values(), key=lambda one: abs(one["value"]), default=None)
+                glitch = max(axis.get("glitches", {}).values(), key=lambda one: abs(one["value"]), default=None)
                 shown += (_shown(glitch),)
                 rows.append((place, (f"{outcome.unit.machine} {name}", outcome.unit.date, *shown)))
         return [row for _, row in sorted(rows, key=lambda one: one[0])]
