@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from functools import cache, lru_cache
@@ -12,11 +13,11 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.error import YAMLError
+from ruamel.yaml.error import ReusedAnchorWarning, YAMLError
 
 from fric.documents.base import Document
 from fric.documents.bundled import located
-from fric.errors import FricError, near
+from fric.errors import FricError, near, printable
 from fric.input import foreign, regular
 from fric.output import staged
 
@@ -69,7 +70,9 @@ def read_tree(path: Path) -> Any:
 @lru_cache(maxsize=64)
 def _tree(text: str) -> Any:
     """Return what a YAML text says; a machine with its parts is read many times, and the parser is slow."""
-    return _yaml().load(text)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ReusedAnchorWarning)  # which of two values an alias then means is a guess
+        return _yaml().load(text)
 
 
 def _read(path: Path) -> Any:
@@ -82,6 +85,9 @@ def _read(path: Path) -> Any:
         cause = error.__context__
         if isinstance(cause, UnicodeDecodeError):
             raise FricError("is no YAML document in UTF-8", where=str(path)) from None
+        if isinstance(cause, ReusedAnchorWarning):
+            name = str(cause).partition("anchor ")[2].partition("\n")[0]
+            raise FricError(f"names two places with one anchor, {printable(name, 40)}", where=str(path)) from None
         if isinstance(cause, YAMLError):
             mark = getattr(cause, "problem_mark", None)
             where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else str(path)
