@@ -108,6 +108,11 @@ class PublishedPart(Physical):
     glitch: dict[str, Quantity] = Field(description="glitch by scheme")
     source: str = ""
 
+    @model_validator(mode="after")
+    def _units_fit(self) -> Self:
+        self.published()
+        return self
+
     def published(self) -> Published:
         """Return what was published, in SI."""
         values = self.values("linear")
