@@ -125,9 +125,8 @@ def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: P
         found.description.append(f"left out, since other files hold the same samples: {_first(found.copies)}")
     for why, files in found.refused.items():
         propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
-        found.description.append(
-            f"left out: {_first(files)}: {why}. `{propose}` writes a mapping to look at and fill in, for --map"
-        )
+        hint = f". `{propose}` writes a mapping to look at and fill in, for --map" if "column" in why else ""
+        found.description.append(f"left out: {_first(files)}: {why}{hint}")
     for name, files in found.guessed.items():
         found.description.append(f"read with the bundled mapping '{name}', the only one that fits: {_first(files)}")
     for text, (file, files) in found.proposed.items():
