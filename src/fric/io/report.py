@@ -44,11 +44,11 @@ def read_report(path: Path) -> dict[str, Any]:
     FricError
         When the file holds no such data, or it is damaged.
     """
-    parser = _Data()
-    parser.feed(regular(path, MOST_TEXT).read_text(encoding="utf-8", errors="replace"))
+    parser, text = _Data(), regular(path, MOST_TEXT).read_text(encoding="utf-8", errors="replace")
     try:
+        parser.feed(text)
         data = json.loads("".join(parser.text))
-    except (ValueError, RecursionError):
+    except (ValueError, RecursionError, AssertionError):  # the last of Python's parser, where a section has no name
         data = None
     if not isinstance(data, dict) or data.get("fric") != FORMAT:
         raise FricError("is no whole report", where=str(path), hint="Make it again with `fric report`.")
