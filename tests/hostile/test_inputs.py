@@ -299,3 +299,12 @@ def test_a_force_that_tells_nothing_ends_in_a_sentence(verb, spoil, match):
     }[verb]
     with pytest.raises(FricError, match=match):
         identify()
+
+
+@pytest.mark.parametrize("words", [["--kind", "circle"], ["--join"], []])
+def test_a_device_without_end_is_no_log(tmp_path, words):
+    done = subprocess.run(
+        [sys.executable, "-m", "fric", "ingest", "/dev/zero", "-o", str(tmp_path / "a.h5"), *words],
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert (done.returncode, "no regular file" in done.stderr) == (1, True), done.stderr

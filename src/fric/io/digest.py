@@ -9,6 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from fric.errors import FricError
+from fric.input import regular
 
 BEHIND = 4
 """Pieces of a file that its digest may lag behind."""
@@ -17,7 +18,7 @@ BEHIND = 4
 def digest_of(path: Path) -> str:
     """Return the sha256 of a file."""
     try:
-        with path.open("rb") as file:
+        with regular(path).open("rb") as file:  # a device has no end
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise FricError(f"cannot be read: {error.strerror}", where=str(path)) from None
