@@ -85,7 +85,8 @@ class Study:
         with ProcessPoolExecutor(self.workers) as pool:
             while running or (waiting and not self._over()):
                 while waiting and len(running) < self.workers and not self._over():
-                    running[pool.submit(_job, job, waiting[-1])] = waiting.pop()
+                    task = waiting.pop()
+                    running[pool.submit(_job, job, task)] = task
                 done = next(as_completed(running))
                 yield running.pop(done), done.result()
 
