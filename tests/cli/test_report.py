@@ -46,6 +46,7 @@ def test_two_reports_at_two_dates_show_the_drift(dates: list[Path], tmp_path: Pa
     assert {one["name"]: one["verdict"] for one in drift["changes"]}["F_c"] == "moved"
     assert told["axes"] == ["x"]
     assert "F_c" in (tmp_path / "drift.html").read_text(encoding="utf-8")
+    assert "friction x: 1 of 1 numbers moved" in run(*dates, "-o", tmp_path / "of-files.html")
 
 
 def test_an_existing_report_is_kept(dates: list[Path], tmp_path: Path) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from pydantic import Field
 
@@ -101,17 +100,3 @@ class TuningDocument(Document):
     predicted: dict[str, dict[str, NextCircle]] = Field(description="by feed [m/s] and scheme")
     measured: dict[str, float] = Field(description="recorded glitch [m] by feed")
     files: list[str] | None = None
-
-
-def diagnosis_tree(content: Mapping[str, Any], notices: Iterable[str]) -> dict[str, Any]:
-    """Return a diagnosis, ready to be printed."""
-    return DiagnosisDocument.made(_content(content), notices=notices).tree()
-
-
-def tuning_tree(content: Mapping[str, Any], notices: Iterable[str]) -> dict[str, Any]:
-    """Return a tuning, ready to be printed."""
-    return TuningDocument.made(_content(content), notices=notices).tree()
-
-
-def _content(content: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in content.items() if not key.startswith("warnings")}

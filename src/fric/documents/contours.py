@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
 from fric.documents.base import CodedWarning, Document, Part
-from fric.simulate.circle import CircleRun, circle_document
-from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
-from fric.simulate.path import PathRun, path_document
-from fric.simulate.prediction import Prediction
 from fric.simulate.spread import Distribution
 
 
@@ -143,21 +138,3 @@ class PathResultDocument(Document):
 
     velocity: float = Field(description="feed [m/s]")
     schemes: dict[str, PathScheme]
-
-
-def circle_tree(
-    runs: Sequence[CircleRun],
-    many: MonteCarlo | None,
-    notices: Iterable[str],
-    verdict: dict[str, Any],
-    prediction: Prediction | None = None,
-) -> dict[str, Any]:
-    """Return what schemes leave of one circle, and on many machines, and the verdict, ready to be printed."""
-    content = circle_document(runs) | ({"monte_carlo": monte_carlo_document(many)} if many else {})
-    content |= {"verdict": verdict} | ({"prediction": prediction.as_dict()} if prediction else {})
-    return CircleResultDocument.made(content, notices=notices).tree()
-
-
-def path_tree(runs: Sequence[PathRun], notices: Iterable[str]) -> dict[str, Any]:
-    """Return what schemes leave of one path, ready to be printed."""
-    return PathResultDocument.made(path_document(runs), notices=notices).tree()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -170,27 +169,3 @@ class IngestCirclesDocument(Document):
     output: str
     tests: list[IngestedCircle]
     samples: int
-
-
-def _lists(given: Any) -> Any:
-    """Return the same with lists for tuples, as JSON has it."""
-    if isinstance(given, Mapping):
-        return {key: _lists(value) for key, value in given.items()}
-    return [_lists(one) for one in given] if isinstance(given, list | tuple) else given
-
-
-def inspection_tree(records: Sequence[Mapping[str, Any]], notices: Iterable[str]) -> dict[str, Any]:
-    """Return what records hold, ready to be printed."""
-    return InspectionDocument.made({"records": _lists(records)}, notices=notices).tree()
-
-
-def circles_tree(content: Mapping[str, Any], notices: Iterable[str]) -> dict[str, Any]:
-    """Return the circle tests that were read in, ready to be printed."""
-    known = {key: _lists(value) for key, value in content.items() if not key.startswith("warnings")}
-    return IngestCirclesDocument.made(known, notices=notices).tree()
-
-
-def ingest_tree(content: Mapping[str, Any], notices: Iterable[str]) -> dict[str, Any]:
-    """Return what was read in, ready to be printed."""
-    known = {key: _lists(value) for key, value in content.items() if key != "warnings"}
-    return IngestDocument.made(known, notices=notices).tree()

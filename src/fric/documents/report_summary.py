@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
@@ -47,9 +46,3 @@ class ReportDocument(Document):
     advice: list[AdvicePart]
     drift: list[DriftPart]
     circles: list[dict[str, Any]] = Field(description="measured circles: file, and diagnosis/1 of each")
-
-
-def report_tree(content: Mapping[str, Any], notices: Iterable[str]) -> dict[str, Any]:
-    """Return the words of a report, ready to be printed."""
-    known = {key: value for key, value in content.items() if key != "warnings"}
-    return ReportDocument.made(known, notices=notices).tree()

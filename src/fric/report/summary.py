@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.report_summary import report_tree
+from fric.documents.report_summary import ReportDocument
 from fric.io.report import write_report
 from fric.report.advice import observations
 from fric.report.collect import collect
@@ -47,7 +47,7 @@ class Report(Result):
     def report(self) -> Sequence[str]:
         """Return the verdict, what a measured circle says, and what drifted."""
         verdicts = [line for test in self.inputs.tests for line in self.inputs.verdict(test).lines()]
-        drifts = (f"{drift['of']}: {drift['verdicts']}" for drift in self.document["drift"])
+        drifts = (f"{drift['of']}: {drift['told']}" for drift in self.document["drift"])
         return [*verdicts, *drifts]
 
     @property
@@ -129,4 +129,4 @@ def report_document(inputs: ReportInput) -> dict[str, Any]:
     warnings += [text for test in inputs.tests for one in test.contours for text in one.warnings]
     circles = [{"file": one.source} | one.result.document for one in inputs.circles]
     content = {"axes": list(inputs.axes()), "advice": advice, "drift": drift, "circles": circles}
-    return report_tree(content, warnings)
+    return ReportDocument.made(content, notices=warnings).tree()

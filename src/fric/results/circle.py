@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.contours import circle_tree
+from fric.documents.contours import CircleResultDocument
 from fric.documents.identified import Identified
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
@@ -18,11 +18,11 @@ from fric.results.given import Advance, in_si, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
 from fric.results.verdict import evidence_of, facts
-from fric.simulate.circle import Circle, CircleRun, run_circle
+from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
 from fric.simulate.cluster import cluster_outcomes
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
-from fric.simulate.monte_carlo import MonteCarlo, Study
+from fric.simulate.monte_carlo import MonteCarlo, Study, monte_carlo_document
 from fric.simulate.processes import outcomes
 from fric.units import readable
 from fric.verdict.candidates import candidates_of
@@ -80,7 +80,10 @@ class CircleResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch and radial error by scheme [m]."""
-        return circle_tree(self.runs, self.many, self.warnings, self.verdict.as_dict(), self.prediction)
+        content = circle_document(self.runs) | {"verdict": self.verdict.as_dict()}
+        content |= {"monte_carlo": monte_carlo_document(self.many)} if self.many else {}
+        content |= {"prediction": self.prediction.as_dict()} if self.prediction else {}
+        return CircleResultDocument.made(content, notices=self.warnings).tree()
 
     @cached_property
     def verdict(self) -> Verdict:

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.circle_findings import diagnosis_tree
+from fric.documents.circle_findings import DiagnosisDocument
 from fric.documents.identified import machine_to_predict
 from fric.estimate import in_digits
 from fric.identify.circle.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
@@ -54,7 +54,7 @@ class DiagnosisResult(Result):
         text = diagnosis_document(self.found)
         if self.held is not None:
             text |= {"predicted": self.held.as_dict(), "scheme": self.held.scheme, "agrees": self.held.all_agree}
-        return diagnosis_tree(text, self.warnings)
+        return DiagnosisDocument.made(text, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return the glitches, beside those predicted, and the geometry."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fric.columns import CIRCLE, Kind
 from fric.documents.mapping import MappingDocument
-from fric.documents.records import circles_tree, ingest_tree
+from fric.documents.records import IngestCirclesDocument, IngestDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.ingest import Ingested, sizes
@@ -49,7 +49,7 @@ class IngestResult(Result):
     def document(self) -> dict[str, Any]:
         """The records that were added and skipped."""
         counts = {"samples": self.done.samples, "dropped": self.done.dropped}
-        return ingest_tree(asdict(self.done) | counts, self.warnings)
+        return IngestDocument.made(asdict(self.done) | counts, notices=self.warnings).tree()
 
     @property
     def warnings(self) -> Sequence[str]:
@@ -168,7 +168,7 @@ class CirclesResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The tests that were added."""
-        return circles_tree(self.done.as_dict(), self.done.warnings)
+        return IngestCirclesDocument.made(self.done.as_dict(), notices=self.done.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return a line a test."""

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.contours import path_tree
+from fric.documents.contours import PathResultDocument
 from fric.io.path import read_path
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, path_of, silent
@@ -18,7 +18,7 @@ from fric.results.text import Piece, Table
 from fric.results.verdict import facts
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
-from fric.simulate.path import PathRun, PointPath, RecordedPath, run_path
+from fric.simulate.path import PathRun, PointPath, RecordedPath, path_document, run_path
 from fric.units import readable
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class PathResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch and contour error by scheme [m]."""
-        return path_tree(self.runs, self.warnings)
+        return PathResultDocument.made(path_document(self.runs), notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return what each scheme leaves, and the glitch at each reversal."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from fric.columns import CHANNELS
-from fric.documents.records import inspection_tree
+from fric.documents.records import InspectionDocument
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.identify.records.inspected import Inspection
@@ -150,7 +150,8 @@ class InspectionResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """What was found, by record."""
-        return inspection_tree([one.as_dict() for one in self.found], self.warnings)
+        content = {"records": [one.as_dict() for one in self.found]}
+        return InspectionDocument.made(content, notices=self.warnings).tree()
 
     @property
     def warnings(self) -> tuple[Notice, ...]:

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.circle_findings import tuning_tree
+from fric.documents.circle_findings import TuningDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.tuned import tuned_files, write_tuned
 from fric.estimate import estimate_rows
@@ -61,7 +61,7 @@ class TuneResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Parameters with 95 % intervals by axis, and what the next circles should show."""
-        return tuning_tree(tuned_document(self.found), self.warnings)
+        return TuningDocument.made(tuned_document(self.found), notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return the parameters by axis, and the next circles."""
