@@ -6,19 +6,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.special import stdtr, stdtrit
 
+from fric.arrays import Real
 from fric.automatic.fleet import UnitOutcome
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.report.drift import Change, document_changes, limits_of
 from fric.report.report_input import Item
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 LEVEL = 0.05
 """Probability with which an axis of a fleet that did not change is said to have, at most: of all axes together."""
@@ -67,7 +65,7 @@ def drifts(found: Sequence[UnitOutcome]) -> list[Drift]:
     return sorted(done, key=lambda one: (one.adjusted, one.p))
 
 
-def holm(p: NDArray[np.float64]) -> NDArray[np.float64]:
+def holm(p: Real) -> Real:
     """Return probabilities adjusted for their number, shape (n,): one at most 5 % is by chance in 5 % of all families.
 
     Holm's step-down (Scandinavian Journal of Statistics 6, 1979): ``max over j ≤ i of (n - j + 1)·p_(j)``, for any

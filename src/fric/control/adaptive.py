@@ -19,18 +19,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import exp, pi
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.control.reversal_pulse import nominal_friction
 from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 SOFT, STIFF = 0.6, 1.6
 """The stiffness of both models, of that which is believed."""
@@ -38,9 +36,7 @@ HEAD = 7
 
 
 @compiled_block
-def _step(
-    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     size = (parameters.size - HEAD) // 2
     at = min(n, size - 1)
     soft, stiff = parameters[HEAD + at], parameters[HEAD + size + at]
@@ -107,7 +103,7 @@ class Adaptive(ControlBlock):
                 bounds |= {lower: max(span[0], getattr(own, lower)), upper: min(span[1], getattr(own, upper))}
         return replace(own, **bounds)
 
-    def packed(self, setting: Setting) -> NDArray[np.float64]:
+    def packed(self, setting: Setting) -> Real:
         """Return rates, bounds, the filter and both models along the reference [V]."""
         model, reference = nominal_friction(setting, self.name), setting.reference
         if reference is None or not hasattr(model, "k"):
@@ -128,6 +124,6 @@ class Adaptive(ControlBlock):
         head = [step / level, step / shift, self.lowest, self.highest, pole, *limits]
         return np.concatenate([head, *rows])
 
-    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+    def initial_state(self, setting: Setting) -> Real:
         """Return the level and stiffness that are believed, and empty filters."""
         return np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
+from typing import ClassVar, Literal, Protocol, Self
 
 import numpy as np
 
+from fric.arrays import Real
+from fric.drive.plant import LinearPlant
 from fric.errors import FricError
+from fric.friction import FrictionModel, Parameter
+from fric.kernels.block import BlockStep
 from fric.kernels.loop import CONTROLLER, FEEDFORWARD, OBSERVER, Block
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from typing import Self
-
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import LinearPlant
-    from fric.friction import FrictionModel, Parameter
-    from fric.kernels.block import BlockStep
-    from fric.reference import Reference
+from fric.reference import Reference
 
 Kind = Literal["controller", "feedforward", "observer"]
 """controller
@@ -184,11 +179,11 @@ class ControlBlock(ABC):
         return cls(**{one.name: values.get(one.name, getattr(own, one.name)) for one in cls.parameters})
 
     @abstractmethod
-    def packed(self, setting: Setting) -> NDArray[np.float64]:
+    def packed(self, setting: Setting) -> Real:
         """Return the parameters as the compiled step reads them."""
 
     @abstractmethod
-    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+    def initial_state(self, setting: Setting) -> Real:
         """Return the state of an axis that has been at rest, or at its velocity, until it begins."""
 
     def ready(self, setting: Setting) -> Block:

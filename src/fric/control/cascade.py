@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 SEEN, FILTERED, INTEGRAL, PENDING = range(4)
 
 
 @compiled_block
-def _step(
-    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     K_v, K_p, per_sample, pole, T_s = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     if sample.excess == 0.0 or sample.excess * state[PENDING] < 0.0:
         state[INTEGRAL] += state[PENDING]  # where the voltage is limited the integral waits, unless it leads out
@@ -104,11 +100,11 @@ class Cascade(ControlBlock):
         """Return the axis' own cascade."""
         return cls(**vars(setting.cascade))
 
-    def packed(self, setting: Setting) -> NDArray[np.float64]:
+    def packed(self, setting: Setting) -> Real:
         """Return the parameters as the compiled step reads them."""
         pole = low_pass_pole(self.velocity_filter, self.sampling)
         return np.array([self.K_v, self.K_p, self.K_i * self.T_s, pole, self.T_s])
 
-    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+    def initial_state(self, setting: Setting) -> Real:
         """Return the position one sample ago, the filtered velocity, the integral and what is to join it."""
         return np.array([setting.seen, setting.velocity, 0.0, 0.0])

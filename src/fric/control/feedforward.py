@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import LinearPlant
-    from fric.friction import FrictionModel
-    from fric.reference import Reference
+from fric.arrays import Real
+from fric.drive.plant import LinearPlant
+from fric.friction import FrictionModel
+from fric.reference import Reference
 
 
-def inverse_model(plant: LinearPlant, reference: Reference) -> NDArray[np.float64]:
+def inverse_model(plant: LinearPlant, reference: Reference) -> Real:
     """Return the voltage ``(z̈_r + A·ż_r)/B`` that moves a plant without friction along the reference [V], (n,)."""
     return (reference.acceleration + plant.A * reference.velocity) / plant.B
 
 
-def friction_feedforward(
-    model: FrictionModel, reference: Reference, K_f: float, gain: float = 1.0
-) -> NDArray[np.float64]:
+def friction_feedforward(model: FrictionModel, reference: Reference, K_f: float, gain: float = 1.0) -> Real:
     """Return the voltage ``gain·F(reference)/K_f`` that stands against friction [V], shape (n,).
 
     Parameters
@@ -39,7 +33,7 @@ def friction_feedforward(
 
 
 @lru_cache(maxsize=8)
-def _along(model: FrictionModel, reference: Reference) -> NDArray[np.float64]:
+def _along(model: FrictionModel, reference: Reference) -> Real:
     """Return the friction force along a reference [N], (n,): the same for all machines of one controller."""
     force = model.replay(reference.time, reference.position, reference.velocity)
     force.flags.writeable = False

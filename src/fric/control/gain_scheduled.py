@@ -27,18 +27,16 @@ period tell whether it is stable (tests/control/test_gain_scheduled.py). As a bl
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 SEEN, FILTERED, INTEGRAL, PENDING, TURNED, HEADING, LEVEL, BEFORE, ALONG, HANDED, DONE = range(11)
 HEAD = 8
@@ -47,9 +45,7 @@ SOFTER = 4.0
 
 
 @compiled_block
-def _step(
-    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     K_v, K_p, per_sample, pole, T_s = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     proportional, integral, carried = parameters[5], parameters[6], parameters[7]
     if sample.excess == 0.0 or sample.excess * state[PENDING] < 0.0:
@@ -112,7 +108,7 @@ class GainScheduled(ControlBlock):
         """Return the block with what is added to K_p, and twelve times as much added to K_i."""
         return cls(value, 12.0 * value, 0.85)
 
-    def schedule(self, setting: Setting) -> NDArray[np.float64]:
+    def schedule(self, setting: Setting) -> Real:
         """Return how far from a reversal each share ends, the share, and alpha [m], [1], [1], shape (blocks, 3).
 
         Raises
@@ -134,13 +130,13 @@ class GainScheduled(ControlBlock):
         corner = 0.4 * setting.plant.B * setting.cascade.K_p
         return np.column_stack([ends[order], np.minimum(1.0, frequency / corner), alpha[order] / alpha.sum()])
 
-    def packed(self, setting: Setting) -> NDArray[np.float64]:
+    def packed(self, setting: Setting) -> Real:
         """Return the cascade's gains, what is added to them, and the schedule."""
         own = setting.cascade
         pole = low_pass_pole(own.velocity_filter, own.sampling)
         head = [own.K_v, own.K_p, own.K_i * own.T_s, pole, own.T_s, self.proportional, self.integral, self.carried]
         return np.concatenate([head, self.schedule(setting).ravel()])
 
-    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+    def initial_state(self, setting: Setting) -> Real:
         """Return the cascade's state, and a reference that turns where it begins."""
         return np.array([setting.seen, setting.velocity, 0.0, 0.0, setting.position, 0.0, 1.0, *(4 * [0.0])])

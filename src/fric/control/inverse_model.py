@@ -16,13 +16,15 @@ what the drive was given and not what was asked of it, so it does not wind up.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numba import types
 
+from fric.arrays import Complex, Real
 from fric.control.base import ControlBlock, Setting
 from fric.control.q_filter import QFilter
 from fric.errors import FricError
@@ -30,14 +32,9 @@ from fric.friction.base import Parameter
 from fric.kernels.block import ARRAY, Sample, compiled_block
 from fric.kernels.signatures import compiled
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
 
 @compiled(types.float64(ARRAY, ARRAY, ARRAY, types.float64), makes_arrays=False)
-def filtered(b: NDArray[np.float64], a: NDArray[np.float64], memory: NDArray[np.float64], x: float) -> float:
+def filtered(b: Real, a: Real, memory: Real, x: float) -> float:
     """Advance a difference equation by one sample (direct form II, transposed)."""
     y: float = b[0] * x + memory[0]
     last = memory.size - 1
@@ -48,9 +45,7 @@ def filtered(b: NDArray[np.float64], a: NDArray[np.float64], memory: NDArray[np.
 
 
 @compiled_block
-def _step(
-    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     order = (state.size - 1) // 2
     size = order + 1
     inverse, low_pass = state[1:size], state[size:]
@@ -70,10 +65,10 @@ class DifferenceEquation:
         Coefficients of falling age, of one length.
     """
 
-    b: NDArray[np.float64]
-    a: NDArray[np.float64]
+    b: Real
+    a: Real
 
-    def response(self, frequency: NDArray[np.float64], sampling: float) -> NDArray[np.complex128]:
+    def response(self, frequency: Real, sampling: float) -> Complex:
         """Return the frequency response, shape (n,), at frequencies [Hz], shape (n,), for a sampling rate [Hz]."""
         z = np.exp(2j * np.pi * np.asarray(frequency, float) / sampling)
         return np.polyval(self.b, z) / np.polyval(self.a, z)
@@ -141,12 +136,12 @@ class DisturbanceObserver(ControlBlock):
         """Return the observer with the paper's Q, 60 Hz, and the plant that the controller believes."""
         return cls(QFilter(), setting.plant.A, setting.plant.B)
 
-    def packed(self, setting: Setting) -> NDArray[np.float64]:
+    def packed(self, setting: Setting) -> Real:
         """Return the coefficients of both difference equations."""
         both = self.discrete(setting.sampling)
         return np.concatenate([both.inverse.b, both.inverse.a, both.low_pass.b, both.low_pass.a])
 
-    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+    def initial_state(self, setting: Setting) -> Real:
         """Return the position that the axis begins at, and the memories of both difference equations."""
         return np.concatenate([[setting.position], np.zeros(2 * len(self.q.poles))])
 
@@ -189,9 +184,7 @@ def _discrete(q: QFilter, A: float, B: float, sampling: float) -> DiscreteObserv
     )
 
 
-def _tustin(
-    zeros: Sequence[complex], poles: NDArray[np.complex128], gain: float, sampling: float
-) -> DifferenceEquation:
+def _tustin(zeros: Sequence[complex], poles: Complex, gain: float, sampling: float) -> DifferenceEquation:
     """Discretise gain·Π(s − zero)/Π(s − pole) by Tustin's rule, root by root."""
     c = 2 * sampling
     b, a = np.array([gain + 0j]), np.array([1.0 + 0j])
@@ -205,9 +198,7 @@ def _tustin(
     return DifferenceEquation(b.real.copy(), a.real.copy())
 
 
-def _held(
-    zeros: NDArray[np.complex128], poles: NDArray[np.complex128], gain: float, sampling: float
-) -> DifferenceEquation:
+def _held(zeros: Complex, poles: Complex, gain: float, sampling: float) -> DifferenceEquation:
     """Discretise gain·Π(s − zero)/Π(s − pole), of gain 1 at rest, exactly for an input held from sample to sample."""
     order, scale = len(poles), abs(poles[0])  # time in units of 1/scale: a companion matrix without huge entries
     denominator = np.real(np.poly(poles / scale))
@@ -228,7 +219,7 @@ def _held(
     return DifferenceEquation(b * (a.sum() / b.sum()), a)
 
 
-def _exponential(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def _exponential(matrix: Real) -> Real:
     """Return e^matrix by its series around zero, squared from there: SciPy's own takes 0.1 s to import."""
     squarings = max(0, int(np.frexp(np.linalg.norm(matrix, 1))[1]) + 1)
     found = term = np.eye(len(matrix))

@@ -16,27 +16,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
+from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.drive.sampled import SampledPlant
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 OWN = 3
 """Position, velocity and disturbance stand before the voltages on their way."""
 
 
 @compiled_block
-def _step(
-    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     on_way = state.size - OWN
     for i in range(on_way - 1, 0, -1):
         state[OWN + i] = state[OWN + i - 1]
@@ -72,11 +67,11 @@ class Kalman(ControlBlock):
 
     cutoff: float
 
-    def sampled(self, setting: Setting) -> tuple[SampledPlant, NDArray[np.float64]]:
+    def sampled(self, setting: Setting) -> tuple[SampledPlant, Real]:
         """Return the sampled plant, and what a disturbance of 1 V does to position and velocity in one sample."""
         return SampledPlant.of(setting.plant, setting.sampling), setting.plant.held(setting.T_s)[1]
 
-    def gains(self, setting: Setting) -> NDArray[np.float64]:
+    def gains(self, setting: Setting) -> Real:
         """Return the steady gains from the error of the predicted position to position, velocity, disturbance, (3,)."""
         plant, pushed = self.sampled(setting)
         Phi = np.eye(3)
@@ -89,12 +84,12 @@ class Kalman(ControlBlock):
         P = solve_discrete_are(scaled.T, np.eye(3)[:, :1], noise, np.eye(1))
         return np.asarray(P[:, 0] / (P[0, 0] + 1.0) / scale)
 
-    def packed(self, setting: Setting) -> NDArray[np.float64]:
+    def packed(self, setting: Setting) -> Real:
         """Return the sampled plant and the gains."""
         plant, pushed = self.sampled(setting)
         return np.concatenate([plant.Phi[:, 1], plant.early, plant.late, pushed, self.gains(setting)])
 
-    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+    def initial_state(self, setting: Setting) -> Real:
         """Return position, velocity, no disturbance, and no voltages on their way."""
         whole = self.sampled(setting)[0].whole
         return np.array([setting.seen, setting.velocity, 0.0, *np.zeros(whole + 2)])

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.kernels.block import Commands, Sample
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from fric.control.base import ControlBlock, Setting
-    from fric.kernels.block import BlockStep
-
-    Real = NDArray[np.float64]
+from fric.arrays import Complex, Mask, Real
+from fric.control.base import ControlBlock, Setting
+from fric.kernels.block import BlockStep, Commands, Sample
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +41,7 @@ class Probed:
         return bool(np.any(B) or D != 0.0)
 
     @cached_property
-    def _triangular(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    def _triangular(self) -> tuple[Complex, Complex]:
         if not self.A.size:
             return np.zeros((0, 0), complex), np.zeros((0, 0), complex)
         from scipy.linalg import schur  # not at the start: a contour needs no response, and it takes 0.1 s
@@ -57,7 +49,7 @@ class Probed:
         T, U = schur(self.A, output="complex")
         return T, U
 
-    def response(self, inputs: Sequence[str], frequency: Real, sampling: float) -> NDArray[np.complex128]:
+    def response(self, inputs: Sequence[str], frequency: Real, sampling: float) -> Complex:
         """Return volts over the inputs, which move together, at frequencies [Hz], shape (n,)."""
         z = np.exp(2j * np.pi * np.asarray(frequency, float) / sampling)
         B, D = self.columns(inputs)
@@ -126,7 +118,7 @@ def _probed(step: BlockStep, packed: bytes, at: bytes, unit: float) -> Probed:
     return Probed(A[np.ix_(kept, kept)], B[kept], C[kept], D)
 
 
-def _reached(leads: NDArray[np.bool_], start: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _reached(leads: Mask, start: Mask) -> Mask:
     """Return which states are reached from some, where ``leads[i, j]`` says that state j leads to state i."""
     reached = start
     while True:

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Complex, Real
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 Roots = tuple[complex, ...]
 
@@ -71,12 +68,12 @@ class QFilter:
         return cls(name, bandwidth / cls(name, 1.0).bandwidth)
 
     @property
-    def poles(self) -> NDArray[np.complex128]:
+    def poles(self) -> Complex:
         """Poles [rad/s]."""
         return np.array(Q_FILTERS[self.name][0], np.complex128) * (2 * pi * self.cutoff)
 
     @property
-    def zeros(self) -> NDArray[np.complex128]:
+    def zeros(self) -> Complex:
         """Zeros [rad/s]."""
         return np.array(Q_FILTERS[self.name][1], np.complex128) * (2 * pi * self.cutoff)
 
@@ -88,7 +85,7 @@ class QFilter:
         x = np.roots(np.polysub(2 * zeros / zeros[-1], poles / poles[-1]))
         return self.cutoff * sqrt(max(root.real for root in x if abs(root.imag) < 1e-6 * abs(root) and root.real > 0))
 
-    def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def response(self, frequency: Real) -> Complex:
         """Return Q at the frequencies [Hz], shape (n,)."""
         s = 2j * pi * np.asarray(frequency, float)
         Q = np.ones_like(s)
@@ -99,6 +96,6 @@ class QFilter:
         return Q
 
 
-def _squared_magnitude(roots: Roots) -> NDArray[np.float64]:
+def _squared_magnitude(roots: Roots) -> Real:
     """Return Π(x + r²) over roots closed under conjugation, highest power first: |Π(jω − r)|² at x = ω²."""
     return np.atleast_1d(np.real(np.poly([-(root**2) for root in roots])))

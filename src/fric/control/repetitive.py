@@ -17,17 +17,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, log, pi, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import MODEL, Sample, compiled_block
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 HALF = 24
 TAPS = 2 * HALF + 1
@@ -36,9 +33,7 @@ HEAD = 3
 
 
 @compiled_block
-def _step(
-    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     whole, ahead = int(parameters[0]), int(parameters[1])
     size = (state.size - 1) // 2
     count = int(state[0])
@@ -98,7 +93,7 @@ class Repetitive(ControlBlock):
             raise FricError(f"the motion repeats after {period:.0f} samples, and the filters are {TAPS} long")
         return period
 
-    def filters(self, setting: Setting, late: float, lead: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def filters(self, setting: Setting, late: float, lead: float) -> tuple[Real, Real]:
         """Return h and g at ±24 samples about an instant some shares of a sample late, (49,) each."""
         T, width = setting.T_s, sqrt(log(2.0)) / (2.0 * pi * self.cutoff)
         out = []
@@ -112,7 +107,7 @@ class Repetitive(ControlBlock):
             out.append(h)
         return out[0], out[1]
 
-    def packed(self, setting: Setting) -> NDArray[np.float64]:
+    def packed(self, setting: Setting) -> Real:
         """Return whole samples of the period and of the delay, and both filters, oldest value first."""
         period, delay = self.period(setting), setting.plant.T_d * setting.sampling
         whole, begins = int(period), 0.0 if setting.reference is None else setting.reference.begins * setting.sampling
@@ -121,6 +116,6 @@ class Repetitive(ControlBlock):
         h, g = self.filters(setting, -(period - whole), delay - ahead - (period - whole))
         return np.concatenate([[whole, ahead, ceil(begins)], h, g])
 
-    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+    def initial_state(self, setting: Setting) -> Real:
         """Return the number of samples so far, and empty memories."""
         return np.zeros(1 + 2 * (int(self.period(setting)) + ROOM))

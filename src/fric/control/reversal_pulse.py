@@ -16,20 +16,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.errors import FricError
+from fric.friction import FrictionModel
 from fric.friction.base import Parameter
 from fric.kernels.block import AHEAD_VELOCITY, Sample, compiled_block
 from fric.reference import circle
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.friction import FrictionModel
 
 ENTRIES = 20
 HEAD = 10
@@ -38,9 +35,7 @@ ACCELERATIONS = (0.003, 0.03, 0.33)
 
 
 @compiled_block
-def _step(
-    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     v = rows[AHEAD_VELOCITY, n]
     if v * state[0] < 0.0:
         rate = abs(v - state[2]) / parameters[6]
@@ -127,7 +122,7 @@ class ReversalPulse(ControlBlock):
         slow, middle, fast = (setting.gain / setting.K_f * one for one in pulse[:3])
         return cls(slow, middle, fast, pulse[3])
 
-    def packed(self, setting: Setting) -> NDArray[np.float64]:
+    def packed(self, setting: Setting) -> Real:
         """Return accelerations or logarithms, amplitudes, T_s, straight, decay and integral in a sample, table."""
         v, T_s = np.geomspace(1e-4, 1.0, ENTRIES), setting.T_s
         table = np.zeros(ENTRIES)
@@ -140,7 +135,7 @@ class ReversalPulse(ControlBlock):
         head = [*knots, self.slow, self.middle, self.fast, T_s, self.straight, np.exp(-T_s / self.decay), gathers]
         return np.concatenate([head, v, table])
 
-    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+    def initial_state(self, setting: Setting) -> Real:
         """Return a reference that has not moved, and no pulse."""
         return np.zeros(4)
 
@@ -171,7 +166,7 @@ def fitted(model: FrictionModel, sampling: float) -> tuple[float, float, float, 
     t = np.arange(len(parts[0])) / sampling
     scale = float(np.abs(parts[-1]).max()) or 1.0
 
-    def misfit(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def misfit(x: Real) -> Real:
         return np.asarray(x[0] * np.exp(-t / np.exp(x[1])) - parts[-1] / scale)
 
     # one decay must do for all: that of the fast reversal, where the spike is

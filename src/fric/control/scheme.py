@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from fric.control import block_type
+from fric.control.base import ControlBlock
 from fric.errors import FricError, near
 from fric.kernels.loop import BLOCKS
-
-if TYPE_CHECKING:
-    from fric.control.base import ControlBlock
 
 Lead = float | Literal["auto"]
 """How far feedforward goes ahead of the reference [s]; ``auto`` for the delay T_d of the plant that is believed."""

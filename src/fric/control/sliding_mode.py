@@ -17,25 +17,21 @@ sliding mode control, 2007.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.drive.sensing import low_pass_pole
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 SEEN, FILTERED, INTEGRAL, PENDING = range(4)
 
 
 @compiled_block
-def _step(
-    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     slope, reaching, layer, B, pole, T_s = (
         parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5]
     )  # fmt: skip
@@ -97,12 +93,12 @@ class SlidingMode(ControlBlock):
             reaching = 3.0 * abs(float(setting.friction.steady_state(1e-6))) / setting.K_f
         return cls(value, setting.plant.B * value / 5.0, float(min(reaching, 1e3)))
 
-    def packed(self, setting: Setting) -> NDArray[np.float64]:
+    def packed(self, setting: Setting) -> Real:
         """Return surface, reaching law and velocity filter."""
         cascade = setting.cascade
         pole = low_pass_pole(cascade.velocity_filter, cascade.sampling)
         return np.array([self.slope, self.reach, self.reach / self.gain, setting.plant.B, pole, setting.T_s])
 
-    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+    def initial_state(self, setting: Setting) -> Real:
         """Return the position one sample ago, the filtered velocity, the integral and what is to join it."""
         return np.array([setting.seen, setting.velocity, 0.0, 0.0])

@@ -15,27 +15,22 @@ J. Yi, M. Tomizuka, ACC 1999.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.control.inverse_model import DisturbanceObserver, filtered
 from fric.control.q_filter import QFilter
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 ORDER = 3
 SIZE = ORDER + 1
 
 
 @compiled_block
-def _step(
-    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     inverse, low_pass, on_way = state[1:SIZE], state[SIZE : SIZE + ORDER], state[SIZE + ORDER :]
     for i in range(on_way.size - 1, 0, -1):
         on_way[i] = on_way[i - 1]
@@ -73,7 +68,7 @@ class TwoDegrees(ControlBlock):
         whole, share = divmod(setting.plant.transport_delay(setting.sampling) * setting.sampling + 1e-9, 1.0)
         return int(whole), max(share - 1e-9, 0.0)
 
-    def packed(self, setting: Setting) -> NDArray[np.float64]:
+    def packed(self, setting: Setting) -> Real:
         """Return the coefficients of both difference equations, and the share of a sample of the delay."""
         observer = DisturbanceObserver(QFilter("umeno-hori", self.cutoff), setting.plant.A, setting.plant.B)
         both = observer.discrete(setting.sampling)
@@ -81,6 +76,6 @@ class TwoDegrees(ControlBlock):
             [both.inverse.b, both.inverse.a, both.low_pass.b, both.low_pass.a, [self.late(setting)[1]]]
         )
 
-    def initial_state(self, setting: Setting) -> NDArray[np.float64]:
+    def initial_state(self, setting: Setting) -> Real:
         """Return where the axis begins, both memories, and the voltages on their way."""
         return np.array([setting.seen, *np.zeros(2 * ORDER + self.late(setting)[0] + 2)])

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import floor, inf, log10
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.control import ControlBlock, Setting
 from fric.control.cascade import Cascade
-from fric.design.margins import Loop, decibel
+from fric.design.margins import Loop, Margins, OpenLoop, decibel
 from fric.design.observer import PEAK_SENSITIVITY, WholeLoop, largest_that_keeps
-from fric.design.perturbation import model_perturbation
+from fric.design.perturbation import Perturbation, model_perturbation
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from fric.control import ControlBlock, Setting
-    from fric.design.margins import Margins, OpenLoop
-    from fric.design.perturbation import Perturbation
 
 TRIED = 25
 

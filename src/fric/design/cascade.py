@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, isfinite, pi, radians
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fric.control.cascade import Cascade
 from fric.design.loop import SampledLoop
 from fric.design.margins import Loop, Margins, decibel, margins, rounded_down
+from fric.drive.plant import LinearPlant
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from fric.drive.plant import LinearPlant
 
 TRIED = 40  # crossovers or gains tried across the range, before the border is refined
 

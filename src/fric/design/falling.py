@@ -14,19 +14,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.control import ControlBlock
+from fric.control.cascade import Cascade
+from fric.control.inverse_model import DisturbanceObserver
 from fric.design.observer import PEAK_SENSITIVITY, WholeLoop
 from fric.design.perturbation import model_perturbation
-
-if TYPE_CHECKING:
-    from fric.control import ControlBlock
-    from fric.control.cascade import Cascade
-    from fric.control.inverse_model import DisturbanceObserver
-    from fric.drive.plant import Plant
-    from fric.friction.gms import GMS
+from fric.drive.plant import Plant
+from fric.friction.gms import GMS
 
 SPEEDS = 12
 """Speeds at which the margin is looked for, from a twentieth to four times v_s."""

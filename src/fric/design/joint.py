@@ -15,21 +15,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import log
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
+from fric.control import ControlBlock, Setting
 from fric.control.cascade import Cascade
 from fric.design.blocks import BlockDesign, design_block
 from fric.design.observer import PEAK_SENSITIVITY, WholeLoop
-from fric.design.perturbation import model_perturbation
+from fric.design.perturbation import Perturbation, model_perturbation
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control import ControlBlock, Setting
-    from fric.design.perturbation import Perturbation
 
 GAINS = (0.25, 6.0)
 """How much K_p and K_i together, and K_v, may differ from those of the cascade that is there, as factors."""
@@ -110,19 +105,19 @@ def design_jointly(
     own, Delta = Cascade.designed(setting), perturbation or model_perturbation(setting.plant, setting.sampling / 2)
     tuned = next(one for one in kind.parameters if one.name == kind.tuned)
 
-    def cascade(x: NDArray[np.float64]) -> Cascade:
+    def cascade(x: Real) -> Cascade:
         gain, position, corner = np.exp(x[:3])
         return replace(
             own, K_p=own.K_p * gain, K_i=own.K_i * gain, K_v=own.K_v * position,
             velocity_filter=own.velocity_filter * corner,
         )  # fmt: skip
 
-    def loop(x: NDArray[np.float64], block: ControlBlock) -> tuple[WholeLoop, tuple[ControlBlock, ...]]:
+    def loop(x: Real, block: ControlBlock) -> tuple[WholeLoop, tuple[ControlBlock, ...]]:
         chosen = cascade(x)
         controller, blocks = (block, ()) if block.kind == "controller" else (None, (block,))
         return WholeLoop(setting.plant, chosen, Delta, controller, replace(setting, cascade=chosen)), blocks
 
-    def cost(x: NDArray[np.float64], _: NDArray[np.float64]) -> float:
+    def cost(x: Real, _: Real) -> float:
         block = kind.tuned_to(float(np.exp(x[3])), replace(setting, cascade=cascade(x)))
         whole, blocks = loop(x, block)
         peak = whole.peak(blocks)

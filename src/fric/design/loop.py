@@ -16,28 +16,18 @@ from position to voltage -C·(K_v + D), C being the velocity controller and D th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.control.base import Setting
-from fric.control.probe import probed
+from fric.arrays import Complex, Real
+from fric.control.base import ControlBlock, Setting
+from fric.control.cascade import Cascade
+from fric.control.probe import Probed, probed
+from fric.drive.plant import LinearPlant
 from fric.drive.sampled import SampledPlant
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from fric.control.base import ControlBlock
-    from fric.control.cascade import Cascade
-    from fric.control.probe import Probed
-    from fric.drive.plant import LinearPlant
-
-    Real = NDArray[np.float64]
-    Response = NDArray[np.complex128]
 
 LAST_VOLTAGE = ("input", "control")
 """What a block sees of the voltage one sample ago; without friction feedforward both are one."""
@@ -95,14 +85,14 @@ class SampledLoop:
     def _setting(self) -> Setting:
         return self.setting or Setting(self.plant, self.cascade)
 
-    def _gives(self, inputs: Sequence[str], frequency: Real) -> Response:
+    def _gives(self, inputs: Sequence[str], frequency: Real) -> Complex:
         return self._main.response(inputs, frequency, self.cascade.sampling)
 
-    def G(self, frequency: Real) -> Response:
+    def G(self, frequency: Real) -> Complex:
         """Return the plant from sample to sample [m/V]."""
         return self.sampled.response(frequency, self.cascade.sampling)
 
-    def velocity(self, frequency: Real, G: Response | None = None) -> Response:
+    def velocity(self, frequency: Real, G: Complex | None = None) -> Complex:
         """Return the open velocity loop, L = C·G·D with the cascade; with a measured G [m/V] where one is given.
 
         The position loop is open where the reference goes with the position.
@@ -110,12 +100,12 @@ class SampledLoop:
         held = self._gives(("reference", "measured"), frequency)
         return -held * (self.G(frequency) if G is None else G)
 
-    def position(self, frequency: Real, G: Response | None = None) -> Response:
+    def position(self, frequency: Real, G: Complex | None = None) -> Complex:
         """Return the open position loop, L = K_v·C·G/(1 + C·G·D) with the cascade, the velocity loop closed."""
         G = self.G(frequency) if G is None else G
         return self._gives(("reference",), frequency) * G / (1.0 + self.velocity(frequency, G))
 
-    def input(self, frequency: Real, G: Response | None = None) -> Response:
+    def input(self, frequency: Real, G: Complex | None = None) -> Complex:
         """Return the loop opened at the plant's input: all that feeds back at once.
 
         With observers of the position by F and of the voltage by Q it is L = G·(C·(D + K_v) + F)/(1 − Q).
@@ -152,7 +142,7 @@ class SampledLoop:
         motion = plant.Phi @ motion + np.outer(plant.early, inputs[-2]) + np.outer(plant.late, inputs[-1])
         return np.vstack([motion, inputs[:-1], *after])
 
-    def poles(self) -> Response:
+    def poles(self) -> Complex:
         """Return the eigenvalues of the closed loop, largest first."""
         eigenvalues = np.linalg.eigvals(self.state_matrix()).astype(complex)
         return eigenvalues[np.argsort(-np.abs(eigenvalues))]

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from fric.arrays import Complex, Real
 
-    from numpy.typing import NDArray
-
-    OpenLoop = Callable[[NDArray[np.float64]], NDArray[np.complex128]]
+OpenLoop = Callable[[Real], Complex]
 
 DECADES, POINTS = 5, 1500
 
@@ -95,7 +93,7 @@ def rounded_down(value: float) -> str:
     return f"{np.floor(value * scale) / scale:.4g}"
 
 
-def grid(nyquist: float) -> NDArray[np.float64]:
+def grid(nyquist: float) -> Real:
     """Return the frequencies [Hz] on which crossovers are looked for: five decades up to half the sampling rate."""
     return np.geomspace(nyquist * 10.0**-DECADES, nyquist, POINTS)
 
@@ -141,7 +139,7 @@ def margins(loop: OpenLoop, nyquist: float) -> Margins:
     )  # fmt: skip
 
 
-def _roots(f: NDArray[np.float64], values: NDArray[np.float64], function: Callable[[float], float]) -> list[float]:
+def _roots(f: Real, values: Real, function: Callable[[float], float]) -> list[float]:
     """Return the roots between grid points of opposite sign, the ends of the grid left out."""
     from scipy.optimize import brentq  # not at the start: simulations need no margins, and it takes 0.1 s
 
@@ -149,9 +147,7 @@ def _roots(f: NDArray[np.float64], values: NDArray[np.float64], function: Callab
     return [float(brentq(function, f[i], f[i + 1], xtol=1e-10 * f[i], rtol=1e-13)) for i in places]
 
 
-def _peak(
-    f: NDArray[np.float64], values: NDArray[np.float64], function: Callable[[float], float]
-) -> tuple[float, float]:
+def _peak(f: Real, values: Real, function: Callable[[float], float]) -> tuple[float, float]:
     """Return place and height of the highest point, refined between its neighbours on the grid."""
     from scipy.optimize import minimize_scalar
 

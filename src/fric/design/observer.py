@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
+from fric.control import ControlBlock, Setting
+from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
 from fric.design.loop import SampledLoop
-from fric.design.margins import Loop, Margins, decibel, grid, margins, rounded_down
+from fric.design.margins import Loop, Margins, OpenLoop, decibel, grid, margins, rounded_down
 from fric.design.perturbation import SURE, Perturbation, RobustLimit, model_perturbation, robust_limit
+from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from fric.control import ControlBlock, Setting
-    from fric.control.cascade import Cascade
-    from fric.design.margins import OpenLoop
-    from fric.drive.plant import LinearPlant
-
-Blocks = tuple["ControlBlock", ...]
+Blocks = tuple[ControlBlock, ...]
 
 PEAK_SENSITIVITY = 10 ** (6 / 20)
 TRIED = 50  # cutoffs tried on the way up, before the border is refined
@@ -250,7 +244,7 @@ def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> 
     return None if limit == inf else QFilter(filter, limit)
 
 
-def largest_that_keeps(keeps: Callable[[float], bool], tried: NDArray[np.float64], precision: float = 1e-6) -> float:
+def largest_that_keeps(keeps: Callable[[float], bool], tried: Real, precision: float = 1e-6) -> float:
     """Return the largest value up to which every smaller one keeps a limit: 0 where none does, infinity where all do.
 
     Parameters

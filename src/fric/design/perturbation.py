@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Complex, Real
 from fric.control.q_filter import QFilter
+from fric.drive.plant import LinearPlant
 from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import LinearPlant
-    from fric.log import FrequencyResponse
+from fric.log import FrequencyResponse
 
 CIRCLE_95 = float(np.sqrt(-2 * np.log(0.05)))
 """Radius of the circle that holds 95 % of a complex normal error, over the deviation of its real and imaginary part."""
@@ -58,7 +53,7 @@ class Resonance:
                 hint="Give a positive frequency, a damping between 0 and 1, and a share other than 0.",
             )
 
-    def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def response(self, frequency: Real) -> Complex:
         """Return share·s²/(s² + 2ζωs + ω²) at frequencies [Hz], shape (n,)."""
         s = 1j * np.asarray(frequency, float) / self.frequency
         return np.asarray(self.share * s**2 / (s**2 + 2 * self.damping * s + 1))
@@ -82,14 +77,14 @@ class Perturbation:
         True where it comes from a measured response.
     """
 
-    frequency: NDArray[np.float64]
-    Delta: NDArray[np.complex128]
-    radius: NDArray[np.float64]
-    ratio: NDArray[np.complex128]
+    frequency: Real
+    Delta: Complex
+    radius: Real
+    ratio: Complex
     measured: bool
 
     @property
-    def size(self) -> NDArray[np.float64]:
+    def size(self) -> Real:
         """|Delta| with its confidence taken in, shape (n,)."""
         return np.abs(self.Delta) + self.radius
 
@@ -99,7 +94,7 @@ class Perturbation:
         parts = (self.frequency[kept], self.Delta[kept], self.radius[kept], self.ratio[kept])
         return Perturbation(*parts, measured=self.measured)
 
-    def correction(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def correction(self, frequency: Real) -> Complex:
         """Return ``ratio`` between its frequencies, linearly; 1 beyond them. Shape (n,)."""
         if not self.frequency.size:
             return np.ones(np.shape(frequency), complex)

@@ -14,18 +14,14 @@ samples does not change |l|. K. Inoue, Practical design of repetitive control sy
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Complex
+from fric.control.base import ControlBlock, Setting
 from fric.control.probe import impulses
+from fric.design.loop import SampledLoop
 from fric.reference import Reference
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control.base import ControlBlock, Setting
-    from fric.design.loop import SampledLoop
 
 SHORT = 160
 """Samples of the short period."""
@@ -58,7 +54,7 @@ def learned_share(block: ControlBlock, loop: SampledLoop, setting: Setting) -> t
     f = np.geomspace(0.5, 0.999 * loop.nyquist, 1500)
     z = np.exp(2j * np.pi * f / sampling)
 
-    def response(*inputs: str) -> NDArray[np.complex128]:
+    def response(*inputs: str) -> Complex:
         h = impulses(block, short, inputs, 2 * SHORT, 2 * SHORT)
         return np.asarray(np.exp(-2j * np.pi * np.outer(f / sampling, np.arange(len(h)))) @ h)
 

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.kernels.replay import replay
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from typing import Self
-
-    from numpy.typing import NDArray
-
-    from fric.estimate import Estimate
-    from fric.kernels.signatures import Step
+from fric.kernels.signatures import Step
 
 
 @dataclass(frozen=True)
@@ -146,24 +141,18 @@ class FrictionModel(ABC):
         return {parameter.name: parameter.typical for parameter in cls.parameters}
 
     @abstractmethod
-    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64] | float:
+    def steady_state(self, v: Real | float) -> Real | float:
         """Return the friction force [N] after a long time at constant velocity v [m/s]."""
 
     @abstractmethod
-    def packed(self) -> NDArray[np.float64]:
+    def packed(self) -> Real:
         """Return the parameters as the compiled step reads them."""
 
     @abstractmethod
-    def initial_state(self) -> NDArray[np.float64]:
+    def initial_state(self) -> Real:
         """Return the state of a relaxed contact, at rest and without force."""
 
-    def replay(
-        self,
-        time: NDArray[np.float64],
-        position: NDArray[np.float64],
-        velocity: NDArray[np.float64] | None = None,
-        state: NDArray[np.float64] | None = None,
-    ) -> NDArray[np.float64]:
+    def replay(self, time: Real, position: Real, velocity: Real | None = None, state: Real | None = None) -> Real:
         """Return the friction force [N], shape (n,), along a motion, by the compiled step.
 
         Parameters

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.friction.base import Parameter
 from fric.friction.stribeck import OnStaticMap
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from typing import Self
-
-    from numpy.typing import NDArray
-
-    from fric.estimate import Estimate
 
 
 @dataclass(frozen=True)
@@ -82,11 +77,11 @@ class OnBlocks(OnStaticMap):
         return cls(**fields)
 
     @property
-    def slip_displacements(self) -> NDArray[np.float64]:
+    def slip_displacements(self) -> Real:
         """Displacement from rest at which each block slips, ``alpha_i·F_s/k_i`` [m], shape (N,)."""
         return np.asarray(self.alpha) * self.static.F_s / np.asarray(self.k)
 
-    def virgin_curve(self, z: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    def virgin_curve(self, z: Real | float) -> Real:
         """Return the force [N] of a relaxed contact that is slowly moved by z [m], ``Σ min(k_i·z, alpha_i·F_s)``."""
         z = np.asarray(z, float)[..., np.newaxis]
         limit = np.asarray(self.alpha) * self.static.F_s

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.friction.base import FrictionModel, Parameter, Property
 from fric.kernels.inner import address_of
 from fric.kernels.left_over import AHEAD, Grid, left_over_step, travels_along
 from fric.kernels.signatures import Step
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 PLAY = 1e-6
 """Way back that makes a reversal [m]: what an encoder's counts make of a motion is none."""
@@ -21,13 +19,13 @@ KNEE, RATIO, APART = 28, 0.25, 3e-4
 """Points that are a ratio ``e^RATIO`` apart, up to a millimetre, and the distance of those behind [m]."""
 
 
-def travels(longest: float) -> NDArray[np.float64]:
+def travels(longest: float) -> Real:
     """Return the travels since a reversal at which a force is told [m], up to the longest."""
     near = PLAY * np.exp(RATIO * np.arange(KNEE + 1))
     return np.append(near, near[-1] + APART * np.arange(1, max(int((longest - near[-1]) / APART), 0) + 2))
 
 
-def since_reversal(position: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def since_reversal(position: Real) -> tuple[Real, Real]:
     """Return direction (1, -1; 0 before the first motion) and travel since the last reversal [m], shape (n,) each."""
     found = np.zeros((2, len(position)))
     travels_along(np.ascontiguousarray(position), PLAY, found)
@@ -63,15 +61,15 @@ class Completed(FrictionModel):
         """The name of the model."""
         return self.model.name
 
-    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64] | float:
+    def steady_state(self, v: Real | float) -> Real | float:
         """Return the friction force of the model after a long time at constant velocity [N]."""
         return self.model.steady_state(v)
 
-    def packed(self) -> NDArray[np.float64]:
+    def packed(self) -> Real:
         """Return ``[address of the model's step, grid, force forwards, force backwards, the model's parameters]``."""
         grid = Grid(address_of(type(self.model).step), len(self.forwards), PLAY, KNEE, RATIO, APART)
         return np.array([*grid, *self.forwards, *self.backwards, *self.model.packed()])
 
-    def initial_state(self) -> NDArray[np.float64]:
+    def initial_state(self) -> Real:
         """Return the state at rest, before any travel."""
         return np.concatenate([np.zeros(AHEAD), self.model.initial_state()])

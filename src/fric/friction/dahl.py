@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import copysign, exp, log1p
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numba import types
 
+from fric.arrays import Real
 from fric.friction.base import FrictionModel, Parameter, Property
 from fric.kernels.increments import reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 _FLOAT = types.float64
 
@@ -40,7 +38,7 @@ def _advance(F: float, dz: float, F_c: float, sigma_0: float, n: float) -> float
 
 
 @compiled_step
-def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     F_c, sigma_0, n, sigma = parameters[0], parameters[1], parameters[2], parameters[3]
     before, _ = reversal(state[0], v, dt)
     F = _advance(state[1], before, F_c, sigma_0, n)
@@ -85,14 +83,14 @@ class Dahl(FrictionModel):
     properties: ClassVar[frozenset[Property]] = frozenset({"bounded", "passive", "pre-sliding"})
     step: ClassVar[Step] = _step
 
-    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    def steady_state(self, v: Real | float) -> Real:
         """Return ``F_c·sign(v) + sigma·v`` [N] at velocity v [m/s]."""
         return self.F_c * np.sign(v) + self.sigma * np.asarray(v)
 
-    def packed(self) -> NDArray[np.float64]:
+    def packed(self) -> Real:
         """Return ``[F_c, sigma_0, n, sigma]``."""
         return np.array([self.F_c, self.sigma_0, self.n, self.sigma])
 
-    def initial_state(self) -> NDArray[np.float64]:
+    def initial_state(self) -> Real:
         """Return ``[v, F_0]`` at rest."""
         return np.zeros(2)

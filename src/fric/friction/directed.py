@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.friction.base import FrictionModel, Parameter, Property
 from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.kernels.direction import directed_step
 from fric.kernels.inner import address_of
 from fric.kernels.signatures import Step
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -52,16 +50,16 @@ class Directed(FrictionModel):
             return replace(self.model, static=self.negative)
         return self.negative
 
-    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    def steady_state(self, v: Real | float) -> Real:
         """Return the friction force [N] after a long time at constant velocity v [m/s]."""
         v = np.asarray(v, float)
         return np.where(v < 0, self.backward.steady_state(v), self.model.steady_state(v))
 
-    def packed(self) -> NDArray[np.float64]:
+    def packed(self) -> Real:
         """Return ``[address of the model's step, its parameters forwards, its parameters backwards]``."""
         return np.array([address_of(type(self.model).step), *self.model.packed(), *self.backward.packed()])
 
-    def initial_state(self) -> NDArray[np.float64]:
+    def initial_state(self) -> Real:
         """Return the state of the model at rest."""
         return self.model.initial_state()
 

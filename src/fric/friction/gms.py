@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import copysign
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numba import types
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.friction.base import Parameter, Property
 from fric.friction.blocks import OnBlocks
 from fric.friction.stribeck import stribeck_level
 from fric.kernels.increments import relax, reversal, shares
 from fric.kernels.signatures import Step, compiled, compiled_step
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 class _Course(NamedTuple):
@@ -68,7 +66,7 @@ def _slipped(u: float, alpha: float, k: float, C: float, left: float, pull: floa
 
 
 @compiled(types.void(_FLOAT, _COURSE, _ARRAY, _ARRAY), makes_arrays=False)
-def _advance(direction: float, course: _Course, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> None:
+def _advance(direction: float, course: _Course, state: Real, parameters: Real) -> None:
     """Advance all blocks by a course in a direction."""
     C, blocks = parameters[5], (parameters.size - 6) // 2
     left, pull = relax(course.s_0, course.s_1, C, course.dt)
@@ -107,7 +105,7 @@ def _advance(direction: float, course: _Course, state: NDArray[np.float64], para
 
 
 @compiled_step
-def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     F_c, F_s, v_s, delta, sigma = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     blocks = (parameters.size - 6) // 2
     v_0, s_0 = state[0], state[1]
@@ -190,11 +188,11 @@ class GMS(OnBlocks):
         if not self.C > 0:
             raise FricError("C of gms must be positive")
 
-    def packed(self) -> NDArray[np.float64]:
+    def packed(self) -> Real:
         """Return ``[F_c, F_s, v_s, delta, sigma, C, alpha_1 … alpha_N, k_1 … k_N]``."""
         return np.array([*self.static.packed(), self.C, *self.alpha, *self.k])
 
-    def initial_state(self) -> NDArray[np.float64]:
+    def initial_state(self) -> Real:
         """Return ``[v, |s(v)|, F_1 … F_N, phase_1 … phase_N]`` at rest.
 
         v and s are those at the last sample; a phase is 0 where the block sticks, and else the direction of its slip.

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import copysign, expm1, log1p
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numba import types
 
+from fric.arrays import Real
 from fric.friction.base import Parameter, Property
 from fric.friction.blocks import OnBlocks
 from fric.friction.stribeck import stribeck_level
 from fric.kernels.increments import reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
 
@@ -25,7 +23,7 @@ FINEST = 0.02
 
 
 @compiled(_FLOAT(_FLOAT, _ARRAY, _ARRAY), makes_arrays=False)
-def _move(dz: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def _move(dz: float, state: Real, parameters: Real) -> float:
     """Move the blocks by dz, and return the sum of their forces."""
     F_s, blocks = parameters[1], state.size - 2
     force = 0.0
@@ -37,7 +35,7 @@ def _move(dz: float, state: NDArray[np.float64], parameters: NDArray[np.float64]
 
 
 @compiled(_FLOAT(_FLOAT, _FLOAT, _ARRAY, _ARRAY), makes_arrays=False)
-def _advance(dx: float, s: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def _advance(dx: float, s: float, state: Real, parameters: Real) -> float:
     """Advance the hysteresis by a motion dx without reversal at a level s, and return its force.
 
     ``dz/dx = 1 - sign(r)·|r|^n`` with ``r = F_h·sign(dx)/s``. Between two breaks of a block this is one equation in r,
@@ -77,7 +75,7 @@ def _advance(dx: float, s: float, state: NDArray[np.float64], parameters: NDArra
 
 
 @compiled_step
-def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     F_c, F_s, v_s, delta, sigma = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     sigma_1, n = parameters[5], parameters[6]
     s_0, s = stribeck_level(state[0], F_c, F_s, v_s, delta), stribeck_level(v, F_c, F_s, v_s, delta)
@@ -142,10 +140,10 @@ class Leuven(OnBlocks):
     properties: ClassVar[frozenset[Property]] = frozenset({"pre-sliding", "frictional lag"})
     step: ClassVar[Step] = _step
 
-    def packed(self) -> NDArray[np.float64]:
+    def packed(self) -> Real:
         """Return ``[F_c, F_s, v_s, delta, sigma, sigma_1, n, alpha_1 … alpha_N, k_1 … k_N]``."""
         return np.array([*self.static.packed(), self.sigma_1, self.n, *self.alpha, *self.k])
 
-    def initial_state(self) -> NDArray[np.float64]:
+    def initial_state(self) -> Real:
         """Return ``[v, F_h, F_1 … F_N]`` at rest."""
         return np.zeros(2 + len(self.alpha))

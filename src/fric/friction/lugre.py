@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import copysign
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.friction.base import Parameter, Property
 from fric.friction.stribeck import OnStaticMap, stribeck_level
 from fric.kernels.increments import relax, reversal
 from fric.kernels.signatures import Step, compiled_step
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 @compiled_step
-def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     F_c, F_s, v_s, delta, sigma = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     sigma_0, sigma_1 = parameters[5], parameters[6]
     s_0, F = state[1], state[2]
@@ -70,10 +68,10 @@ class LuGre(OnStaticMap):
     properties: ClassVar[frozenset[Property]] = frozenset({"pre-sliding", "frictional lag"})
     step: ClassVar[Step] = _step
 
-    def packed(self) -> NDArray[np.float64]:
+    def packed(self) -> Real:
         """Return ``[F_c, F_s, v_s, delta, sigma, sigma_0, sigma_1]``."""
         return np.array([*self.static.packed(), self.sigma_0, self.sigma_1])
 
-    def initial_state(self) -> NDArray[np.float64]:
+    def initial_state(self) -> Real:
         """Return ``[v, |s(v)|, sigma_0·ζ]`` at rest."""
         return np.array([0.0, self.static.F_s, 0.0])

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numba import types
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.friction.base import FrictionModel, Parameter, Property
 from fric.kernels.increments import reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 _FLOAT, _ARRAY = types.float64, types.float64[::1]
 
 
 @compiled(_FLOAT(_FLOAT, _ARRAY, _ARRAY), makes_arrays=False)
-def _advance(dz: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def _advance(dz: float, state: Real, parameters: Real) -> float:
     """Advance all blocks by a motion without reversal, and return the sum of their forces; exact."""
     blocks = state.size - 1
     force = 0.0
@@ -32,7 +30,7 @@ def _advance(dz: float, state: NDArray[np.float64], parameters: NDArray[np.float
 
 
 @compiled_step
-def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     before, _ = reversal(state[0], v, dt)
     if before != 0.0:
         _advance(before, state, parameters)
@@ -86,14 +84,14 @@ class MaxwellSlip(FrictionModel):
         if not (min(self.W) >= 0 and all(k > 0 for k in self.k)):
             raise FricError("W of maxwell_slip must not be negative, and k must be positive")
 
-    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    def steady_state(self, v: Real | float) -> Real:
         """Return ``Σ W_i·sign(v) + sigma·v`` [N] at velocity v [m/s]."""
         return sum(self.W) * np.sign(v) + self.sigma * np.asarray(v)
 
-    def packed(self) -> NDArray[np.float64]:
+    def packed(self) -> Real:
         """Return ``[sigma, W_1 … W_N, k_1 … k_N]``."""
         return np.array([self.sigma, *self.W, *self.k])
 
-    def initial_state(self) -> NDArray[np.float64]:
+    def initial_state(self) -> Real:
         """Return ``[v, F_1 … F_N]`` at rest."""
         return np.zeros(1 + len(self.W))

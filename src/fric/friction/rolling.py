@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi, sin
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.friction.base import Parameter, Property
 from fric.friction.gms import GMS
 from fric.kernels.signatures import Step, compiled_step
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from fric.estimate import Estimate
 
 _gms_step = GMS.step
 
 
 @compiled_step
-def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     waves = int(parameters[0])
     gms = 1 + 3 * waves  # where the GMS parameters begin
     own = parameters.size - gms
@@ -99,11 +95,11 @@ class Rolling(GMS):
         """Return the fields of `typical`: those of GMS, on a guideway without waves."""
         return {**GMS.typical_fields(), **super(GMS, cls).typical_fields()}
 
-    def packed(self) -> NDArray[np.float64]:
+    def packed(self) -> Real:
         """Return ``[waves, (amplitude, pitch, phase) of each wave, GMS parameters]``."""
         waves = np.column_stack([self.amplitude, self.pitch, self.phase]).ravel()
         return np.array([len(self.amplitude), *waves, *super().packed()])
 
-    def initial_state(self) -> NDArray[np.float64]:
+    def initial_state(self) -> Real:
         """Return ``[z, the GMS parameters as they hold at z, GMS state]`` of a relaxed contact."""
         return np.array([0.0, *super().packed(), *super().initial_state()])

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import copysign, exp
-from typing import TYPE_CHECKING, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numba import types
 
+from fric.arrays import Real
+from fric.estimate import Estimate
 from fric.friction.base import FrictionModel, Parameter, Property
 from fric.kernels.signatures import Step, compiled, compiled_step
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from typing import Any
-
-    from numpy.typing import NDArray
-
-    from fric.estimate import Estimate
 
 
 @compiled(types.float64(types.float64, types.float64, types.float64))
@@ -37,21 +32,21 @@ def stribeck_level(v: float, F_c: float, F_s: float, v_s: float, delta: float) -
 
 
 @compiled(types.float64[::1](types.float64[::1], types.float64, types.float64))
-def _shares(v: NDArray[np.float64], v_s: float, delta: float) -> NDArray[np.float64]:
+def _shares(v: Real, v_s: float, delta: float) -> Real:
     found = np.empty_like(v)
     for n in range(len(v)):
         found[n] = stribeck_share(v[n], v_s, delta)
     return found
 
 
-def stribeck_shares(v: NDArray[np.float64] | float, v_s: float, delta: float) -> NDArray[np.float64]:
+def stribeck_shares(v: Real | float, v_s: float, delta: float) -> Real:
     """Return `stribeck_share` at velocities v [m/s] of any shape."""
     given = np.asarray(v, np.float64)
     return _shares(given.ravel(), v_s, delta).reshape(given.shape)
 
 
 @compiled_step
-def _step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     F_c, F_s, v_s, delta, sigma = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
     if v == 0.0:
         return 0.0
@@ -95,19 +90,19 @@ class StaticMap(FrictionModel):
     properties: ClassVar[frozenset[Property]] = frozenset({"bounded", "passive"})
     step: ClassVar[Step] = _step
 
-    def level(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    def level(self, v: Real | float) -> Real:
         """Return |s(v)| [N], the Stribeck curve without sign and without the viscous part."""
         return np.asarray(self.F_c + (self.F_s - self.F_c) * stribeck_shares(v, self.v_s, self.delta))
 
-    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    def steady_state(self, v: Real | float) -> Real:
         """Return the force of eq. (2) [N] at velocity v [m/s]."""
         return np.sign(v) * self.level(v) + self.sigma * np.asarray(v)
 
-    def packed(self) -> NDArray[np.float64]:
+    def packed(self) -> Real:
         """Return ``[F_c, F_s, v_s, delta, sigma]``."""
         return np.array([self.F_c, self.F_s, self.v_s, self.delta, self.sigma])
 
-    def initial_state(self) -> NDArray[np.float64]:
+    def initial_state(self) -> Real:
         """Return an empty state: the map has no memory."""
         return np.zeros(0)
 
@@ -139,6 +134,6 @@ class OnStaticMap(FrictionModel):
         """Return the fields of `typical`, the static map among them."""
         return {"static": StaticMap.typical(), **super().typical_fields()}
 
-    def steady_state(self, v: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    def steady_state(self, v: Real | float) -> Real:
         """Return the force of the static map [N] at velocity v [m/s]."""
         return self.static.steady_state(v)

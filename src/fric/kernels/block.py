@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.kernels.signatures import Function, compiled, first_class
 
 ARRAY, TABLE = types.float64[::1], types.float64[:, ::1]
@@ -34,13 +33,13 @@ class Sample(NamedTuple):
 class Commands(NamedTuple):
     """What is asked of the axis, one value a controller sample: rows of a table that a block may look ahead in."""
 
-    position: NDArray[np.float64]  # m
-    velocity: NDArray[np.float64]  # m/s
-    acceleration: NDArray[np.float64]  # m/s²
-    model: NDArray[np.float64]  # V, inverse-model feedforward
-    friction: NDArray[np.float64]  # V, friction feedforward, which no observer sees
-    ahead_position: NDArray[np.float64]  # m, the reference a lead later
-    ahead_velocity: NDArray[np.float64]  # m/s
+    position: Real  # m
+    velocity: Real  # m/s
+    acceleration: Real  # m/s²
+    model: Real  # V, inverse-model feedforward
+    friction: Real  # V, friction feedforward, which no observer sees
+    ahead_position: Real  # m, the reference a lead later
+    ahead_velocity: Real  # m/s
 
 
 POSITION, VELOCITY, ACCELERATION, MODEL, FRICTION, AHEAD_POSITION, AHEAD_VELOCITY = range(len(Commands._fields))
@@ -61,7 +60,7 @@ observers, and an observer's, its estimate of the disturbance, are taken off it.
 
 BLOCK_FUNCTION = types.FunctionType(BLOCK)
 
-BlockStep = Callable[[Sample, int, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], float]
+BlockStep = Callable[[Sample, int, Real, Real, Real], float]
 
 
 def compiled_block(function: Function) -> Function:
@@ -70,8 +69,6 @@ def compiled_block(function: Function) -> Function:
 
 
 @compiled_block
-def absent(
-    sample: Sample, n: int, rows: NDArray[np.float64], state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def absent(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
     """Give nothing: what stands in the loop where there is no block."""
     return 0.0

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fric.arrays import Real
 from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled_step
 
 
 @compiled_step
-def directed_step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def directed_step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     """Advance the inner model with the parameters of this direction.
 
     ``parameters`` is the address of the inner step, its parameters for the positive direction, and as many for the

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled, compiled_step
 
@@ -52,7 +52,7 @@ def aged(age: float, travel: float, dt: float, distance: float) -> float:
 
 
 @compiled_step
-def guideway_step(dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]) -> float:
+def guideway_step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     """Advance the inner model with the parameters as they hold at this place, in this direction, at this time."""
     coggings, waves = int(parameters[_COGGINGS]), int(parameters[_WAVES])
     start = HEAD + 3 * (coggings + waves)

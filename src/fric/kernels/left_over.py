@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled, compiled_step
 
@@ -33,7 +33,7 @@ _INNER, _POINTS, _PLAY, _KNEE, _RATIO, _STEP = range(HEAD)
 
 
 @compiled(types.void(types.float64, types.float64, types.float64[::1]), makes_arrays=False)
-def travelled(dz: float, play: float, state: NDArray[np.float64]) -> None:
+def travelled(dz: float, play: float, state: Real) -> None:
     """Advance direction, travel and way back by a displacement [m]; less than the play is no reversal."""
     if state[DIRECTION] == 0.0 and dz != 0.0:
         state[DIRECTION] = 1.0 if dz > 0.0 else -1.0
@@ -49,7 +49,7 @@ def travelled(dz: float, play: float, state: NDArray[np.float64]) -> None:
 
 
 @compiled(types.void(types.float64[::1], types.float64, types.float64[:, ::1]))
-def travels_along(position: NDArray[np.float64], play: float, found: NDArray[np.float64]) -> None:
+def travels_along(position: Real, play: float, found: Real) -> None:
     """Enter direction and travel along a motion [m], shape (2, n)."""
     state = np.zeros(AHEAD)
     for n in range(1, len(position)):
@@ -58,9 +58,7 @@ def travels_along(position: NDArray[np.float64], play: float, found: NDArray[np.
 
 
 @compiled_step
-def left_over_step(
-    dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def left_over_step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     """Advance the inner model, and add what is left over at this travel since the last reversal, linear in between."""
     travelled(dz, parameters[_PLAY], state)
     n, knee = int(parameters[_POINTS]), parameters[_KNEE]

@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.kernels.block import BLOCK_FUNCTION, FRICTION, MODEL, BlockStep, Commands, Sample, absent
 from fric.kernels.plant import ARRAY, ORDERS, PLANT, TABLE, Instant, PlantConstants, advance, numba_type, reaches
 from fric.kernels.second_mass import STRETCH
@@ -45,8 +45,8 @@ class Block(NamedTuple):
 
     step: BlockStep
     role: int  # CONTROLLER, FEEDFORWARD or OBSERVER
-    state: NDArray[np.float64]  # that it begins with
-    parameters: NDArray[np.float64]
+    state: Real  # that it begins with
+    parameters: Real
 
 
 NONE = Block(absent, FEEDFORWARD, np.zeros(0), np.zeros(0))
@@ -55,14 +55,14 @@ NONE = Block(absent, FEEDFORWARD, np.zeros(0), np.zeros(0))
 class Traces(NamedTuple):
     """What the loop writes down, one value a controller sample."""
 
-    position: NDArray[np.float64]  # m, true: of the table, where there is one on a spring
-    sensed: NDArray[np.float64]  # m, true, of what the encoder is on
-    measured: NDArray[np.float64]  # m, by the encoder
-    velocity: NDArray[np.float64]  # m/s, true
-    input: NDArray[np.float64]  # V, as it leaves the controller
-    friction: NDArray[np.float64]  # N
-    feedforward: NDArray[np.float64]  # V, against friction
-    disturbance: NDArray[np.float64]  # V, the observers' estimate
+    position: Real  # m, true: of the table, where there is one on a spring
+    sensed: Real  # m, true, of what the encoder is on
+    measured: Real  # m, by the encoder
+    velocity: Real  # m/s, true
+    input: Real  # V, as it leaves the controller
+    friction: Real  # N
+    feedforward: Real  # V, against friction
+    disturbance: Real  # V, the observers' estimate
 
 
 _ARRAYS = types.UniTuple(ARRAY, BLOCKS)  # type: ignore[no-untyped-call]
@@ -90,8 +90,8 @@ _ARRAYS = types.UniTuple(ARRAY, BLOCKS)  # type: ignore[no-untyped-call]
 )
 def _closed_loop(
     step: Step,
-    state: NDArray[np.float64],
-    parameters: NDArray[np.float64],
+    state: Real,
+    parameters: Real,
     plant: PlantConstants,
     board: Board,
     controller: BlockStep,
@@ -99,12 +99,12 @@ def _closed_loop(
     second: BlockStep,
     third: BlockStep,
     roles: tuple[int, ...],
-    states: tuple[NDArray[np.float64], ...],
-    given: tuple[NDArray[np.float64], ...],
-    rows: NDArray[np.float64],
+    states: tuple[Real, ...],
+    given: tuple[Real, ...],
+    rows: Real,
     late: int,
     lengths: tuple[float, float],
-    reach: tuple[NDArray[np.float64], NDArray[np.float64]],
+    reach: tuple[Real, Real],
     halvings: int,
     sensing: Sensing,
     trace: Traces,
@@ -176,8 +176,8 @@ def parts_of_a_sample(plant: PlantConstants, T_s: float) -> tuple[int, tuple[flo
 
 def closed_loop(
     step: Step,
-    state: NDArray[np.float64],
-    parameters: NDArray[np.float64],
+    state: Real,
+    parameters: Real,
     plant: PlantConstants,
     board: Board,
     blocks: Sequence[Block],

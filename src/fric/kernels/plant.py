@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
 ORDERS = 6
@@ -72,7 +72,7 @@ def numba_type(group: Any, of: types.Type) -> types.Type:
 PLANT, INSTANT = numba_type(PlantConstants, types.float64), numba_type(Instant, types.float64)
 
 
-def _weights() -> NDArray[np.float64]:
+def _weights() -> Real:
     """Return in row k the weights of the results in 1, 2 … k+1 parts that cancel the errors in h², h³ … h^(k+1)."""
     weights = np.zeros((ORDERS, ORDERS))
     for k in range(ORDERS):
@@ -102,7 +102,7 @@ def velocity_tolerance(accuracy: float, stiffness: float, T_s: float) -> float:
     return max(TOLERANCE, 0.5 * accuracy * stiffness * T_s)
 
 
-def reaches(plant: PlantConstants, length: float) -> NDArray[np.float64]:
+def reaches(plant: PlantConstants, length: float) -> Real:
     """Return how far a unit acceleration brings the velocity in each step that `advance` may take.
 
     ``(1 - exp(-A·h))/A`` for ``h = length/2^depth/parts``, shape (DEPTH + 1, ORDERS) [s].
@@ -114,8 +114,8 @@ def reaches(plant: PlantConstants, length: float) -> NDArray[np.float64]:
 @compiled(INSTANT(STEP_FUNCTION, ARRAY, ARRAY, PLANT, INSTANT, *[types.float64] * 3), makes_arrays=False)
 def _step(
     friction: Step,
-    state: NDArray[np.float64],
-    parameters: NDArray[np.float64],
+    state: Real,
+    parameters: Real,
     plant: PlantConstants,
     start: Instant,
     driven: float,
@@ -141,7 +141,7 @@ def _step(
 
 
 @compiled(types.float64(TABLE, types.int64, types.int64), makes_arrays=False)
-def _extrapolated(results: NDArray[np.float64], k: int, i: int) -> float:
+def _extrapolated(results: Real, k: int, i: int) -> float:
     """Return where column i of the results in 1, 2 … k+1 parts goes as the parts get small."""
     last: float = results[k, i]
     change = 0.0
@@ -162,17 +162,17 @@ _RESULT = types.Tuple((INSTANT, types.int64))  # type: ignore[no-untyped-call]
 )  # fmt: skip
 def advance(
     friction: Step,
-    state: NDArray[np.float64],
-    parameters: NDArray[np.float64],
+    state: Real,
+    parameters: Real,
     plant: PlantConstants,
     now: Instant,
     driven: float,
     length: float,
-    reach: NDArray[np.float64],
+    reach: Real,
     halvings: int,
     depth: int,
-    ends: NDArray[np.float64],
-    states: NDArray[np.float64],
+    ends: Real,
+    states: Real,
 ) -> tuple[Instant, int]:
     """Advance the plant over a length of time, in steps of length/2^depth, and return where it is and the depth.
 

@@ -4,36 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
 _ARRAY = types.float64[::1]
 
 
 @compiled(types.void(STEP_FUNCTION, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY), makes_arrays=False)
-def _replay(
-    step: Step,
-    position: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    time: NDArray[np.float64],
-    state: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-    force: NDArray[np.float64],
-) -> None:
+def _replay(step: Step, position: Real, velocity: Real, time: Real, state: Real, parameters: Real, force: Real) -> None:
     force[0] = step(0.0, velocity[0], 0.0, state, parameters)
     for n in range(1, position.size):
         force[n] = step(position[n] - position[n - 1], velocity[n], time[n] - time[n - 1], state, parameters)
 
 
-def replay(
-    step: Step,
-    position: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    time: NDArray[np.float64],
-    state: NDArray[np.float64],
-    parameters: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def replay(step: Step, position: Real, velocity: Real, time: Real, state: Real, parameters: Real) -> Real:
     """Return the friction force [N], shape (n,), of a model moved along a motion.
 
     Parameters

@@ -13,10 +13,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled, compiled_step
 
@@ -43,7 +42,7 @@ _COUPLING = types.float64(types.float64, types.float64, types.float64[::1])
 
 
 @compiled(_COUPLING, makes_arrays=False)
-def spring_force(stretch: float, rate: float, parameters: NDArray[np.float64]) -> float:
+def spring_force(stretch: float, rate: float, parameters: Real) -> float:
     """Return the force [N] of the spring at a stretch [m] and its rate [m/s]; inside the play it has none."""
     play, beyond = parameters[_PLAY], 0.0
     if stretch > play:
@@ -59,9 +58,7 @@ def spring_force(stretch: float, rate: float, parameters: NDArray[np.float64]) -
 
 
 @compiled_step
-def second_mass_step(
-    dz: float, v: float, dt: float, state: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> float:
+def second_mass_step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
     """Advance the table along a motion of the motor (Heun's method) and return what acts on the motor against it."""
     inner, behind, own = step_at(parameters[_INNER]), state[AHEAD:], parameters[HEAD:]
     table = parameters[_ON_TABLE] > 0.0

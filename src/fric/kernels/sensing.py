@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.kernels.plant import ARRAY, numba_type
 from fric.kernels.signatures import compiled
 
@@ -37,7 +37,7 @@ def reading(z: float, resolution: float, sensing: Sensing) -> float:
 
 
 @compiled(types.void(ARRAY, types.float64, SENSING), makes_arrays=False)
-def read(z: NDArray[np.float64], resolution: float, sensing: Sensing) -> None:
+def read(z: Real, resolution: float, sensing: Sensing) -> None:
     """Turn positions [m], shape (n,), into what an encoder tells of them: `reading` of each."""
     for n in range(z.size):
         z[n] = reading(z[n], resolution, sensing)

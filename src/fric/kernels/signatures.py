@@ -13,10 +13,10 @@ from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
-import numpy as np
 from numba import types
 from numba.core.dispatcher import Dispatcher
-from numpy.typing import NDArray
+
+from fric.arrays import Real
 
 STEP = types.float64(types.float64, types.float64, types.float64, types.float64[::1], types.float64[::1])
 """``force = step(dz, v, dt, state, parameters)``: advance by one increment, change ``state``, return the force.
@@ -27,7 +27,7 @@ for v > 0."""
 
 STEP_FUNCTION = types.FunctionType(STEP)
 
-Step = Callable[[float, float, float, NDArray[np.float64], NDArray[np.float64]], float]
+Step = Callable[[float, float, float, Real, Real], float]
 
 
 Function = TypeVar("Function", bound=Callable[..., object])

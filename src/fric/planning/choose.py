@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import floor, log10, pi, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,10 +12,8 @@ from fric.friction.directed import Directed
 from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.planning.plan import Limits, Planned, Setting
 from fric.reference import multisine
+from fric.simulate.machine import Axis
 from fric.units import readable, si_unit
-
-if TYPE_CHECKING:
-    from fric.simulate.machine import Axis
 
 MARGIN = 0.99
 """Share of stroke, feed and acceleration that a plan uses: what rounding in a program may add stays inside."""

@@ -10,33 +10,28 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp, log
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
+from fric.control.scheme import Scheme
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
+from fric.estimate import Covariance
 from fric.friction.gms import GMS
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.records.prepared import prepared
+from fric.identify.replay.coordinates import Ranges
 from fric.identify.replay.information import replay_information
 from fric.identify.replay.ranges import search_ranges
 from fric.identify.static_map.points import stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
+from fric.log import Log
 from fric.planning.choose import choose
 from fric.planning.plan import Limits, Planned
 from fric.simulate.circle import Circle, run_circle
-from fric.simulate.machine import NominalFriction
+from fric.simulate.machine import Axis, Machine, NominalFriction
 from fric.simulate.trial import logs_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control.scheme import Scheme
-    from fric.estimate import Covariance
-    from fric.identify.replay.coordinates import Ranges
-    from fric.log import Log
-    from fric.simulate.machine import Axis, Machine
 
 NORMAL = 1.959963984540054
 """Half a 95 % interval in standard deviations."""
@@ -176,7 +171,7 @@ class _Known:
 
     deviation: dict[str, float]
     linear: frozenset[str]
-    matrix: NDArray[np.float64]
+    matrix: Real
 
 
 def _known(covariances: Sequence[Covariance], model: GMS) -> _Known:
@@ -202,14 +197,14 @@ def _known(covariances: Sequence[Covariance], model: GMS) -> _Known:
     return _Known(dict(zip(names, np.sqrt(np.diag(matrix)), strict=True)), frozenset(linear), matrix)
 
 
-def _deviation(slopes: NDArray[np.float64], covariance: NDArray[np.float64]) -> float:
+def _deviation(slopes: Real, covariance: Real) -> float:
     """Return the largest standard deviation of the quadrants' glitches [m]."""
     return float(np.sqrt(max(np.einsum("qi,ij,qj->q", slopes, covariance, slopes))))
 
 
 def _slopes(
     machine: Machine, axis: Axis, model: GMS, known: _Known, scheme: Scheme, test: Circle, advance: Callable[[], object]
-) -> NDArray[np.float64]:
+) -> Real:
     """Return the derivatives of this axis' two glitches over the parameters, shape (2, p), by central differences.
 
     The encoder is left out: its counts would be in differences of nanometres.
@@ -253,14 +248,7 @@ def _moved(model: GMS, name: str, by: float, *, linear: bool) -> tuple[GMS, floa
     return replace(model, alpha=tuple(alpha)), by
 
 
-def _information(
-    logs: Sequence[Log],
-    axis: Axis,
-    model: GMS,
-    known: _Known,
-    between: float,
-    ranges: Ranges,
-) -> NDArray[np.float64]:
+def _information(logs: Sequence[Log], axis: Axis, model: GMS, known: _Known, between: float, ranges: Ranges) -> Real:
     """Return the information of one record over all parameters, shape (p, p)."""
     names = list(known.deviation)
     if logs[0].kind == "constant-velocity":

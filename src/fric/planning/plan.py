@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fric.errors import FricError
+from fric.reference import Reference
 from fric.simulate.experiment import trials_of_kind
-
-if TYPE_CHECKING:
-    from fric.reference import Reference
-    from fric.simulate.machine import Axis
-    from fric.simulate.trial import Trial
+from fric.simulate.machine import Axis
+from fric.simulate.trial import Trial
 
 Setting = float | int | tuple[float, ...]
 

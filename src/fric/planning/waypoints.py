@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.reference import Reference
+from fric.arrays import Real
+from fric.reference import Reference
 
 SHORTEST = 8e-3
 """Time between two points at least [s]."""
@@ -33,9 +30,9 @@ class Waypoints:
         Instants [s], positions [m] and velocities [m/s] there, each of shape (n,).
     """
 
-    time: NDArray[np.float64]
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
+    time: Real
+    position: Real
+    velocity: Real
 
 
 def waypoints(motion: Reference, shortest: float = SHORTEST) -> Waypoints:

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import nan
 from typing import TYPE_CHECKING
 
+from fric.drive.plant import Plant
+from fric.log import Log
 from fric.plausibility.bounds import Finding
 from fric.units import Motion
 
 if TYPE_CHECKING:
-    from fric.drive.plant import Plant
     from fric.friction.stribeck import StaticMap
-    from fric.log import Log
 
 
 def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:

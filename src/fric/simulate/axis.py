@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import NONE, Scheme
 from fric.errors import FricError
 from fric.kernels.block import Commands
-from fric.kernels.loop import Board, closed_loop
-from fric.kernels.plant import velocity_tolerance
+from fric.kernels.loop import Block, Board, closed_loop
+from fric.kernels.plant import PlantConstants, velocity_tolerance
+from fric.kernels.signatures import Step
+from fric.reference import Reference
 from fric.simulate.blocks import blocks_of, jointly_designed, setting_of
+from fric.simulate.machine import Axis
 from fric.simulate.reality.motion import sensing_of, true_axis
 from fric.simulate.stability import require_stable
 from fric.threads import one_blas_thread
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.kernels.loop import Block
-    from fric.kernels.plant import PlantConstants
-    from fric.kernels.signatures import Step
-    from fric.reference import Reference
-    from fric.simulate.machine import Axis
 
 
 @dataclass(frozen=True)
@@ -54,17 +48,17 @@ class Trace:
         True position of what the encoder is on [m], shape (n,); None where that is `position`.
     """
 
-    time: NDArray[np.float64]
-    reference: NDArray[np.float64]
-    position: NDArray[np.float64]
-    measured: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    input: NDArray[np.float64]
-    friction: NDArray[np.float64]
-    feedforward: NDArray[np.float64]
-    disturbance: NDArray[np.float64]
+    time: Real
+    reference: Real
+    position: Real
+    measured: Real
+    velocity: Real
+    input: Real
+    friction: Real
+    feedforward: Real
+    disturbance: Real
     saturated: int
-    sensed: NDArray[np.float64] | None = None
+    sensed: Real | None = None
 
 
 @one_blas_thread()
@@ -73,8 +67,8 @@ def run_axis(
     reference: Reference,
     scheme: Scheme = NONE,
     *,
-    excitation: NDArray[np.float64] | None = None,
-    against: NDArray[np.float64] | None = None,
+    excitation: Real | None = None,
+    against: Real | None = None,
     halvings: int = 0,
     accuracy: float = 0.0,
     began: float = 0.0,
@@ -129,10 +123,10 @@ def _loop_arguments(
     axis: Axis,
     reference: Reference,
     scheme: Scheme,
-    excitation: NDArray[np.float64] | None = None,
+    excitation: Real | None = None,
     accuracy: float = 0.0,
     began: float = 0.0,
-) -> tuple[Step, NDArray[np.float64], NDArray[np.float64], PlantConstants, Board, list[Block], Commands]:
+) -> tuple[Step, Real, Real, PlantConstants, Board, list[Block], Commands]:
     """Check what is asked of an axis, and return it as the compiled loop reads it."""
     axis = jointly_designed(axis, scheme, reference)
     plant, cascade = axis.plant, axis.cascade

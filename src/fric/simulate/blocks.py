@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from fric.control import Setting, block_type
+from fric.control import ControlBlock, Setting, block_type
 from fric.control.scheme import OBSERVER, Scheme
 from fric.design.blocks import design_block
 from fric.design.joint import JointDesign, design_jointly
 from fric.design.observer import PEAK_SENSITIVITY
 from fric.errors import FricError
-from fric.friction import models
+from fric.friction import FrictionModel, models
 from fric.kernels.sensing import reading
+from fric.reference import Reference
+from fric.simulate.machine import Axis
 from fric.simulate.reality.motion import sensing_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from fric.control import ControlBlock
-    from fric.friction import FrictionModel
-    from fric.reference import Reference
-    from fric.simulate.machine import Axis
 
 
 def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fric.contour import Circularity, circularity
+from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.reference import Reference, circle
 from fric.simulate.contour_run import ContourRun, follow, run_warnings
-
-if TYPE_CHECKING:
-    from fric.control.scheme import Scheme
-    from fric.simulate.machine import Machine
+from fric.simulate.machine import Machine
 
 
 @dataclass(frozen=True)

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.contour import Circularity, ContourError
 from fric.control.feedforward import inverse_model
+from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.notice import Notice
+from fric.reference import Reference
 from fric.simulate.axis import Trace, run_axis
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control.scheme import Scheme
-    from fric.reference import Reference
-    from fric.simulate.machine import Axis, Machine
+from fric.simulate.machine import Axis, Machine
 
 Left = TypeVar("Left", bound=Circularity | ContourError)
 
@@ -67,7 +64,7 @@ def follow(
     only: str | None = None,
     halvings: int = 0,
     accuracy: float = 0.0,
-) -> tuple[tuple[Reference, Reference], dict[str, Trace], tuple[NDArray[np.float64], NDArray[np.float64]]]:
+) -> tuple[tuple[Reference, Reference], dict[str, Trace], tuple[Real, Real]]:
     """Follow a contour with two axes of a machine under one scheme: references, traces, and both true positions [m].
 
     Parameters

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from math import ceil
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,13 +12,9 @@ from fric.control.feedforward import inverse_model
 from fric.errors import FricError
 from fric.log import Log
 from fric.reference import Reference, multisine, sine, sliding_sine, strokes
+from fric.simulate.machine import Axis
 from fric.simulate.reality.flaws import Excitation
 from fric.simulate.trial import Experiment, Trial, logs_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from fric.simulate.machine import Axis
 
 SPEEDS = tuple(v * 1e-3 for v in (0.01, 0.04, 0.08, 0.2, 0.4, 0.5, 1, 2, 4, 5, 8, 10, 14, 16, 20, 25, 30))
 """The 17 speeds of Section 3.1 [m/s]."""

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Mapping
 from math import exp, inf, log
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fric.estimate import Covariance, Estimate
+from fric.friction import FrictionModel, Parameter
 from fric.friction.directed import Directed
-
-if TYPE_CHECKING:
-    from fric.estimate import Covariance, Estimate
-    from fric.friction import FrictionModel, Parameter
 
 Intervals = Mapping[str, tuple[float, float]]
 """95 % intervals by parameter; ``negative.F_c`` is of the negative direction, ``k_2`` of the second block."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from math import isclose
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
@@ -14,11 +14,9 @@ from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
 from fric.errors import FricError, near
 from fric.friction import FrictionModel
+from fric.notice import Notice
 from fric.simulate.reality.flaws import NONE, Reality, SecondMass
-
-if TYPE_CHECKING:
-    from fric.notice import Notice
-    from fric.units import Motion
+from fric.units import Motion
 
 
 @dataclass(frozen=True)

@@ -8,22 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fric.arrays import Mask, Real
+from fric.control.scheme import Scheme
 from fric.errors import FricError
+from fric.estimate import Covariance
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.intervals import Intervals
+from fric.simulate.machine import Machine
 from fric.simulate.processes import outcomes
 from fric.simulate.spread import DEFAULT_SPREADS, Spread, check_spreads, draw_machine
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control.scheme import Scheme
-    from fric.estimate import Covariance
-    from fric.simulate.machine import Machine
 
 QUANTILES = {"median": 0.5, "p05": 0.05, "p95": 0.95, "low": 0.025, "high": 0.975}
 """Quantiles of the glitch that are told, by their keys in JSON and run files."""
@@ -138,9 +135,9 @@ class Outcome:
 
     index: int
     drawn: Mapping[str, float]
-    quadrants: NDArray[np.float64]
-    saturated: NDArray[np.bool_]
-    swings: NDArray[np.float64]
+    quadrants: Real
+    saturated: Mask
+    swings: Real
     failures: Mapping[str, str]
 
 
@@ -186,17 +183,17 @@ class MonteCarlo:
         return len(self.outcomes)
 
     @property
-    def quadrants(self) -> NDArray[np.float64]:
+    def quadrants(self) -> Real:
         """Signed glitches [m], shape (machines, schemes, 4)."""
         return np.array([outcome.quadrants for outcome in self.outcomes])
 
     @property
-    def swings(self) -> NDArray[np.float64]:
+    def swings(self) -> Real:
         """What swings where no axis reverses [m], shape (machines, schemes); nan where a scheme could not run."""
         return np.array([outcome.swings for outcome in self.outcomes])
 
     @property
-    def glitches(self) -> NDArray[np.float64]:
+    def glitches(self) -> Real:
         """Glitch of each machine and scheme [m], shape (machines, schemes); nan where a scheme could not run."""
         return np.asarray(np.abs(self.quadrants).max(axis=2))
 

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
+from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.simulate.circle import Circle, run_circle
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control.scheme import Scheme
-    from fric.simulate.machine import Machine
+from fric.simulate.machine import Machine
 
 
 @dataclass(frozen=True)
@@ -77,7 +73,7 @@ class Cell:
     """What schemes leave of one circle: glitch by scheme [m], nan with the reason where one could not run."""
 
     circle: Circle
-    glitches: NDArray[np.float64]
+    glitches: Real
     failures: dict[str, str]
 
 
@@ -97,12 +93,12 @@ class CircleMap:
     cells: Sequence[Cell]
 
     @property
-    def glitches(self) -> NDArray[np.float64]:
+    def glitches(self) -> Real:
         """Glitch by scheme, radius and feed [m], shape (schemes, radii, feeds); nan where a scheme could not run."""
         shape = (len(self.grid.radii), len(self.grid.feeds), len(self.grid.schemes))
         return np.moveaxis(np.array([cell.glitches for cell in self.cells]).reshape(shape), 2, 0)
 
-    def of(self, scheme: str) -> NDArray[np.float64] | None:
+    def of(self, scheme: str) -> Real | None:
         """Return the glitch of a scheme by radius and feed [m]; None where it was not run."""
         names = [one.name for one in self.grid.schemes]
         return self.glitches[names.index(scheme)] if scheme in names else None
@@ -119,7 +115,7 @@ class CircleMap:
                     found[f"observer ({one.name} against {other.name})"] = (one, other)
         return found
 
-    def less(self, one: Scheme, other: Scheme) -> NDArray[np.float64]:
+    def less(self, one: Scheme, other: Scheme) -> Real:
         """Return by how much a scheme leaves less than another, by radius and feed [m]; negative where it spoils."""
         names = [scheme.name for scheme in self.grid.schemes]
         both = self.glitches

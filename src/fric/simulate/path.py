@@ -6,20 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import floor
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fric.arrays import Mask, Real
 from fric.contour import ContourError, contour_error
+from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.reference import Reference, instants, smooth_step
 from fric.simulate.contour_run import ContourRun, follow, run_warnings
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control.scheme import Scheme
-    from fric.simulate.machine import Machine
+from fric.simulate.machine import Machine
 
 SHARPEST = np.pi / 4
 """Largest turn from one chord of a path to the next [rad]: more is a corner."""
@@ -48,8 +45,8 @@ class PointPath:
         When there are fewer than four points, the path has a corner or is too short for its feed.
     """
 
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
+    x: Real
+    y: Real
     feed: float
 
     def __post_init__(self) -> None:
@@ -68,7 +65,7 @@ class PointPath:
             )
 
     @property
-    def points(self) -> NDArray[np.float64]:
+    def points(self) -> Real:
         """The points without repetitions [m], shape (n, 2)."""
         points = np.column_stack([self.x, self.y])
         return points[np.concatenate([[True], np.any(np.diff(points, axis=0) != 0, axis=1)])]
@@ -112,7 +109,7 @@ class PointPath:
         )
         return x, y
 
-    def at_full_feed(self, velocity: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def at_full_feed(self, velocity: Real) -> Mask:
         """Return where the feed is full, of velocities [m/s], shape (n, 2)."""
         return np.asarray(np.hypot(*velocity.T) > self.feed * (1 - 1e-6))
 
@@ -136,9 +133,9 @@ class RecordedPath:
         When there are fewer than ten samples, the time does not rise, or the motion does not begin at rest.
     """
 
-    time: NDArray[np.float64]
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
+    time: Real
+    x: Real
+    y: Real
 
     def __post_init__(self) -> None:
         if len(self.time) < 10 or not np.all(np.diff(self.time) > 0):
@@ -168,7 +165,7 @@ class RecordedPath:
             made.append(Reference(sampling, *(np.ascontiguousarray(spline(t, order)) for order in (0, 1, 2))))
         return made[0], made[1]
 
-    def at_full_feed(self, velocity: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def at_full_feed(self, velocity: Real) -> Mask:
         """Return where the feed is full, of velocities [m/s], shape (n, 2)."""
         return np.asarray(np.hypot(*velocity.T) > 0.98 * self.feed)
 

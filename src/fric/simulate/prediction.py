@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.contour import QUADRANTS
+from fric.estimate import Interval
 from fric.notice import Notice
 from fric.simulate.contour_run import pair
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.estimate import Interval
     from fric.simulate.monte_carlo import MonteCarlo, Study
 
 SETTLED = frozenset(
@@ -199,7 +198,7 @@ def _step(study: Study, name: str) -> float:
     return study.machine.axes[name].encoder.resolution * (off.high if off else 1.0)
 
 
-def _between(values: NDArray[np.float64], step: float) -> Interval:
+def _between(values: Real, step: float) -> Interval:
     """Return the 95 % interval of what was drawn, a step of the encoder wide at least."""
     if not np.all(np.isfinite(values)):
         return inf, inf
@@ -208,7 +207,7 @@ def _between(values: NDArray[np.float64], step: float) -> Interval:
     return low - more, high + more
 
 
-def _quantile(values: NDArray[np.float64], share: float) -> float:
+def _quantile(values: Real, share: float) -> float:
     return float(np.quantile(values, share)) if np.all(np.isfinite(values)) else inf
 
 

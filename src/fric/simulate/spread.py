@@ -10,19 +10,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import exp, log
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import Any, Literal, get_args
 from zlib import crc32
 
 import numpy as np
 
+from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.estimate import Covariance
 from fric.friction import FrictionModel, models
 from fric.simulate.intervals import NORMAL_97_5, Intervals, declared_parameters, draw_within, normals
-
-if TYPE_CHECKING:
-    from fric.drive.plant import Plant
-    from fric.estimate import Covariance
-    from fric.simulate.machine import Axis, Machine
+from fric.simulate.machine import Axis, Machine
 
 Distribution = Literal["uniform", "log-uniform", "normal", "log-normal"]
 

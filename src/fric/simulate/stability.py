@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import log10
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.control import ControlBlock, Setting
 from fric.design.loop import SampledLoop
 from fric.design.repeating import learned_share
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fric.control import ControlBlock, Setting
-    from fric.simulate.machine import Axis
+from fric.simulate.machine import Axis
 
 GAINS = np.geomspace(0.95, 1e-3, 140)
 """Gains at which a loop that is not stable is tried anew, 0.43 dB apart."""

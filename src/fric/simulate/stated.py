@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.control.base import Setting
+from fric.control.cascade import Cascade
+from fric.drive.plant import LinearPlant
 from fric.kernels.block import Commands, Sample
+from fric.log import Log
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control.cascade import Cascade
-    from fric.drive.plant import LinearPlant
-    from fric.log import Log
-
-    Real = NDArray[np.float64]
 
 FED = 0.7
 """How much less a controller that feeds forward must miss the recorded voltage, to be taken for one."""

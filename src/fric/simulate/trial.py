@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from inspect import signature
-from typing import TYPE_CHECKING
 
-from fric.simulate.axis import run_axis
+from fric.arrays import Real
+from fric.columns import Kind
+from fric.log import Log
+from fric.reference import Reference
+from fric.simulate.axis import Trace, run_axis
+from fric.simulate.machine import Axis
 from fric.simulate.reality.trace import logged
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from fric.columns import Kind
-    from fric.log import Log
-    from fric.reference import Reference
-    from fric.simulate.axis import Trace
-    from fric.simulate.machine import Axis
 
 
 @dataclass(frozen=True)
@@ -46,7 +39,7 @@ class Trial:
     samples: int
     begin: float = 0.0
     end: float | None = None
-    excitation: NDArray[np.float64] | None = None
+    excitation: Real | None = None
 
     @property
     def window(self) -> tuple[int, int]:

@@ -10,12 +10,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.control.base import Setting
+from fric.control.cascade import Cascade
+from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.friction import FrictionModel
 from fric.identify.records.conditioning import Conditioning, filtered_motion, thinned
 from fric.identify.records.force_lag import acting_force, drive_force
 from fric.identify.records.prepared import prepared
@@ -23,18 +27,9 @@ from fric.identify.records.sampling import even_sampling
 from fric.kernels.block import Commands
 from fric.kernels.loop import Board, closed_loop
 from fric.kernels.plant import PlantConstants
+from fric.log import Log
 from fric.notice import Notice
 from fric.simulate.stated import controller_behind
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control.cascade import Cascade
-    from fric.drive.plant import Plant
-    from fric.friction import FrictionModel
-    from fric.log import Log
-
-    Real = NDArray[np.float64]
 
 Loop = Literal["closed", "open", "inverse"]
 
@@ -56,8 +51,8 @@ class Compared:
         Root mean square of the difference, in the signal's unit.
     """
 
-    measured: NDArray[np.float64]
-    simulated: NDArray[np.float64]
+    measured: Real
+    simulated: Real
     relative: float
     rms: float
 
@@ -205,11 +200,11 @@ def _run(
     cascade: Cascade | None,
     friction: FrictionModel,
     load: float,
-    reference: NDArray[np.float64],
-    model: NDArray[np.float64],
+    reference: Real,
+    model: Real,
     *,
     ahead: bool = False,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Real, Real]:
     """Return position [m] and voltage [V] of a run that begins as the record does."""
     measured = log.require("position", "a validation")
     state, zeros = friction.initial_state(), np.zeros(len(log))
@@ -252,8 +247,8 @@ def _compared(
     friction: FrictionModel,
     rate: float,
     cutoff: float | None,
-    position: NDArray[np.float64],
-    force: tuple[NDArray[np.float64], NDArray[np.float64]] | None,
+    position: Real,
+    force: tuple[Real, Real] | None,
 ) -> Validation:
     z = log.require("position", "a validation"), position
     settings = replace(Conditioning.of(rate, cutoff), border=0, decimation=0)
@@ -265,7 +260,7 @@ def _compared(
     return Validation(loop, log, friction, signals, settings.cutoff, _worst_second(text, rate))
 
 
-def _difference(measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> Compared:
+def _difference(measured: Real, simulated: Real) -> Compared:
     error = measured - simulated
     size = float(np.linalg.norm(measured))
     relative = float(np.linalg.norm(error)) / size if size > 0 else float("inf")

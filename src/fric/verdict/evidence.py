@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from fric.arrays import Real
+from fric.notice import Notice
 
+if TYPE_CHECKING:
     from fric.control.scheme import Scheme
-    from fric.notice import Notice
     from fric.simulate.prediction import Predicted
 
 SHARE = 0.95
@@ -84,7 +84,7 @@ class Candidate:
         return float(low), float(high)
 
     @property
-    def _ran(self) -> NDArray[np.float64]:
+    def _ran(self) -> Real:
         drawn = np.array(self.drawn, float)
         return drawn[np.isfinite(drawn)] if np.isfinite(drawn).any() else np.array([np.inf])
 
@@ -95,7 +95,7 @@ class Candidate:
         return model + len(self.scheme.blocks) + int(self.scheme.controller != "cascade")
 
 
-def upper(drawn: NDArray[np.float64]) -> NDArray[np.float64]:
+def upper(drawn: Real) -> Real:
     """Return the `SHARE` quantile of each row of glitches [m]; nan, a machine that could not run, is beyond all."""
     return np.asarray(np.quantile(np.where(np.isnan(drawn), np.inf, drawn), SHARE, axis=1, method="higher"))
 

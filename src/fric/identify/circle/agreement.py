@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import log
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.contour import QUADRANTS
 from fric.control.scheme import Scheme
 from fric.identify.circle.diagnose import Diagnosis, diagnose
@@ -16,12 +17,8 @@ from fric.identify.circle.glitches import Glitch, Pulse, smoothed
 from fric.identify.circle.measured import measured_from_run
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
+from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import Study
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.simulate.machine import Machine
 
 DRAWS = 24
 """Machines that are drawn from the intervals of a machine file."""
@@ -218,11 +215,11 @@ def _cause(found: Glitch, said: Glitch, own: Pulse, other: Pulse) -> str:
     return max(sizes, key=lambda name: sizes[name])
 
 
-def _on(grid: NDArray[np.float64], pulse: Pulse, width: float) -> NDArray[np.float64]:
+def _on(grid: Real, pulse: Pulse, width: float) -> Real:
     return np.interp(grid, *smoothed(pulse, width))
 
 
-def _fwhm_angle(curve: tuple[NDArray[np.float64], NDArray[np.float64]]) -> float:
+def _fwhm_angle(curve: tuple[Real, Real]) -> float:
     phi, mean = curve
     top = int(np.argmax(np.abs(mean)))
     above = np.abs(mean) > np.abs(mean[top]) / 2

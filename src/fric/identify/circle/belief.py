@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
+from fric.friction import FrictionModel
 from fric.friction.directed import Directed, mean_map
 from fric.friction.gms import GMS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.friction import FrictionModel
-    from fric.friction.stribeck import StaticMap
+from fric.friction.stribeck import StaticMap
 
 FOUR = ("level", "stiffness", "C", "T_d")
 """What is tuned first."""
@@ -76,21 +72,21 @@ class Coordinates:
         return replace(self, names=(*self.names, "side"))
 
     @property
-    def priors(self) -> NDArray[np.float64]:
+    def priors(self) -> Real:
         """Standard deviations of the coordinates, shape (p,)."""
         return np.array(
             [PRIOR_ALPHA if n.startswith("alpha") else PRIOR_K if n.startswith("k_") else PRIORS[n] for n in self.names]
         )
 
-    def delay(self, x: NDArray[np.float64]) -> float:
+    def delay(self, x: Real) -> float:
         """Return the delay at a point [s]."""
         return self.T_d * float(np.exp(self._value(x, "T_d")))
 
-    def sides(self, x: NDArray[np.float64]) -> float:
+    def sides(self, x: Real) -> float:
         """Return the logarithm of the positive direction's level over that of the negative one, at a point."""
         return self.side + self._value(x, "side")
 
-    def belief(self, x: NDArray[np.float64]) -> FrictionModel:
+    def belief(self, x: Real) -> FrictionModel:
         """Return the friction at a point, with a map for each direction where they differ."""
         model, half = self.friction(x), 0.5 * self.sides(x)
         if half == 0.0:
@@ -98,7 +94,7 @@ class Coordinates:
         up, down = (_scaled(model.static, float(np.exp(sign * half))) for sign in (1.0, -1.0))
         return Directed(replace(model, static=up), down)
 
-    def friction(self, x: NDArray[np.float64]) -> GMS:
+    def friction(self, x: Real) -> GMS:
         """Return the friction at a point, the mean of both directions."""
         m = self.model
         level = float(np.exp(self._value(x, "level")))
@@ -118,7 +114,7 @@ class Coordinates:
         C = m.C * level * float(np.exp(self._value(x, "C")))
         return GMS(static=changed, alpha=tuple(value / sum(alpha) for value in alpha), k=k, C=C)
 
-    def moved(self, other: Coordinates, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def moved(self, other: Coordinates, x: Real) -> Real:
         """Return the point of these coordinates that is at a point of others about the same belief."""
         found = np.zeros(len(self.names))
         for n, name in enumerate(self.names):
@@ -127,7 +123,7 @@ class Coordinates:
                 found[n] += other._value(x, "stiffness")
         return found
 
-    def _value(self, x: NDArray[np.float64], name: str) -> float:
+    def _value(self, x: Real, name: str) -> float:
         return float(x[self.names.index(name)]) if name in self.names else 0.0
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.contour import QUADRANTS
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -17,15 +17,11 @@ from fric.identify.circle.glitches import Glitch, Pulse, glitch_of, noise_of, pu
 from fric.identify.circle.identifiability import identifiability_warnings
 from fric.identify.circle.iso230 import Iso230, iso230
 from fric.identify.circle.lag import lags
+from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.pitch import Periodic, periodic_errors
 from fric.identify.circle.revolutions import Revolutions, revolutions
 from fric.identify.records.resolution import lattice_step
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.measured import MeasuredCircle
 
 ROUNDS = 4
 """How often what a glitch covers is looked at again."""
@@ -72,7 +68,7 @@ class Diagnosis:
     rest: float
     scatter: float | None
     noise: float
-    model: tuple[NDArray[np.float64], ...]
+    model: tuple[Real, ...]
     warnings: tuple[Notice, ...] = field(default=())
 
     @property
@@ -239,7 +235,7 @@ def _covers(pulse: Pulse) -> float:
 
 def _outside(
     tests: Sequence[Revolutions], fit: Geometry, behind: Sequence[Mapping[str, float]]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Real, Real, Real]:
     """Return angle, what is left of the deviation, and the columns of the fit: means over parts where no glitch is."""
     angles, rests, columns = [], [], []
     for n, one in enumerate(tests):
@@ -254,7 +250,7 @@ def _outside(
     return np.concatenate(angles), np.concatenate(rests), np.vstack(columns)
 
 
-def _rms_of_parts(rest: NDArray[np.float64]) -> float:
+def _rms_of_parts(rest: Real) -> float:
     return float(np.sqrt(np.mean(rest**2))) if len(rest) else 0.0
 
 

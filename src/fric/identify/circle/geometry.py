@@ -5,21 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Indices, Mask, Real
 from fric.contour import QUADRANTS
 from fric.estimate import Estimate
+from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.pitch import Periodic
 from fric.identify.circle.revolutions import Revolutions
 from fric.identify.replay.replay_intervals import covariance_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.measured import MeasuredCircle
 
 BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
 """Around a reversal this much is left out of the geometry: before it, behind it at first, behind it at most [rad]."""
@@ -41,8 +37,8 @@ class Geometry:
     """Geometry and pitch, fitted."""
 
     names: tuple[str, ...]
-    values: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    values: Real
+    covariance: Real
     freedom: int
     lines: tuple[Periodic, ...]
     many: int
@@ -50,7 +46,7 @@ class Geometry:
     fade: float
     bend: float
 
-    def model(self, tested: Revolutions, n: int) -> NDArray[np.float64]:
+    def model(self, tested: Revolutions, n: int) -> Real:
         """Return what is explained of a test, shape (n,) [m]."""
         return columns_of(tested, n, self.many, self.both, self.lines) @ self.values
 
@@ -94,9 +90,7 @@ class Geometry:
         return Estimate(size, "m", (max(size - half_width, 0.0), size + half_width))
 
 
-def columns_of(
-    tested: Revolutions, n: int, many: int, both: bool, lines: Sequence[Periodic] = ()
-) -> NDArray[np.float64]:
+def columns_of(tested: Revolutions, n: int, many: int, both: bool, lines: Sequence[Periodic] = ()) -> Real:
     """Return the columns of `diagnose`'s table for one of its tests, shape (samples, parameters)."""
     angle, s = tested.angle, float(tested.test.direction)
     cos, sin = np.cos(angle), np.sin(angle)
@@ -115,7 +109,7 @@ def _names(many: int, both: bool, lines: int) -> tuple[str, ...]:
     return (*centres, *shared, *(f"pitch.{k}.{part}" for k in range(lines) for part in ("cos", "sin")))
 
 
-def quiet(tested: Revolutions, behind: Mapping[str, float]) -> NDArray[np.bool_]:
+def quiet(tested: Revolutions, behind: Mapping[str, float]) -> Mask:
     """Return which samples no glitch covers."""
     good = np.ones(len(tested.angle), bool)
     for n, name in enumerate(QUADRANTS):
@@ -149,7 +143,7 @@ def fit_geometry(
     basis = np.linalg.qr(X)[0]
     beside = d - basis @ (basis.T @ d)
 
-    def all_tails(fade: float, bend: float) -> NDArray[np.float64]:
+    def all_tails(fade: float, bend: float) -> Real:
         """Return tails and their derivatives to ln λ and κ, shape (3, n, 4·tests)."""
         tails = np.zeros((3, len(d), 4 * many))
         end = 0
@@ -205,7 +199,7 @@ def fit_geometry(
     )
 
 
-def _means(tested: Revolutions, used: NDArray[np.intp], every: int) -> tuple[Revolutions, list[int]]:
+def _means(tested: Revolutions, used: Indices, every: int) -> tuple[Revolutions, list[int]]:
     """Return means over neighbouring samples, as many together, and the lengths of the stretches they are in."""
     segments = [part[: len(part) // every * every] for part in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
     segments = [part for part in segments if len(part)]
@@ -220,7 +214,7 @@ def _means(tested: Revolutions, used: NDArray[np.intp], every: int) -> tuple[Rev
     return means, [len(part) // every for part in segments]
 
 
-def tails_of(tested: Revolutions, behind: Mapping[str, float], fade: float, bend: float) -> NDArray[np.float64]:
+def tails_of(tested: Revolutions, behind: Mapping[str, float], fade: float, bend: float) -> Real:
     """Return the tails of the four glitches, each 1 where it begins, and derivatives to ln λ and κ, shape (3, n, 4)."""
     tails = []
     for n, name in enumerate(QUADRANTS):

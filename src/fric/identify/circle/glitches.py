@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Indices, Real
 from fric.contour import QUADRANTS, WINDOW
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 LEAST = 12
 """Samples that a parabola is laid through at least."""
@@ -57,14 +54,12 @@ class Pulse:
         Number of the revolution, shape (n,).
     """
 
-    phi: NDArray[np.float64]
-    rest: NDArray[np.float64]
-    revolution: NDArray[np.intp]
+    phi: Real
+    rest: Real
+    revolution: Indices
 
 
-def pulses(
-    angle: NDArray[np.float64], rest: NDArray[np.float64], revolution: NDArray[np.intp], direction: int
-) -> dict[str, Pulse]:
+def pulses(angle: Real, rest: Real, revolution: Indices, direction: int) -> dict[str, Pulse]:
     """Return what lies within 45° of each of the four reversals, by quadrant."""
     found = {}
     for n, name in enumerate(QUADRANTS):
@@ -75,7 +70,7 @@ def pulses(
     return found
 
 
-def smoothed(pulse: Pulse, width: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def smoothed(pulse: Pulse, width: float) -> tuple[Real, Real]:
     """Return angles [rad] and means [m] of the deviation over windows of a width [rad], half of which they overlap."""
     sums, places = np.concatenate([[0.0], np.cumsum(pulse.rest)]), np.concatenate([[0.0], np.cumsum(pulse.phi)])
     centres = np.arange(pulse.phi[0] + width / 2, pulse.phi[-1] - width / 2, width / 4)
@@ -135,7 +130,7 @@ def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Gl
     return Glitch(value, (value - half_width, value + half_width), radius * (high - low), radius * place)
 
 
-def _half_height(phi: NDArray[np.float64], mean: NDArray[np.float64], top: int) -> tuple[float, float]:
+def _half_height(phi: Real, mean: Real, top: int) -> tuple[float, float]:
     """Return where a curve falls below half of its peak to either side, by linear interpolation."""
     half = mean[top] / 2
     below = np.flatnonzero(mean[: top + 1] < half)

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import degrees
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.estimate import Estimate
+from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.revolutions import Revolutions
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from fric.estimate import Estimate
-    from fric.identify.circle.measured import MeasuredCircle
-    from fric.identify.circle.revolutions import Revolutions
 
 
 def identifiability_warnings(

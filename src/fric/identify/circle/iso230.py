@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import linprog
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.revolutions import Revolutions
+from fric.arrays import Real
+from fric.identify.circle.revolutions import Revolutions
 
 BINS = 3600
 """Parts of a turn whose means the figures are taken of, where so many were sampled."""
@@ -45,7 +42,7 @@ class Iso230:
     D: float | None
 
 
-def minimum_zone(angle: NDArray[np.float64], deviation: NDArray[np.float64]) -> float:
+def minimum_zone(angle: Real, deviation: Real) -> float:
     """Return the least separation [m] of two concentric circles that hold a path near a circle.
 
     Radial deviations move with the centre by ``-(a·cos θ + b·sin θ)``, so that least separation is a linear programme;
@@ -68,7 +65,7 @@ def minimum_zone(angle: NDArray[np.float64], deviation: NDArray[np.float64]) -> 
     return float(outer - inner) * scale
 
 
-def around_its_centre(angle: NDArray[np.float64], deviation: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def around_its_centre(angle: Real, deviation: Real) -> tuple[Real, float]:
     """Return a radial deviation [m] around the least-squares centre of its path, and its mean [m]."""
     basis = np.column_stack([np.cos(angle), np.sin(angle), np.ones_like(angle)])
     a, b, mean = np.linalg.lstsq(basis, deviation, rcond=None)[0]
@@ -77,7 +74,7 @@ def around_its_centre(angle: NDArray[np.float64], deviation: NDArray[np.float64]
 
 def iso230(tests: Sequence[Revolutions]) -> Iso230:
     """Return the figures of ISO 230-4 of the mean paths of one test, or of both directions of one circle."""
-    paths: dict[int, tuple[NDArray[np.float64], NDArray[np.float64], float]] = {}
+    paths: dict[int, tuple[Real, Real, float]] = {}
     for tested in tests:
         bins = min(BINS, max(len(tested.angle) // tested.count, 8))
         angle, mean, _ = tested.averaged(bins)

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import inf, pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Real
 from fric.estimate import Estimate
-from fric.identify.circle.geometry import quiet, tails_of
+from fric.identify.circle.geometry import Geometry, quiet, tails_of
+from fric.identify.circle.revolutions import Revolutions
 from fric.identify.replay.replay_intervals import covariance_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.geometry import Geometry
-    from fric.identify.circle.revolutions import Revolutions
 
 
 def lags(tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], fit: Geometry) -> dict[str, Estimate]:
@@ -52,7 +47,7 @@ def lags(tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], fi
 
 
 def _lag(
-    tested: Revolutions, error: NDArray[np.float64], axis: int, behind: Mapping[str, float], fit: Geometry
+    tested: Revolutions, error: Real, axis: int, behind: Mapping[str, float], fit: Geometry
 ) -> tuple[float, float, int]:
     """Return a lag and its standard error [s], and the degrees of freedom of that."""
     used = np.flatnonzero(quiet(tested, behind))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.contour import circularity
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import OBSERVER, Scheme
@@ -21,11 +21,7 @@ from fric.reference import circle as circle_reference
 from fric.simulate.axis import Trace, run_axis
 from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.contour_run import pair, require_voltage
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.simulate.machine import Axis, Machine
+from fric.simulate.machine import Axis, Machine
 
 ACCURACY = 1e-9
 """To what the simulated plant is integrated [m]."""
@@ -46,7 +42,7 @@ class Round:
     """
 
     run: CircleRun
-    feedforward: Mapping[str, NDArray[np.float64]]
+    feedforward: Mapping[str, Real]
 
 
 @dataclass(frozen=True)
@@ -177,7 +173,7 @@ def _run(
     references: Mapping[str, Reference],
     scheme: Scheme,
     test: Circle,
-    feedforward: Mapping[str, NDArray[np.float64]],
+    feedforward: Mapping[str, Real],
 ) -> CircleRun:
     traces = {
         name: run_axis(axis, references[name], scheme, against=feedforward[name], accuracy=ACCURACY)
@@ -194,7 +190,7 @@ def _named(scheme: Scheme, n: int, modelled: bool) -> Scheme:
     return replace(scheme, name=f"round-{n:02d}", title=f"learned from {n} circle{'s' * (n > 1)}", friction=LEARNED)
 
 
-def _believed(axis: Axis, reference: Reference) -> NDArray[np.float64]:
+def _believed(axis: Axis, reference: Reference) -> Real:
     """Return the voltage against friction that a controller feeds forward before anything is learned [V], (n,)."""
     model = axis.nominal_friction.models.get("gms")
     if model is None:
@@ -207,15 +203,13 @@ def _all_learned(
     axes: Mapping[str, Axis],
     references: Mapping[str, Reference],
     run: CircleRun,
-    before: Mapping[str, NDArray[np.float64]],
+    before: Mapping[str, Real],
     how: Learning,
-) -> dict[str, NDArray[np.float64]]:
+) -> dict[str, Real]:
     return {name: _learned(axis, references[name], run.traces[name], before[name], how) for name, axis in axes.items()}
 
 
-def _learned(
-    axis: Axis, reference: Reference, trace: Trace, before: NDArray[np.float64], how: Learning
-) -> NDArray[np.float64]:
+def _learned(axis: Axis, reference: Reference, trace: Trace, before: Real, how: Learning) -> Real:
     plant = axis.nominal or axis.plant
     model = inverse_model(plant, reference.ahead(lead_of(axis)))
     error = trace.reference - trace.measured
@@ -240,5 +234,5 @@ def _carried(
         return float("nan")
 
 
-def _angle(x: Reference, y: Reference) -> NDArray[np.float64]:
+def _angle(x: Reference, y: Reference) -> Real:
     return np.asarray(np.unwrap(np.arctan2(y.position, x.position)))

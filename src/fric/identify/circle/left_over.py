@@ -11,21 +11,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp
-from typing import TYPE_CHECKING
 from zlib import crc32
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.friction.completed import Completed, since_reversal, travels
-from fric.identify.circle.voltage import refined, voltage_record
+from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.voltage import VoltageRecord, refined, voltage_record
+from fric.simulate.machine import Axis, Machine
 from fric.simulate.stated import stated_voltage
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.measured import MeasuredCircle
-    from fric.identify.circle.voltage import VoltageRecord
-    from fric.simulate.machine import Axis, Machine
 
 SHARE = 0.2
 """Share of what is left over, 95 %, by which another motion may meet more or less of it."""
@@ -109,7 +104,7 @@ def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
     return replace(test, axes={**test.axes, axis.name: replace(trace, input=given)})
 
 
-def _left(record: VoltageRecord, axis: Axis) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _left(record: VoltageRecord, axis: Axis) -> tuple[Real, Real]:
     """Return the motion [m] and the force that a machine leaves of it [N], at the samples of whole revolutions."""
     plant = axis.plant
     m, a = 1.0 / plant.B, plant.A / plant.B
@@ -123,10 +118,7 @@ def _left(record: VoltageRecord, axis: Axis) -> tuple[NDArray[np.float64], NDArr
     return features, force[whole]
 
 
-def _gather(
-    motion: NDArray[np.float64], force: NDArray[np.float64], grid: NDArray[np.float64],
-    sums: NDArray[np.float64], counts: NDArray[np.float64],
-) -> None:  # fmt: skip
+def _gather(motion: Real, force: Real, grid: Real, sums: Real, counts: Real) -> None:
     """Add forces to their nearest travels, row 0 forwards and row 1 backwards."""
     direction, travel = motion
     nearest = np.searchsorted(0.5 * (grid[1:] + grid[:-1]), travel)
@@ -136,7 +128,7 @@ def _gather(
         counts[row] += np.bincount(nearest[own], minlength=len(grid))
 
 
-def _filled(grid: NDArray[np.float64], sums: NDArray[np.float64], counts: NDArray[np.float64]) -> NDArray[np.float64]:
+def _filled(grid: Real, sums: Real, counts: Real) -> Real:
     """Return means, and between their travels what time tells: near a reversal of a circle it goes with the root."""
     met = counts > 0
     if not met.any():

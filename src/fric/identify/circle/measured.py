@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.log import Log, axis_name
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fric.simulate.circle import CircleRun
 
 Instrument = Literal["encoders", "grid", "ball-bar", ""]
@@ -39,13 +38,13 @@ class AxisTrace:
         Voltage as it left the controller [V], motor force [N], shape (n,).
     """
 
-    time: NDArray[np.float64]
-    position: NDArray[np.float64]
-    reference: NDArray[np.float64] | None = None
-    input: NDArray[np.float64] | None = None
-    force: NDArray[np.float64] | None = None
+    time: Real
+    position: Real
+    reference: Real | None = None
+    input: Real | None = None
+    force: Real | None = None
 
-    def channels(self) -> dict[str, NDArray[np.float64]]:
+    def channels(self) -> dict[str, Real]:
         """Return the channels that were recorded, by name."""
         found = {name: getattr(self, name) for name in CHANNELS}
         return {name: values for name, values in found.items() if values is not None}
@@ -88,8 +87,8 @@ class MeasuredCircle:
     feed: float
     direction: int
     axes: Mapping[str, AxisTrace] = field(default_factory=dict)
-    angle: NDArray[np.float64] | None = None
-    deviation: NDArray[np.float64] | None = None
+    angle: Real | None = None
+    deviation: Real | None = None
     instrument: Instrument = ""
     name: str = "circle"
     scheme: str = ""

@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
+from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.motion import low_pass
 from fric.notice import Notice
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import LinearPlant
     from fric.simulate.machine import Axis, Machine
 
 FAST = 0.05
@@ -58,14 +57,14 @@ class Learning:
 
 
 def next_feedforward(
-    t: NDArray[np.float64],
-    error: NDArray[np.float64],
-    voltage: NDArray[np.float64],
-    model: NDArray[np.float64],
-    before: NDArray[np.float64],
+    t: Real,
+    error: Real,
+    voltage: Real,
+    model: Real,
+    before: Real,
     plant: LinearPlant,
     how: Learning,
-) -> NDArray[np.float64]:
+) -> Real:
     """Return the voltage that the next round should feed forward against friction [V], shape (n,).
 
     ``w ← (1 - γ)·w + γ·(LP[u](t) + LP[(ë + A·ė)/B](t + T_d) - u_model(t))`` with e the tracking error: the voltage of
@@ -121,9 +120,9 @@ class Table:
 
     test: MeasuredCircle
     how: Learning
-    time: Mapping[str, NDArray[np.float64]]
-    reference: Mapping[str, NDArray[np.float64]]
-    voltage: Mapping[str, NDArray[np.float64]]
+    time: Mapping[str, Real]
+    reference: Mapping[str, Real]
+    voltage: Mapping[str, Real]
     warnings: tuple[Notice, ...]
 
 
@@ -131,7 +130,7 @@ def learn_from(
     test: MeasuredCircle,
     machine: Machine,
     how: Learning | None = None,
-    before: Mapping[str, NDArray[np.float64]] | None = None,
+    before: Mapping[str, Real] | None = None,
 ) -> Table:
     """Return the feedforward of the next round from a measured circle.
 

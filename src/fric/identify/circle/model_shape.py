@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
+from fric.control.scheme import Scheme
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from fric.control.scheme import Scheme
 
 LEARNED = "learned"
 """What a scheme feeds forward that feeds forward what was learned."""

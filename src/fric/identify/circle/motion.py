@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.fft import next_fast_len
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from fric.arrays import Complex, Real
 
 SMOOTHED = 200.0
 """Corner of the filter over the tracking error [Hz]."""
 
 
-def smoothed(
-    t: NDArray[np.float64], r: NDArray[np.float64], error: NDArray[np.float64],
-    acceleration: NDArray[np.float64] | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+def smoothed(t: Real, r: Real, error: Real, acceleration: Real | None = None) -> tuple[Real, Real]:
     """Return position [m] and velocity [m/s] behind encoder counts: the reference less the error, smoothed.
 
     Parameters
@@ -33,7 +28,7 @@ def smoothed(
     f = np.fft.rfftfreq(length, dt)
     low = 1.0 / (1.0 + (f / SMOOTHED) ** 4)
 
-    def spectrum_of(values: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def spectrum_of(values: Real) -> Complex:
         """Return the spectrum of a signal, mirrored at its end and at its beginning so that it has no step."""
         return np.fft.rfft(np.concatenate([values, np.full(length - 2 * n, values[-1]), values[::-1]]))
 
@@ -45,16 +40,14 @@ def smoothed(
     return np.ascontiguousarray(z), np.gradient(z, t)
 
 
-def low_pass(corner: float, sampling: float) -> NDArray[np.float64]:
+def low_pass(corner: float, sampling: float) -> Real:
     """Return the second-order sections of a Butterworth low-pass of second order with a corner [Hz]."""
     from scipy.signal import butter
 
     return np.asarray(butter(2, min(corner / (sampling / 2), 0.95), output="sos"))
 
 
-def even(
-    time: NDArray[np.float64], *channels: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
+def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
     """Return channels at even instants: as they are, or between their samples where these are missing or jitter."""
     period = float(np.median(np.diff(time)))
     t = time[0] + period * np.arange(round((time[-1] - time[0]) / period) + 1)

@@ -5,24 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.revolutions import fit_circle
+from fric.identify.circle.tuned import TunedAxis
 from fric.reference import circle
 from fric.simulate.axis import run_axis
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.measured import MeasuredCircle
-    from fric.identify.circle.tuned import TunedAxis
-    from fric.simulate.machine import Axis
+from fric.simulate.machine import Axis
 
 DRAWS = 6
 """Machines that are drawn from what tuning leaves open."""
@@ -146,10 +142,10 @@ def _glitch(
 class _LeftOver:
     """What tuning left of the voltage on a circle, the mean of its revolutions [V], by angle [rad]."""
 
-    angle: NDArray[np.float64]
-    voltage: NDArray[np.float64]
+    angle: Real
+    voltage: Real
 
-    def __call__(self, angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    def __call__(self, angle: Real) -> Real:
         return np.interp(angle % (2 * pi), self.angle, self.voltage, period=2 * pi)
 
 

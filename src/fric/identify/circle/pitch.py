@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from fric.arrays import Real
 
 PERIODS = (2.5, 120.0)
 """Least and most periods on the diameter that are looked for."""
@@ -32,20 +30,14 @@ class Periodic:
     axis: int
     pitch: float
 
-    def columns(self, angle: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+    def columns(self, angle: Real, radius: float) -> Real:
         """Return the radial deviation of a cosine and a sine of one metre along the axis, shape (n, 2)."""
         along = np.cos(angle) if self.axis == 0 else np.sin(angle)
         phase = 2 * pi / self.pitch * radius * along
         return np.column_stack([along * np.cos(phase), along * np.sin(phase)])
 
 
-def periodic_errors(
-    angle: NDArray[np.float64],
-    rest: NDArray[np.float64],
-    geometry: NDArray[np.float64],
-    radius: float,
-    most: int = 2,
-) -> list[Periodic]:
+def periodic_errors(angle: Real, rest: Real, geometry: Real, radius: float, most: int = 2) -> list[Periodic]:
     """Return the lines that stand out of what geometry leaves of a circle, strongest first.
 
     Parameters
@@ -82,10 +74,7 @@ def periodic_errors(
     return found
 
 
-def _top(
-    axis: int, frequency: float, angle: NDArray[np.float64], rest: NDArray[np.float64], radius: float,
-    basis: NDArray[np.float64],
-) -> float:  # fmt: skip
+def _top(axis: int, frequency: float, angle: Real, rest: Real, radius: float, basis: Real) -> float:
     """Return the frequency near one that explains most [1/m]."""
     span = 1 / (12 * radius)
     for _ in range(4):
@@ -96,9 +85,7 @@ def _top(
     return frequency
 
 
-def _power(
-    line: Periodic, angle: NDArray[np.float64], rest: NDArray[np.float64], radius: float, basis: NDArray[np.float64]
-) -> float:
+def _power(line: Periodic, angle: Real, rest: Real, radius: float, basis: Real) -> float:
     """Return the sum of squares that a line explains, beside what is known."""
     columns = line.columns(angle, radius)
     columns = columns - basis @ (basis.T @ columns)

@@ -5,16 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 from math import floor, log10, pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Indices, Real
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.measured import MeasuredCircle
 
 STEADY = 0.01
 """Relative deviation of the feed from its median up to which a motion is steady."""
@@ -48,7 +44,7 @@ class FoundCircle:
     revolutions: float
 
 
-def fit_circle(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float, float]:
+def fit_circle(x: Real, y: Real) -> tuple[float, float, float]:
     """Return centre and radius [m] of the least-squares circle through points, by Gauss and Newton.
 
     The first guess is Kåsa's algebraic fit; the steps then minimise the radial deviations themselves.
@@ -70,9 +66,7 @@ def fit_circle(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, f
     return a + shift_x, b + shift_y, r
 
 
-def find_circles(
-    time: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64], least: float = 1.0
-) -> list[FoundCircle]:
+def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[FoundCircle]:
     """Return the circles of a motion: stretches between rests along which it turns steadily around one point.
 
     Parameters
@@ -91,7 +85,7 @@ def find_circles(
     return found
 
 
-def _moving(time: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]) -> list[tuple[int, int]]:
+def _moving(time: Real, x: Real, y: Real) -> list[tuple[int, int]]:
     """Return first and last sample (exclusive) of each stretch that moves, cut at rests, gaps and full turns back.
 
     The motion is looked at over spans of a 400th of it at least, which noise and quantisation do not move.
@@ -117,9 +111,7 @@ def _moving(time: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.flo
     return [(a, b) for a, b in pairwise(edges) if b - a > 16 and not still[a:b].all()]
 
 
-def _circle_in(
-    time: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64], start: int, stop: int, least: float
-) -> FoundCircle | None:
+def _circle_in(time: Real, x: Real, y: Real, start: int, stop: int, least: float) -> FoundCircle | None:
     a, b, r = fit_circle(x[start:stop], y[start:stop])
     if not (np.isfinite([a, b, r]).all() and r > 0):
         return None
@@ -141,7 +133,7 @@ def _circle_in(
     )
 
 
-def steady(time: NDArray[np.float64], angle: NDArray[np.float64]) -> slice:
+def steady(time: Real, angle: Real) -> slice:
     """Return the longest stretch at which an angle turns at its median rate, within 1 %, over eighths of a turn."""
     revolved = abs(float(angle[-1] - angle[0])) / (2 * pi)
     span = max(int(len(time) / max(revolved, 1.0) / 48), 1)
@@ -184,17 +176,17 @@ class Revolutions:
     """
 
     test: MeasuredCircle
-    angle: NDArray[np.float64]
-    deviation: NDArray[np.float64]
-    revolution: NDArray[np.intp]
-    errors: dict[str, NDArray[np.float64]]
+    angle: Real
+    deviation: Real
+    revolution: Indices
+    errors: dict[str, Real]
 
     @property
     def count(self) -> int:
         """Number of whole revolutions."""
         return int(self.revolution[-1]) + 1
 
-    def averaged(self, bins: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def averaged(self, bins: int) -> tuple[Real, Real, Real]:
         """Return centres of equal parts of a turn [rad], the mean deviation in each [m], and its scatter [m].
 
         The scatter is the standard deviation between the means of the revolutions; nan of one revolution alone, and
@@ -224,7 +216,7 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
     FricError
         When there is no whole revolution.
     """
-    errors: dict[str, NDArray[np.float64]] = {}
+    errors: dict[str, Real] = {}
     if test.angle is not None and test.deviation is not None:
         angle, deviation = np.unwrap(test.angle), test.deviation
         inside = slice(0, len(angle))

@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.contour import QUADRANTS
 from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
 from fric.errors import FricError
 from fric.friction.completed import Completed
+from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.next_circle import measured_quadrants
-from fric.identify.circle.voltage import refined
+from fric.identify.circle.voltage import VoltageRecord, refined
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
-from fric.simulate.machine import Machine
+from fric.simulate.machine import Axis, Machine
 from fric.simulate.prediction import SETTLED
 from fric.simulate.spread import Spread, draw_machine
 from fric.simulate.stated import StatedController, against_stated
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.measured import MeasuredCircle
-    from fric.identify.circle.voltage import VoltageRecord
-    from fric.simulate.machine import Axis
 
 UNSEEN = frozenset({"plant-from-motion", "T_d-assumed", "observer-assumed"})
 """Warnings that the response of the axis was not measured: an observer acts on what it leaves open."""
@@ -171,7 +163,7 @@ def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     t, reference, measured, voltage = record.raw
     from_file = axis.nominal or axis.plant
 
-    def against(volts: NDArray[np.float64]) -> StatedController:
+    def against(volts: Real) -> StatedController:
         return against_stated(axis.cascade, from_file, reference, measured, volts, 1 / record.sampled, ahead=True)
 
     held = against(voltage)

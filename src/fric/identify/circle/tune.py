@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.friction import FrictionModel
 from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
 from fric.identify.circle.belief import Coordinates
+from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.next_circle import NextCircle, circles_ahead, next_circles, worse_ahead
 from fric.identify.circle.tune_bootstrap import explained
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
@@ -25,12 +26,7 @@ from fric.identify.circle.voltage import refined, voltage_record
 from fric.identify.records.flaws import clock_flaws
 from fric.identify.records.timing import timing
 from fric.notice import Notice
-from fric.simulate.machine import NominalFriction
-
-if TYPE_CHECKING:
-    from fric.friction import FrictionModel
-    from fric.identify.circle.measured import MeasuredCircle
-    from fric.simulate.machine import Axis, Machine
+from fric.simulate.machine import Axis, Machine, NominalFriction
 
 SHAPE = 1.3
 """Times what noise and encoder explain that four parameters may leave; above it the full shape is fitted."""

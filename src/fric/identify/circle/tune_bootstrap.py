@@ -8,20 +8,15 @@ encoder elsewhere between two counts, and the error is what the fit makes of wha
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.identify.circle.measured import AxisTrace
+from fric.arrays import Real
+from fric.friction import FrictionModel
+from fric.identify.circle.measured import AxisTrace, MeasuredCircle
+from fric.identify.circle.tune_fit import Fitted
 from fric.identify.circle.voltage import VoltageRecord, refined, voltage_record
 from fric.identify.records.resolution import lattice_step
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.friction import FrictionModel
-    from fric.identify.circle.measured import MeasuredCircle
-    from fric.identify.circle.tune_fit import Fitted
 
 DRAWS = 8
 """How often each circle is recorded again."""
@@ -29,7 +24,7 @@ FEW = 3
 """The same, to tell what the encoder explains of a residual."""
 
 
-def recorded_again(found: Fitted, draws: int = DRAWS) -> list[NDArray[np.float64]]:
+def recorded_again(found: Fitted, draws: int = DRAWS) -> list[Real]:
     """Return what circles that are recorded again leave at what was found, which is their truth [V], each (n,)."""
     rng, balance, x = np.random.default_rng(0), found.balance, found.x
     weights = np.repeat(balance.weights, [len(part) for part in found.parts()])

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.voltage import COMPARED, VoltageRecord
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 STARTS = ((0.74, 1.0), (0.5, 2.7), (1.2, 0.22))
 """Stiffness and C, as shares of what is believed, at which the search begins."""
@@ -45,12 +42,12 @@ class Balance:
     K_f: float
 
     @property
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> Real:
         """Weight of a sample of each circle, so that every circle counts alike, shape (circles,)."""
         lengths = np.array([np.count_nonzero(record.used) for record in self.records], float)
         return np.sqrt(lengths.sum() / len(lengths) / lengths)
 
-    def columns(self) -> NDArray[np.float64]:
+    def columns(self) -> Real:
         """Return acceleration, velocity and the offsets of all circles, weighed, shape (n, 2 + circles)."""
         rows = []
         for n, (record, weight) in enumerate(zip(self.records, self.weights, strict=True)):
@@ -59,13 +56,13 @@ class Balance:
             rows.append(weight * np.column_stack([record.inertia[record.used], record.damping[record.used], own]))
         return np.vstack(rows)
 
-    def friction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def friction(self, x: Real) -> Real:
         """Return the voltage of friction, weighed, at a point, shape (n,)."""
         model = self.coordinates.belief(x)
         parts = [w / self.K_f * r.friction(model) for r, w in zip(self.records, self.weights, strict=True)]
         return np.concatenate(parts)
 
-    def voltage(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def voltage(self, x: Real) -> Real:
         """Return the control voltage as it acts, weighed, at a point, shape (n,)."""
         T_d = self.coordinates.delay(x)
         return np.concatenate([w * r.delayed(T_d) for r, w in zip(self.records, self.weights, strict=True)])
@@ -90,17 +87,17 @@ class Fitted:
     """
 
     balance: Balance
-    x: NDArray[np.float64]
-    plant: NDArray[np.float64]
-    residual: NDArray[np.float64]
-    gradient: NDArray[np.float64]
+    x: Real
+    plant: Real
+    residual: Real
+    gradient: Real
 
     @property
     def rms(self) -> float:
         """Root mean square of what is left, every circle counting alike [V]."""
         return float(np.sqrt(np.mean([np.mean(part**2) for part in self.parts()])))
 
-    def parts(self) -> list[NDArray[np.float64]]:
+    def parts(self) -> list[Real]:
         """Return what is left of each circle [V]."""
         lengths = [int(np.count_nonzero(record.used)) for record in self.balance.records]
         return np.split(self.residual, np.cumsum(lengths)[:-1])
@@ -126,32 +123,32 @@ class Search:
         # neighbouring samples behind the filter are alike: the residual counts as so many independent values
         self.scale = 1.0 / (sigma * np.sqrt(max(rate / (2 * COMPARED), 1.0)))
         self.priors = balance.coordinates.priors
-        self._last: tuple[bytes, NDArray[np.float64]] | None = None
-        self._late: tuple[float, NDArray[np.float64]] | None = None
+        self._last: tuple[bytes, Real] | None = None
+        self._late: tuple[float, Real] | None = None
 
-    def left(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def left(self, x: Real) -> Real:
         """Return the voltage less that of friction, weighed."""
         return self._voltage(x) - self._friction(x)
 
-    def _voltage(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _voltage(self, x: Real) -> Real:
         T_d = self.balance.coordinates.delay(x)
         if self._late is None or self._late[0] != T_d:
             self._late = (T_d, self.balance.voltage(x))
         return self._late[1]
 
-    def _friction(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _friction(self, x: Real) -> Real:
         key = x.tobytes()
         if self._last is None or self._last[0] != key:
             self._last = (key, self.balance.friction(x))
         return self._last[1]
 
-    def cost(self, x: NDArray[np.float64]) -> float:
+    def cost(self, x: Real) -> float:
         """Return half the sum of the squared residuals and priors, in units of their standard deviation."""
         left = self.scale * self.left(x)
         along = self.basis.T @ left
         return 0.5 * float(left @ left - along @ along + np.sum((x / self.priors) ** 2))
 
-    def derivatives(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def derivatives(self, x: Real) -> Real:
         """Return the derivatives of `left`."""
         balance, voltage, friction = self.balance, self._voltage(x), self._friction(x)
         found = np.empty((len(voltage), len(x)))
@@ -164,7 +161,7 @@ class Search:
                 found[:, n] = (friction - balance.friction(moved)) / STEP
         return found
 
-    def normal(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def normal(self, x: Real) -> tuple[Real, Real]:
         """Return the gradient of `cost`, and its second derivatives by Gauss and Newton."""
         left, J = self.scale * self.left(x), self.scale * self.derivatives(x)
         along = self.basis.T @ J
@@ -172,7 +169,7 @@ class Search:
         return gradient, J.T @ J - along.T @ along + np.diag(1.0 / self.priors**2)
 
 
-def fit(balance: Balance, starts: Sequence[NDArray[np.float64]], sigma: float = NOISE, most: int = 12) -> Fitted:
+def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: int = 12) -> Fitted:
     """Return the least-squares point of a balance with its priors, from the best of some starts.
 
     Parameters
@@ -192,7 +189,7 @@ def fit(balance: Balance, starts: Sequence[NDArray[np.float64]], sigma: float = 
     return at(balance, best if len(starts) == 1 else _searched(search, best, most))
 
 
-def _searched(search: Search, x: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
+def _searched(search: Search, x: Real, steps: int) -> Real:
     """Return the point that so many steps of Levenberg and Marquardt lead to within the bounds."""
     bounds = np.minimum(6.0 * search.priors, 3.5)
     x = np.clip(x, -0.99 * bounds, 0.99 * bounds)
@@ -215,7 +212,7 @@ def _searched(search: Search, x: NDArray[np.float64], steps: int) -> NDArray[np.
     return x
 
 
-def at(balance: Balance, x: NDArray[np.float64], plant: NDArray[np.float64] | None = None) -> Fitted:
+def at(balance: Balance, x: Real, plant: Real | None = None) -> Fitted:
     """Return what is left at a point, with the plant that fits best there, or with one that is given (its offsets fit).
 
     Parameters

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.identify.circle.tune_fit import at
+from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.tune_fit import Fitted, at
 from fric.identify.circle.tune_instruments import Instruments
+from fric.identify.circle.tuned import TunedEstimates
 from fric.identify.circle.voltage import COMPARED
 from fric.identify.plant.covariance import hac_covariance
 from fric.identify.records.energy import CHANGES
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from fric.identify.circle.measured import MeasuredCircle
-    from fric.identify.circle.tune_fit import Fitted
-    from fric.identify.circle.tuned import TunedEstimates
-    from fric.simulate.machine import Axis
+from fric.simulate.machine import Axis
 
 APART = 3.0
 """Ratio of the feeds of two circles from which they tell different things."""

@@ -10,18 +10,13 @@ power rises with the fifth power of the corner, and the motion lies below.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.identify.circle.motion import low_pass
-from fric.identify.circle.tune_fit import NOISE, Search
+from fric.identify.circle.tune_fit import NOISE, Fitted, Search
 from fric.identify.circle.voltage import COMPARED
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.tune_fit import Fitted
 
 SMOOTHED = 40.0
 """Corner of the filter over the instruments [Hz]: at 50 Hz 1 % of T_d are left, below 40 they tell too little."""
@@ -45,10 +40,10 @@ class Instruments:
         Variance of a sample that stands for itself [V²].
     """
 
-    Z: NDArray[np.float64]
-    J: NDArray[np.float64]
-    weights: NDArray[np.float64]
-    prior: NDArray[np.float64]
+    Z: Real
+    J: Real
+    weights: Real
+    prior: Real
     power: float
 
     @classmethod
@@ -72,11 +67,11 @@ class Instruments:
         prior[:p] = power / coordinates.priors**2
         return cls(Z, J, weights, prior, power)
 
-    def error(self, residual: NDArray[np.float64]) -> NDArray[np.float64]:
+    def error(self, residual: Real) -> Real:
         """Return how far coordinates and plant are found off where the truth leaves a residual [V], shape (n,)."""
         return self.solved(self.Z.T @ (self.weights * residual))
 
-    def solved(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solved(self, scores: Real) -> Real:
         """Return ``-(ZᵀJ + P)⁻¹`` times scores."""
         crossed = self.Z.T @ self.J + np.diag(self.prior)
         size = np.sqrt(np.diag(self.J.T @ self.J) + self.prior)

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Real
+from fric.drive.plant import Plant
 from fric.estimate import Covariance, Estimate, Interval
 from fric.identify.circle.belief import parameters
 from fric.identify.circle.tune_bootstrap import recorded_again
+from fric.identify.circle.tune_fit import Fitted
 from fric.identify.circle.tune_identifiability import merged
 from fric.identify.circle.tune_instruments import Instruments
 from fric.identify.circle.tuned import TunedEstimates
 from fric.identify.circle.voltage import COMPARED
 from fric.identify.plant.covariance import score_covariance
 from fric.identify.records.resolution import lattice_step
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import Plant
-    from fric.identify.circle.tune_fit import Fitted
 
 STEP = 1e-4
 SEEN = 0.08
@@ -110,7 +106,7 @@ def _scaled(one: Estimate, shift: float, wider: float) -> Estimate:
     return replace(one, value=value, ci95=(low * (1 - wider), high * (1 + wider)))
 
 
-def _covariance(about: Fitted, left: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+def _covariance(about: Fitted, left: list[Real]) -> Real:
     """Return the covariance of coordinates and plant, shape (p + 2 + circles,) square.
 
     Samples are thinned to four a period of the filter's corner: between them nothing new is told. Scores hang together
@@ -146,7 +142,7 @@ def _covariance(about: Fitted, left: list[NDArray[np.float64]]) -> NDArray[np.fl
     return np.asarray(covariance)
 
 
-def _beyond(about: Fitted, left: list[NDArray[np.float64]]) -> float:
+def _beyond(about: Fitted, left: list[Real]) -> float:
     """Return how many times what repeats of the residual exceeds what circles leave that are recorded again.
 
     Least 1. What is more is no encoder of this step: its ripple, or friction of another shape, and errs as much more.
@@ -156,7 +152,7 @@ def _beyond(about: Fitted, left: list[NDArray[np.float64]]) -> float:
     return max(1.0, repeats / again) if again > 0 else 1.0
 
 
-def _of_the_encoder(found: Fitted) -> NDArray[np.float64]:
+def _of_the_encoder(found: Fitted) -> Real:
     """Return variances of the stiffnesses' logarithms, shape (p,): a slip is as long as the encoder tells it."""
     coordinates = found.balance.coordinates
     model = coordinates.friction(found.x)
@@ -171,12 +167,12 @@ def _of_the_encoder(found: Fitted) -> NDArray[np.float64]:
     return variances
 
 
-def _logarithms(found: Fitted) -> tuple[NDArray[np.float64], list[str]]:
+def _logarithms(found: Fitted) -> tuple[Real, list[str]]:
     """Return derivatives of the parameters' logarithms by coordinates and plant, and the parameters' names."""
     coordinates, p = found.balance.coordinates, len(found.x)
     total = p + len(found.plant)
 
-    def all_of(x: NDArray[np.float64], linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    def all_of(x: Real, linear: Real) -> Real:
         model = parameters(coordinates.friction(x))
         flat = np.concatenate([np.atleast_1d(np.asarray(value, float)) for value in model.values()])
         m, a = linear[:2]

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from fric.design.falling import falling_margin, hold_falling
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
+from fric.identify.circle.tuned import TunedAxis
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from fric.identify.circle.tuned import TunedAxis
 
 GROWS = 0.8
 """Margin of the falling branch below which a loop is designed anew: with more, errors grow by less than e² as an axis

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from fric.arrays import Real
+from fric.drive.plant import Plant
 from fric.estimate import Covariance, Estimate
+from fric.friction import FrictionModel
+from fric.identify.circle.tune_fit import Fitted
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import Plant
-    from fric.friction import FrictionModel
-    from fric.identify.circle.tune_fit import Fitted
-    from fric.simulate.machine import Axis
+from fric.simulate.machine import Axis
 
 
 @dataclass(frozen=True)
@@ -38,7 +33,7 @@ class TunedEstimates:
     gms: dict[str, Estimate]
     plant: dict[str, Estimate]
     covariance: Covariance
-    coordinates: NDArray[np.float64]
+    coordinates: Real
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,14 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.sparse import csr_array
 
+from fric.arrays import Indices, Mask, Real
 from fric.errors import FricError
+from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.motion import even, low_pass, smoothed
 from fric.identify.circle.revolutions import fit_circle, steady
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fric.friction import FrictionModel
-    from fric.identify.circle.measured import MeasuredCircle
 
 COMPARED = 70.0
 """Corner of the filter over all voltages that are compared [Hz]. With more, the noise
@@ -77,18 +76,18 @@ class VoltageRecord:
     where: str
     feed: float
     radius: float
-    time: NDArray[np.float64]
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    inertia: NDArray[np.float64]
-    damping: NDArray[np.float64]
+    time: Real
+    position: Real
+    velocity: Real
+    inertia: Real
+    damping: Real
     voltage: CubicSpline
-    used: NDArray[np.bool_]
-    nodes: NDArray[np.intp]
-    revolution: NDArray[np.intp]
-    angle: NDArray[np.float64]
-    raw: tuple[NDArray[np.float64], ...]
-    whole: NDArray[np.float64]
+    used: Mask
+    nodes: Indices
+    revolution: Indices
+    angle: Real
+    raw: tuple[Real, ...]
+    whole: Real
     test: MeasuredCircle
     axis: str
 
@@ -126,18 +125,18 @@ class VoltageRecord:
         return smoothing @ between
 
     @cached_property
-    def _motion(self) -> tuple[NDArray[np.float64], ...]:
+    def _motion(self) -> tuple[Real, ...]:
         return tuple(np.ascontiguousarray(part[self.nodes]) for part in (self.time, self.position, self.velocity))
 
-    def friction(self, model: FrictionModel) -> NDArray[np.float64]:
+    def friction(self, model: FrictionModel) -> Real:
         """Return the friction of a model along the motion behind the filter [N], at the samples used."""
         return np.asarray(self._filter @ model.replay(*self._motion))
 
-    def delayed(self, T_d: float) -> NDArray[np.float64]:
+    def delayed(self, T_d: float) -> Real:
         """Return the control voltage as it acts, a delay later [V], at the samples used."""
         return np.asarray(self.voltage(self.time[self.used] - T_d))
 
-    def repeating(self, rest: NDArray[np.float64]) -> float | None:
+    def repeating(self, rest: Real) -> float | None:
         """Return the root mean square of what does not repeat of a residual at the samples used; None of one turn."""
         revolution, angle = self.revolution[self.used], self.angle[self.used] % (2 * pi)
         complete = [n for n in np.unique(revolution) if n >= 0]
@@ -193,7 +192,7 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
     sections = low_pass(COMPARED, rate)
     z, v = smoothed(t, r, r - z_m)
 
-    def compared(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def compared(values: Real) -> Real:
         thin = decimate(values, every, ftype="fir") if every > 1 else values
         return np.asarray(sosfiltfilt(sections, thin))
 
@@ -244,9 +243,7 @@ def refined(
     )
 
 
-def _revolutions(
-    test: MeasuredCircle, t: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.bool_]]:
+def _revolutions(test: MeasuredCircle, t: Real) -> tuple[Real, Indices, Mask]:
     """Return angle, revolution and whether the axis is on its circle, at some instants."""
     first, second = test.together()
     x = first.position if first.reference is None else first.reference

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.special import stdtrit
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
+from fric.arrays import Indices, Real
 
 
-def hac_covariance(
-    regressors: NDArray[np.float64], residual: NDArray[np.float64], lengths: Sequence[int] | None = None
-) -> NDArray[np.float64]:
+def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None) -> Real:
     """Return the covariance (p, p) of least-squares estimates, right where neighbouring residuals are alike.
 
     Newey and West's estimator (Econometrica 55, 1987): ``(XᵀX)⁻¹·S·(XᵀX)⁻¹`` with S the long-run covariance of the
@@ -34,13 +29,11 @@ def hac_covariance(
     # Orthonormal regressors: the scores are then of one size, and the inverse is that of R alone.
     q, r = np.linalg.qr(regressors)
     back = np.linalg.inv(r)
-    covariance: NDArray[np.float64] = back @ score_covariance(q, residual, lengths) @ back.T
+    covariance: Real = back @ score_covariance(q, residual, lengths) @ back.T
     return covariance
 
 
-def score_covariance(
-    regressors: NDArray[np.float64], residual: NDArray[np.float64], lengths: Sequence[int] | None = None
-) -> NDArray[np.float64]:
+def score_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | None = None) -> Real:
     """Return the long-run covariance (p, p) of the sum of the scores ``x_i·e_i``; arguments as `hac_covariance`."""
     n, p = regressors.shape
     scores = regressors * residual[:, None]
@@ -59,20 +52,20 @@ def score_covariance(
     return np.asarray(middle / np.outer(1 - rho, 1 - rho) * n / (n - p))
 
 
-def _autoregression(parts: Sequence[NDArray[np.float64]]) -> float:
+def _autoregression(parts: Sequence[Real]) -> float:
     """Return the first-order autocorrelation of a series in parts."""
     power = sum(float(part[:-1] @ part[:-1]) for part in parts)
     return sum(float(part[1:] @ part[:-1]) for part in parts) / power if power > 0 else 0.0
 
 
-def _andrews(rho: NDArray[np.float64], n: int) -> float:
+def _andrews(rho: Real, n: int) -> float:
     """Return Andrews' bandwidth for Bartlett's weights, with the regressors weighed alike."""
     rho = np.clip(rho, -0.97, 0.97)
     alpha = np.sum(4 * rho**2 / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(1 / (1 - rho) ** 4)
     return float(1.1447 * (alpha * n) ** (1 / 3))
 
 
-def widened(covariance: NDArray[np.float64], *others: NDArray[np.float64]) -> NDArray[np.float64]:
+def widened(covariance: Real, *others: Real) -> Real:
     """Return a covariance (p, p) with each deviation as large as in the one of others that has it largest."""
     own, *beside = (np.sqrt(np.maximum(np.diag(one), 0.0)) for one in (covariance, *others))
     widest = np.max([own, *beside], axis=0)
@@ -80,9 +73,7 @@ def widened(covariance: NDArray[np.float64], *others: NDArray[np.float64]) -> ND
     return np.asarray(covariance * np.outer(widen, widen))
 
 
-def jackknife(
-    gradient: NDArray[np.float64], residual: NDArray[np.float64], label: NDArray[np.intp]
-) -> NDArray[np.float64]:
+def jackknife(gradient: Real, residual: Real, label: Indices) -> Real:
     """Return the squared half widths (p, p) of 95 % intervals that leaving out each group of samples gives.
 
     Each is one Gauss–Newton step from the solution, and counts by Student's t: a percentile bootstrap of five cycles
@@ -106,9 +97,7 @@ def jackknife(
     return np.asarray(t**2 * (count - 1) / count * moved.T @ moved)
 
 
-def sandwich(
-    gradient: NDArray[np.float64], residual: NDArray[np.float64], label: NDArray[np.intp]
-) -> NDArray[np.float64]:
+def sandwich(gradient: Real, residual: Real, label: Indices) -> Real:
     """Return the squared half widths (p, p) of 95 % intervals where residuals of one group belong together.
 
     The infinitesimal jackknife, or sandwich (White, Econometrica 50, 1982); see `jackknife`.

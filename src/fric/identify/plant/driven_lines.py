@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import permutations
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from fric.identify.plant.spectra import Real, Spectra
+from fric.arrays import Complex, Mask, Real
+from fric.identify.plant.spectra import Spectra
 
 APART = 1.5
 """Ratio of two amplitudes from which on they tell lines apart that are driven and that are not."""
@@ -28,16 +25,14 @@ class MeanLines(NamedTuple):
     The reference may have told which are driven.
     """
 
-    frequency: NDArray[np.float64]
-    input: NDArray[np.complex128]
-    position: NDArray[np.complex128]
-    driven: NDArray[np.bool_]
+    frequency: Real
+    input: Complex
+    position: Complex
+    driven: Mask
     stated: bool
 
 
-def excited(
-    spectra: Spectra, driven: NDArray[np.bool_] | None = None, tall: float = 0.05, surely: float = 0.3
-) -> NDArray[np.bool_]:
+def excited(spectra: Spectra, driven: Mask | None = None, tall: float = 0.05, surely: float = 0.3) -> Mask:
     """Return which lines of a periodic excitation are driven.
 
     At a line that is not driven a closed loop shows the controller, the encoder's steps or friction's harmonics, and
@@ -67,7 +62,7 @@ def excited(
     return np.asarray(seen & (tall * np.maximum.accumulate(U) < U) & (5 * noise < U))
 
 
-def driven_alike(records: Sequence[MeanLines | None]) -> list[NDArray[np.bool_] | None]:
+def driven_alike(records: Sequence[MeanLines | None]) -> list[Mask | None]:
     """Return which lines of each record are driven by what two amplitudes of one excitation show, None where nothing.
 
     What is driven grows with the excitation, in input or in position (a loop that holds one leaves the other to
@@ -80,7 +75,7 @@ def driven_alike(records: Sequence[MeanLines | None]) -> list[NDArray[np.bool_] 
     records
         The lines of each record, None for one without periods.
     """
-    found: list[NDArray[np.bool_] | None] = [None] * len(records)
+    found: list[Mask | None] = [None] * len(records)
     for small, large in permutations(range(len(records)), 2):
         one, other = records[small], records[large]
         if one is None or other is None or not np.array_equal(one.frequency, other.frequency):
@@ -96,11 +91,11 @@ def driven_alike(records: Sequence[MeanLines | None]) -> list[NDArray[np.bool_] 
     return found
 
 
-def _ratio(over: NDArray[np.complex128], under: NDArray[np.complex128]) -> Real:
+def _ratio(over: Complex, under: Complex) -> Real:
     return np.asarray(np.abs(over) / np.maximum(np.abs(under), 1e-300))
 
 
-def distortion(spectra: Spectra, driven: NDArray[np.bool_], neighbours: int = 12) -> Real:
+def distortion(spectra: Spectra, driven: Mask, neighbours: int = 12) -> Real:
     """Return the relative deviation that what repeats itself without being driven brings to each driven line.
 
     Friction's harmonics and an encoder's steps repeat themselves from period to period, and no scatter over periods

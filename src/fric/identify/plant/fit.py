@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from fric.arrays import Complex, Mask, Real
 from fric.drive.plant import LinearPlant
 from fric.estimate import Estimate
 from fric.identify.plant.frequency_response import MeasuredResponse
 from fric.identify.plant.response_fit import Solution
 from fric.units import Motion
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -35,18 +31,16 @@ class ResponseFit:
     """
 
     measured: MeasuredResponse
-    used: NDArray[np.bool_]
+    used: Mask
     solution: Solution
     hold: float | None
     stand_off: tuple[float, ...] = ()
 
-    def model(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def model(self, frequency: Real) -> Complex:
         """Return the fitted response [m/V] at frequencies [Hz], shape (n,)."""
         return self.solution.response(frequency, self.hold)
 
-    def of(
-        self, solution: Solution, frequency: NDArray[np.float64], *, friction: bool = True
-    ) -> NDArray[np.complex128]:
+    def of(self, solution: Solution, frequency: Real, *, friction: bool = True) -> Complex:
         """Return what another solution shows of this experiment [m/V], shape (n,), with friction or without."""
         values = solution.values.copy()
         values[2] = max(values[2], 0.0 if self.hold is None else 0.5 / self.hold)
@@ -74,9 +68,9 @@ class FrictionInfluence:
         F_c/M [m/s²], where it was fitted.
     """
 
-    gains: NDArray[np.float64]
-    seen: NDArray[np.float64]
-    half: NDArray[np.float64]
+    gains: Real
+    seen: Real
+    half: Real
     differs: bool
     compared: bool
     coulomb: Estimate | None = None

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
@@ -22,11 +21,9 @@ from fric.estimate import Estimate
 from fric.identify.plant.force_lag_fit import force_lines, lag_in_band, pooled_lags
 from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, measure_response
 from fric.identify.plant.steady_force import steady_force_constant
+from fric.log import Log
 from fric.notice import Notice
 from fric.units import Motion, readable, si_unit
-
-if TYPE_CHECKING:
-    from fric.log import Log
 
 LEAST_FILTER = 0.2
 """Samples of T_f from which on it is taken for a filter."""

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
 
+from fric.arrays import Complex, Real
 from fric.errors import FricError
+from fric.identify.plant.frequency_response import MeasuredResponse
 from fric.identify.plant.response_lines import COARSEST
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.plant.frequency_response import MeasuredResponse
 
 FLOOR = 1e-5
 """Relative deviation that a line has at least: the rounding of a logged force."""
@@ -29,20 +26,20 @@ FEWEST = 8
 class ForceLines(NamedTuple):
     """The lines of one record: frequency [Hz], F/U [N/V], its relative deviation, lines that tell as much as one."""
 
-    frequency: NDArray[np.float64]
-    response: NDArray[np.complex128]
-    deviation: NDArray[np.float64]
+    frequency: Real
+    response: Complex
+    deviation: Real
     correlation: float
 
 
 class FittedLag(NamedTuple):
     """K_f, delay and filter of one record."""
 
-    values: NDArray[np.float64]
+    values: Real
     """ln K_f, τ [s], T_f [s]"""
-    covariance: NDArray[np.float64]
+    covariance: Real
     freedom: float
-    residual: NDArray[np.float64]
+    residual: Real
     """Real and imaginary parts over their deviation, shape (2, n), by frequency."""
 
 
@@ -71,7 +68,7 @@ def lag_in_band(lines: ForceLines, filtered: bool = True) -> FittedLag:
         top /= 2
 
 
-def _patterned(residual: NDArray[np.float64]) -> bool:
+def _patterned(residual: Real) -> bool:
     """Test whether residuals by frequency are smoother than noise (von Neumann's ratio, 0.1 % level)."""
     n = len(residual)
     if n < FEWEST:
@@ -88,7 +85,7 @@ def _fit(lines: ForceLines, filtered: bool) -> FittedLag:
     lower, scale = [-np.inf, -np.inf, 0.0][: len(start)], [0.01, 0.01 / top, 0.01 / top][: len(start)]
     misfit, n = 0.0, len(start)
 
-    def residual(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def residual(x: Real) -> Real:
         model = np.exp(x[0] - 1j * omega * x[1]) / (1 + 1j * omega * (x[2] if filtered else 0.0))
         ratio = np.log(lines.response / model)
         weight = 1 / np.hypot(lines.deviation, misfit)
@@ -122,7 +119,7 @@ def _first_delay(lines: ForceLines) -> float:
     return float(delays[int(np.argmin(turned))])
 
 
-def pooled_lags(fits: Sequence[FittedLag]) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+def pooled_lags(fits: Sequence[FittedLag]) -> tuple[Real, Real, float]:
     """Return the mean of records, weighted, its covariance with what they differ by, and its freedom."""
     freedom = sum(fit.freedom for fit in fits)
     if len(fits) == 1:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from scipy import fft
 
+from fric.arrays import Complex, Mask, Real
 from fric.errors import FricError
 from fric.identify.plant.driven_lines import MeanLines, distortion, excited
 from fric.identify.plant.spectra import (
@@ -26,9 +27,6 @@ from fric.identify.records.conditioning import butterworth, zero_phase
 from fric.identify.records.sampling import even_sampling
 from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 SEGMENTS = 8
 """Length of the record over that of a Welch segment, unless another is asked for."""
@@ -89,7 +87,7 @@ class MeasuredResponse:
     warnings: tuple[str, ...] = ()
 
     @property
-    def response(self) -> NDArray[np.complex128]:
+    def response(self) -> Complex:
         """Z/U [m/V], shape (n,)."""
         return np.asarray(self.table.magnitude * np.exp(1j * self.table.phase))
 
@@ -100,7 +98,7 @@ def measure_response(
     period: float | None = None,
     segment: float | None = None,
     output: Literal["position", "force"] = "position",
-    driven: NDArray[np.bool_] | None = None,
+    driven: Mask | None = None,
 ) -> MeasuredResponse:
     """Return the frequency response from control voltage to position (or to force) of one record.
 
@@ -159,22 +157,19 @@ def _table(record: FrequencyResponse) -> MeasuredResponse:
     return MeasuredResponse(table, "table", "a table", 0, warnings=tuple(warnings))
 
 
-def _period(record: Log, u: NDArray[np.float64]) -> int | None:
+def _period(record: Log, u: Real) -> int | None:
     """Return the period of what drives the axis in samples: of the reference where it has one, or of the input."""
     r = record.reference
     found = find_period(np.diff(r)) if r is not None and _accelerates(r) else None
     return find_period(u) if found is None else found
 
 
-def _accelerates(reference: NDArray[np.float64]) -> bool:
+def _accelerates(reference: Real) -> bool:
     """Tell whether a reference does more than move evenly, its rounding left aside."""
     return bool(np.ptp(np.diff(reference, 2)) > 1e-9 * np.max(np.abs(reference)))
 
 
-def _over_periods(
-    record: Log, u: NDArray[np.float64], z: NDArray[np.float64], period: int, sampling: float,
-    known: NDArray[np.bool_] | None,
-) -> MeasuredResponse:  # fmt: skip
+def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, known: Mask | None) -> MeasuredResponse:
     try:
         spectra = period_spectra(u, z, period, sampling)
     except FricError as error:
@@ -207,7 +202,7 @@ def _over_periods(
     )
 
 
-def _driven(reference: NDArray[np.float64], period: int) -> NDArray[np.bool_] | None:
+def _driven(reference: Real, period: int) -> Mask | None:
     """Return the lines that the reference drives; None where it drives none, but moves slowly besides."""
     if not _accelerates(reference):
         return None
@@ -217,9 +212,7 @@ def _driven(reference: NDArray[np.float64], period: int) -> NDArray[np.bool_] | 
     return driven if np.count_nonzero(driven) >= 3 else None
 
 
-def _over_segments(
-    record: Log, u: NDArray[np.float64], z: NDArray[np.float64], segment: float | None, sampling: float
-) -> MeasuredResponse:
+def _over_segments(record: Log, u: Real, z: Real, segment: float | None, sampling: float) -> MeasuredResponse:
     length = len(u) // SEGMENTS if segment is None else round(segment * sampling)
     if length < 32 or 3 * length > 2 * len(u):
         raise FricError(
@@ -256,19 +249,13 @@ def _over_segments(
     )
 
 
-def as_table(
-    record: Log,
-    frequency: NDArray[np.float64],
-    G: NDArray[np.complex128],
-    deviation: NDArray[np.float64],
-    coherence: NDArray[np.float64],
-) -> FrequencyResponse:
+def as_table(record: Log, frequency: Real, G: Complex, deviation: Real, coherence: Real) -> FrequencyResponse:
     """Return a response as the table of a record."""
     about = {name: getattr(record, name) for name in ("name", "axis", "motion", "source", "sha256")}
     return FrequencyResponse(frequency, np.abs(G), np.unwrap(np.angle(G)), coherence, deviation, **about)
 
 
-def _motion(v: NDArray[np.float64]) -> tuple[float, float]:
+def _motion(v: Real) -> tuple[float, float]:
     """Return the equivalent gain of Coulomb friction along a velocity, and the velocity's deviation from its mean."""
     around = v - v.mean()
     if v.min() > 0 or v.max() < 0 or not np.any(around):

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from fric.arrays import Complex, Mask, Real
 from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
 from fric.identify.plant.response_fit import UNDETERMINED, Solution, solve
 from fric.identify.plant.response_lines import Lines
 from fric.identify.plant.response_start import near
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Mask = NDArray[np.bool_]
 
 UNLIKE = 0.02
 """Misfit of eq. (1) from which on a second mass is looked for [1]."""
@@ -108,9 +104,7 @@ def _score(lines: Lines, solution: Solution) -> float:
     return float(np.mean(np.log(np.abs(_off(lines, solution)) + 1e-3)))
 
 
-def _starts(
-    lines: Lines, encoder: Encoder, frequencies: NDArray[np.float64]
-) -> list[tuple[Resonance, NDArray[np.float64]]]:
+def _starts(lines: Lines, encoder: Encoder, frequencies: Real) -> list[tuple[Resonance, Real]]:
     """Return second masses by how well eq. (1) explains what they leave, the best first."""
     tried = []
     for frequency in frequencies:
@@ -126,7 +120,7 @@ def _starts(
     return [(resonance, start) for _, resonance, start in tried]
 
 
-def _without_outliers(lines: Lines, resonance: Resonance | None, start: NDArray[np.float64] | None = None) -> Found:
+def _without_outliers(lines: Lines, resonance: Resonance | None, start: Real | None = None) -> Found:
     kept = np.ones(len(lines.frequency), bool)
     solution = solve([lines], resonance=resonance, start=start)
     for _ in range(6):
@@ -142,7 +136,7 @@ def _without_outliers(lines: Lines, resonance: Resonance | None, start: NDArray[
     return Found(solution, kept)
 
 
-def _off(lines: Lines, solution: Solution) -> NDArray[np.complex128]:
+def _off(lines: Lines, solution: Solution) -> Complex:
     return np.asarray(np.log(lines.response / solution.response(lines.frequency, lines.hold)))
 
 

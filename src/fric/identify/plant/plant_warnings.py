@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.estimate import Estimate
+from fric.identify.plant.fit import FrictionInfluence, ResponseFit
+from fric.identify.plant.response_fit import Solution
 from fric.notice import Notice, Severity
 from fric.units import readable
-
-if TYPE_CHECKING:
-    from fric.estimate import Estimate
-    from fric.identify.plant.fit import FrictionInfluence, ResponseFit
-    from fric.identify.plant.response_fit import Solution
 
 UNSURE, FALSE = 0.02, 0.1
 """Misfit from which on a fit is in doubt, and from which on it is wrong [1]."""

@@ -5,24 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
 from scipy.special import chdtri, stdtrit
 
+from fric.arrays import Complex, Real
 from fric.drive.plant import LinearPlant
 from fric.drive.resonance import Encoder, Resonance
 from fric.drive.sampled import SampledPlant
 from fric.estimate import Estimate
 from fric.identify.plant.covariance import jackknife, widened
+from fric.identify.plant.response_lines import Lines
 from fric.identify.plant.response_start import near
 from fric.units import Motion, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.plant.response_lines import Lines
 
 UNDETERMINED = 0.5
 """Share of the table in the moving mass, where it is not told."""
@@ -50,12 +47,12 @@ class Form(NamedTuple):
     encoder: Encoder | None = None
     """Where the encoder is, where there is a second mass."""
 
-    def plant(self, x: NDArray[np.float64], reversing: float = 0.0) -> LinearPlant:
+    def plant(self, x: Real, reversing: float = 0.0) -> LinearPlant:
         """Return eq. (1), with what friction adds to A along a motion with this gain [s/m]."""
         A = float(x[0]) + (float(x[3]) * reversing if self.friction else 0.0)
         return LinearPlant(max(A, 0.0), float(np.exp(x[1])), max(float(x[2]), 0.0))
 
-    def resonance(self, x: NDArray[np.float64], share: float = UNDETERMINED) -> Resonance | None:
+    def resonance(self, x: Real, share: float = UNDETERMINED) -> Resonance | None:
         """Return the second mass, where there is one, with this share of the table where it is not told."""
         if self.encoder is None:
             return None
@@ -65,9 +62,8 @@ class Form(NamedTuple):
         )
 
     def response(
-        self, x: NDArray[np.float64], frequency: NDArray[np.float64], hold: float | None, reversing: float = 0.0,
-        share: float = UNDETERMINED,
-    ) -> NDArray[np.complex128]:  # fmt: skip
+        self, x: Real, frequency: Real, hold: float | None, reversing: float = 0.0, share: float = UNDETERMINED
+    ) -> Complex:
         """Return Z/U [m/V] of these parameters at frequencies [Hz], shape (n,)."""
         return modelled(self.plant(x, reversing), frequency, hold, self.resonance(x, share))
 
@@ -96,8 +92,8 @@ class Solution:
         Which parameters there are.
     """
 
-    values: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    values: Real
+    covariance: Real
     chi2: float
     misfit: float
     freedom: float
@@ -107,13 +103,11 @@ class Solution:
         """Return eq. (1), with what friction adds to A along a motion with this gain [s/m]."""
         return self.form.plant(self.values, reversing)
 
-    def response(
-        self, frequency: NDArray[np.float64], hold: float | None, reversing: float = 0.0
-    ) -> NDArray[np.complex128]:
+    def response(self, frequency: Real, hold: float | None, reversing: float = 0.0) -> Complex:
         """Return Z/U [m/V] at frequencies [Hz], shape (n,), as in `Form.response`."""
         return self.form.response(self.values, frequency, hold, reversing)
 
-    def half_widths(self) -> NDArray[np.float64]:
+    def half_widths(self) -> Real:
         """Return half the 95 % intervals, shape (p,)."""
         return float(stdtrit(self.freedom, 0.975)) * np.sqrt(np.diag(self.covariance))
 
@@ -129,9 +123,7 @@ class Solution:
         }
 
 
-def modelled(
-    plant: LinearPlant, frequency: NDArray[np.float64], hold: float | None, resonance: Resonance | None = None
-) -> NDArray[np.complex128]:
+def modelled(plant: LinearPlant, frequency: Real, hold: float | None, resonance: Resonance | None = None) -> Complex:
     """Return Z/U [m/V]: eq. (1), or from sample to sample behind a zero-order hold, exactly.
 
     The hold's half sample is in T_d, and only the rest of it is transport; what the hold and the sampling do besides
@@ -161,7 +153,7 @@ def solve(
     friction: bool = False,
     misfits: Sequence[float] | None = None,
     resonance: Resonance | None = None,
-    start: NDArray[np.float64] | None = None,
+    start: Real | None = None,
 ) -> Solution:
     """Fit eq. (1) to the lines of one or more responses by weighted least squares on log magnitude and phase.
 
@@ -199,8 +191,8 @@ def solve(
     rows = sum(2 * len(lines.frequency) for lines in sets)
     freedom = max(rows / correlation - len(start), 1.0)
 
-    def fitted(added: Sequence[float], start: NDArray[np.float64]) -> optimize.OptimizeResult:
-        def residual(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def fitted(added: Sequence[float], start: Real) -> optimize.OptimizeResult:
+        def residual(x: Real) -> Real:
             return np.concatenate([_residual(form, x, lines, a) for lines, a in zip(sets, added, strict=True)])
 
         return optimize.least_squares(
@@ -230,9 +222,7 @@ def solve(
     return Solution(found.x, covariance, plain, max(added), freedom, form)
 
 
-def _left_out(
-    found: optimize.OptimizeResult, sets: Sequence[Lines], covariance: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _left_out(found: optimize.OptimizeResult, sets: Sequence[Lines], covariance: Real) -> Real:
     """Return the squared half widths (p, p) that leaving out blocks of neighbouring lines gives, 0 of few lines.
 
     What a model misses, and what friction and an encoder's steps do to a response, is alike from line to line, and no
@@ -253,16 +243,14 @@ def _left_out(
     return np.asarray(np.where(np.outer(sure, sure), moved, 0.0))
 
 
-def _residual(
-    form: Form, x: NDArray[np.float64], lines: Lines, misfit: float, share: float = UNDETERMINED
-) -> NDArray[np.float64]:
+def _residual(form: Form, x: Real, lines: Lines, misfit: float, share: float = UNDETERMINED) -> Real:
     model = form.response(x, lines.frequency, lines.hold, lines.reversing, share)
     ratio = np.log(lines.response / model)
     weight = 1 / np.hypot(lines.deviation, misfit)
     return np.concatenate([ratio.real * weight, ratio.imag * weight])
 
 
-def _misfit(form: Form, x: NDArray[np.float64], lines: Lines) -> float:
+def _misfit(form: Form, x: Real, lines: Lines) -> float:
     """Return the relative deviation that makes chi-squared of one response its freedom."""
     squares = _residual(form, x, lines, 0.0).reshape(2, -1) ** 2 * lines.deviation**2
     n = max(squares.size - len(x), 1)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from fric.arrays import Complex, Mask, Real
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.plant.frequency_response import MeasuredResponse
+from fric.identify.plant.frequency_response import MeasuredResponse
 
 COARSEST = 0.3
 """Relative deviation up to which the logarithm of a response is as good as unbiased."""
@@ -38,9 +35,9 @@ class Lines(NamedTuple):
         True where the deviation is known in full, false where only its shape is (a table).
     """
 
-    frequency: NDArray[np.float64]
-    response: NDArray[np.complex128]
-    deviation: NDArray[np.float64]
+    frequency: Real
+    response: Complex
+    deviation: Real
     hold: float | None
     reversing: float
     correlation: float
@@ -53,7 +50,7 @@ def select(
     hold: float | None,
     coherence: float,
     band: tuple[float, float] = (0.0, np.inf),
-) -> tuple[Lines, NDArray[np.bool_]]:
+) -> tuple[Lines, Mask]:
     """Return the lines of a response that are sure enough, and which they are, shape (n,).
 
     Parameters

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.plant.response_lines import Lines
+from fric.identify.plant.response_lines import Lines
 
 
-def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[NDArray[np.float64], float]:
+def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float]:
     """Return A, ln B, T_d near the best, and what is left of the squares.
 
     They are from a grid: the phase is wrapped, so that no unwrapping can go wrong.

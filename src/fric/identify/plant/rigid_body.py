@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.plant.covariance import hac_covariance
@@ -20,13 +21,9 @@ from fric.identify.records.force_lag import Drive
 from fric.identify.records.judgement import CONDITION
 from fric.identify.records.prepared import Prepared, prepared
 from fric.identify.records.sampling import even_sampling
+from fric.log import Log
 from fric.notice import Notice
 from fric.units import Motion, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.log import Log
 
 REST = 0.01
 """Share of the largest speed below which the axis counts as resting."""
@@ -74,9 +71,9 @@ class MotionFit:
     autocorrelation: float
     sampling: float
     conditioning: Conditioning
-    time: NDArray[np.float64]
-    measured: NDArray[np.float64]
-    fitted: NDArray[np.float64]
+    time: Real
+    measured: Real
+    fitted: Real
     warnings: tuple[str, ...] = ()
 
 
@@ -169,7 +166,7 @@ def identify_motion(
 _EACH = ("F_v_positive", "F_c_positive", "F_v_negative", "F_c_negative")
 
 
-def _observations(record: Prepared, settings: Conditioning, direction: str) -> NDArray[np.float64]:
+def _observations(record: Prepared, settings: Conditioning, direction: str) -> Real:
     v, acceleration = record.motion.velocity[record.used], record.motion.acceleration[record.used]
     if direction == "both":
         terms = [acceleration, v, np.sign(v), np.ones_like(v)]
@@ -179,7 +176,7 @@ def _observations(record: Prepared, settings: Conditioning, direction: str) -> N
     return np.column_stack([thinned(np.asarray(term, float), settings.decimation) for term in terms])
 
 
-def _refuse_rank(X: NDArray[np.float64], names: Sequence[str], log: Log) -> None:
+def _refuse_rank(X: Real, names: Sequence[str], log: Log) -> None:
     """Refuse a motion along which two terms look alike, whatever the units of the columns."""
     size = np.linalg.norm(X, axis=0)
     dead = [name for name, norm in zip(names, size, strict=True) if norm == 0]
@@ -204,7 +201,7 @@ def _unit(name: str, channel: str, motion: Motion) -> str:
 
 
 def _plant(
-    values: NDArray[np.float64], covariance: NDArray[np.float64], quantile: float, direction: str, channel: str,
+    values: Real, covariance: Real, quantile: float, direction: str, channel: str,
     K_f: Estimate | None, delay: float | None, sampling: float, motion: Motion,
 ) -> dict[str, Estimate]:  # fmt: skip
     """Return A = F_v/M, B = K_f/M, and their intervals by the delta method."""
@@ -234,8 +231,8 @@ def _plant(
 
 
 def _warnings(
-    records: Sequence[Prepared], estimates: dict[str, Estimate], lag: float, plain: NDArray[np.float64],
-    honest: NDArray[np.float64], K_f: Estimate | None, delay: float | None,
+    records: Sequence[Prepared], estimates: dict[str, Estimate], lag: float, plain: Real,
+    honest: Real, K_f: Estimate | None, delay: float | None,
 ) -> list[str]:  # fmt: skip
     warnings: list[str] = []
     if lag > 0.3:

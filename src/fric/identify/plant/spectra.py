@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import fft, special
 
+from fric.arrays import Complex, Mask, Real
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Real = NDArray[np.float64]
-    Complex = NDArray[np.complex128]
 
 ALIKE = 0.5
 """Autocorrelation from which on a signal counts as periodic; noise in the loop takes from it."""
@@ -47,7 +42,7 @@ class Spectra(NamedTuple):
     averages: float
     correlation: float
 
-    def at(self, lines: NDArray[np.bool_]) -> Spectra:
+    def at(self, lines: Mask) -> Spectra:
         """Return the chosen lines, shape (n,)."""
         driver, input, position = (x[:, lines] for x in (self.driver, self.input, self.position))
         return Spectra(self.frequency[lines], driver, input, position, self.averages, self.correlation)
@@ -223,7 +218,7 @@ def swept(spectra: Spectra, share: float = 0.4) -> bool:
     return bool(np.median(power.max(axis=0) / power.sum(axis=0)) > share)
 
 
-def moved_at(spectra: Spectra, *, is_input: bool) -> NDArray[np.bool_]:
+def moved_at(spectra: Spectra, *, is_input: bool) -> Mask:
     """Return the lines at which the driver has power of its own, and not what the window smears from lower lines.
 
     Parameters
@@ -234,7 +229,7 @@ def moved_at(spectra: Spectra, *, is_input: bool) -> NDArray[np.bool_]:
         Whether the driver is the input; a reference, which falls with frequency, is looked at by its speed.
     """
     size = np.sqrt(np.mean(np.abs(spectra.driver) ** 2, axis=0)) * (1.0 if is_input else spectra.frequency)
-    driven: NDArray[np.bool_] = size > (0.05 if is_input else 0.01) * np.maximum.accumulate(size)
+    driven: Mask = size > (0.05 if is_input else 0.01) * np.maximum.accumulate(size)
     return driven
 
 

@@ -12,18 +12,15 @@ measured behind the friction of the drive, or an input that saturates, is not pr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
 from fric.estimate import Estimate
 from fric.identify.records.segments import steady_segments
+from fric.log import Log
 from fric.notice import Notice
 from fric.units import Motion, si_unit
-
-if TYPE_CHECKING:
-    from fric.log import Log
 
 FEWEST = 4
 """Steady segments that a line through their means takes at least."""

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.identify.records.resolution import lattice_step, noise_level
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.log import Log
+from fric.log import Log
 
 RELATIVE = 0.01
 """Distance from the chord, as a share of the way, that still counts as constant velocity."""
@@ -29,18 +25,18 @@ class Path:
     `explained` takes the number of samples of a piece (for a random walk, the distance grows with it).
     """
 
-    time: NDArray[np.float64]
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64] | None
+    time: Real
+    position: Real
+    velocity: Real | None
     count: float
     resolution: float
     explained: Callable[[int], float]
 
-    def distance(self, start: int, stop: int) -> NDArray[np.float64]:
+    def distance(self, start: int, stop: int) -> Real:
         """Return the distance of each sample of a piece from its chord [m]."""
         t, z = self.time[start:stop], self.position[start:stop]
         slope = (z[-1] - z[0]) / (t[-1] - t[0])
-        distance: NDArray[np.float64] = np.abs(z - (z[0] + slope * (t - t[0])))
+        distance: Real = np.abs(z - (z[0] + slope * (t - t[0])))
         return distance
 
     def tolerance(self, start: int, stop: int) -> float:
@@ -155,7 +151,7 @@ def trimmed(path: Path, start: int, stop: int) -> tuple[int, int]:
     return first + middle + 1 - before, first + middle + after
 
 
-def _kept(outward: NDArray[np.float64], allowed: float, blind: int, most: int, edge: int) -> int:
+def _kept(outward: Real, allowed: float, blind: int, most: int, edge: int) -> int:
     """Count the samples, from the middle of a piece on, that keep to its line; no more than the ``most`` it has."""
     off = np.abs(outward) > allowed
     off[: most - edge] = False

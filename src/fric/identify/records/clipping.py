@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
+from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.identify.records.resolution import lattice_step
+from fric.log import Log
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from fric.log import Log
 
 STUCK = 5
 """Consecutive samples at its very extreme after which a force or input counts as clipped."""
@@ -24,13 +19,13 @@ LEVELS = 40
 """Steps that a channel's range has at least, for being flat at its end to mean anything."""
 
 
-def counts(values: NDArray[np.float64]) -> float | None:
+def counts(values: Real) -> float | None:
     """Return the step in which a force or voltage was logged; none where that is the last digit of a number."""
     step = lattice_step(values)
     return None if step is None or step < 1e-6 * float(np.ptp(values)) else step
 
 
-def clipped(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+def clipped(values: Real) -> Mask:
     """Say at which samples a channel is flat at its extreme, more than coarse counts alone bring about, shape (n,).
 
     Of a channel with few levels nothing is said: friction that slides stays within one, as a clipped force does.
@@ -51,12 +46,12 @@ def clipped(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     return found
 
 
-def clipped_samples(values: NDArray[np.float64]) -> int:
+def clipped_samples(values: Real) -> int:
     """Count the samples at which a channel is clipped."""
     return int(np.count_nonzero(clipped(values)))
 
 
-def clipped_among(records: Sequence[NDArray[np.float64]]) -> list[int]:
+def clipped_among(records: Sequence[Real]) -> list[int]:
     """Count the samples of each record at which a channel is clipped, as all records of it tell.
 
     A record that stays at the very extreme of all is flat for its range, or for coarse counts; it is clipped where the
@@ -72,7 +67,7 @@ def clipped_among(records: Sequence[NDArray[np.float64]]) -> list[int]:
     return found
 
 
-def _fine(values: NDArray[np.float64]) -> bool:
+def _fine(values: Real) -> bool:
     """Tell whether a record shows that its channel is finer than its range."""
     span, step = float(np.ptp(values)), counts(values)
     return span > 0.0 and (step is None or span > LEVELS * step)

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.identify.records.motion import Motion
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.log import Log
+from fric.log import Log
 
 BANDWIDTH = 20.0
 """What a position loop makes of a motion [Hz]; the filters leave room above it."""
@@ -94,14 +90,14 @@ def filtered_motion(log: Log, settings: Conditioning) -> Motion:
     return Motion(log.time, position, velocity, np.gradient(velocity, dt), 0.0)
 
 
-def butterworth(corner: float, sampling: float) -> NDArray[np.float64]:
+def butterworth(corner: float, sampling: float) -> Real:
     """Return the second-order sections of a Butterworth low-pass of fourth order with a corner [Hz]."""
     from scipy import signal  # not at the start: it brings scipy.stats, 0.5 s, which pages and circles do not need
 
     return np.asarray(signal.butter(4, corner, fs=sampling, output="sos"))
 
 
-def thinned(values: NDArray[np.float64], decimation: int) -> NDArray[np.float64]:
+def thinned(values: Real, decimation: int) -> Real:
     """Return one sample of so many, the last one among them, after a zero-phase Chebyshev filter.
 
     Eighth order, 0.05 dB, 0.8 of the new half rate, as in MATLAB's ``decimate``, from which the published figures
@@ -121,7 +117,7 @@ def kept(n: int, decimation: int) -> slice:
     return slice((n - 1) % decimation, None, decimation)
 
 
-def zero_phase(sos: NDArray[np.float64], values: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+def zero_phase(sos: Real, values: Real, order: int) -> Real:
     """Return the values filtered forwards and backwards, their edges mirrored over three times the order."""
     from scipy import signal
 

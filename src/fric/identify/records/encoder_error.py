@@ -9,17 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.identify.records.resolution import lattice_step
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.records.segments import Segment
-    from fric.log import Log
+from fric.identify.records.segments import Segment
+from fric.log import Log
 
 SAMPLES = 256
 """Samples that a stretch has at least."""
@@ -131,7 +127,7 @@ def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:
     return found
 
 
-def _median_around(values: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
+def _median_around(values: Real, half_width: int) -> Real:
     """Return the median of the values around each."""
     padded = np.pad(values, half_width, mode="reflect")
     return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half_width + 1), axis=1))

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Indices, Real
 from fric.estimate import Estimate
 from fric.notice import Notice
 from fric.units import readable
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
-
-def cycle_energies(
-    position: NDArray[np.float64], force: NDArray[np.float64], reversals: NDArray[np.intp]
-) -> NDArray[np.float64]:
+def cycle_energies(position: Real, force: Real, reversals: Indices) -> Real:
     """Return the energy lost in each whole cycle, ``∮F·dz`` from one reversal to the next but one [J], shape (cycles,).
 
     Parameters
@@ -32,7 +26,7 @@ def cycle_energies(
     return np.asarray(np.diff(work[ends])) if len(ends) > 1 else np.zeros(0)
 
 
-def energy_per_cycle(energies: NDArray[np.float64]) -> Estimate | None:
+def energy_per_cycle(energies: Real) -> Estimate | None:
     """Return the mean energy of cycles with its 95 % interval by Student's t; None of fewer than two cycles."""
     if len(energies) < 2:
         return None
@@ -41,7 +35,7 @@ def energy_per_cycle(energies: NDArray[np.float64]) -> Estimate | None:
     return Estimate(mean, "J", (mean - half, mean + half))
 
 
-def drift(values: NDArray[np.float64]) -> tuple[float, float]:
+def drift(values: Real) -> tuple[float, float]:
     """Return by how much values change from the first to the last by their line, and half its 95 % interval.
 
     Parameters
@@ -63,7 +57,7 @@ STANDS_OFF = 0.1
 """Share by which the energy of cycles stands off the others' to be told apart."""
 
 
-def energy_warnings(energies: NDArray[np.float64], ends: NDArray[np.float64]) -> list[Notice]:
+def energy_warnings(energies: Real, ends: Real) -> list[Notice]:
     """Return what the energies of equal cycles tell of a record: cycles that stand off in one segment, or a drift.
 
     Parameters

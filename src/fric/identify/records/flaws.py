@@ -8,20 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import inf, sqrt
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from fric.identify.records.clipping import clipped_among
 from fric.identify.records.encoder_error import encoder_error
 from fric.identify.records.over_strokes import OverPlace, over_time
+from fric.identify.records.segments import Segment
 from fric.identify.records.timing import timing
+from fric.log import Log
 from fric.notice import Notice, Severity
 from fric.units import readable
-
-if TYPE_CHECKING:
-    from fric.identify.records.segments import Segment
-    from fric.log import Log
 
 Purpose = Literal["static", "gms", "plant", "inspect"]
 Strokes = Sequence[tuple["Log", "Segment"]]

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import Plant
-    from fric.log import Log
+from fric.arrays import Real
+from fric.drive.plant import Plant
+from fric.log import Log
 
 
-def acting_force(time: NDArray[np.float64], force: NDArray[np.float64], delay: float) -> NDArray[np.float64]:
+def acting_force(time: Real, force: Real, delay: float) -> Real:
     """Return the force that acts at each sample, where what is logged acts later by a delay.
 
     Between samples it is interpolated, at the ends it is held. This is the one place where a lag of the force is
@@ -50,7 +48,7 @@ class Drive(NamedTuple):
     force_lag: float = 0.0
 
 
-def drive_force(log: Log, drive: Plant | Drive) -> tuple[NDArray[np.float64], Literal["force", "input"], float]:
+def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", "input"], float]:
     """Return the force of the drive as it was logged [N], shape (n,), the channel it is from, and its lag [s].
 
     Parameters

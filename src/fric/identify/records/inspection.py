@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.identify.records.clipping import STUCK, clipped_samples, counts
 from fric.identify.records.energy import cycle_energies, energy_per_cycle, energy_warnings
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
@@ -25,9 +26,6 @@ from fric.identify.records.table_inspection import (
 )
 from fric.identify.records.uses import found_uses
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 GAP = 1.5
 """Sampling intervals from which on samples are missing."""
@@ -111,7 +109,7 @@ def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
     return tuple(float(np.average([s.velocity for s in one], weights=[len(s) for s in one])) for one in speeds)
 
 
-def _channel(log: Log, name: str, values: NDArray[np.float64]) -> Channel:
+def _channel(log: Log, name: str, values: Real) -> Channel:
     numbers = values[np.isfinite(values)]
     if not len(numbers):
         return Channel(log.unit(name), None, None, not_a_number=len(values))
@@ -127,7 +125,7 @@ def _channel(log: Log, name: str, values: NDArray[np.float64]) -> Channel:
     return Channel(log.unit(name), low, high, step, len(values) - len(numbers), clipped)
 
 
-def _clock(time: NDArray[np.float64]) -> tuple[float | None, float, tuple[Gap, ...]]:
+def _clock(time: Real) -> tuple[float | None, float, tuple[Gap, ...]]:
     """Return the sampling rate [Hz], the standard deviation of the intervals [s], and the gaps."""
     if len(time) < 2:
         return None, 0.0, ()

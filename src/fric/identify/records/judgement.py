@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Indices, Real
 from fric.notice import Notice
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
     from fric.identify.records.prepared import Prepared
 
 STEPS = 3.0
@@ -87,7 +85,7 @@ def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
     return found
 
 
-def branch_slope(position: NDArray[np.float64], force: NDArray[np.float64], reversals: NDArray[np.intp]) -> float:
+def branch_slope(position: Real, force: Real, reversals: Indices) -> float:
     """Return the least slope of the branches between reversals, relative to their mean slope; see `least_slope`.
 
     The branches are averaged over the share of their way, in fiftieths. A branch starts with the force that the one
@@ -105,7 +103,7 @@ def branch_slope(position: NDArray[np.float64], force: NDArray[np.float64], reve
     return least_slope(grid, np.mean(branches, axis=0)) if branches else 0.0
 
 
-def least_slope(displacement: NDArray[np.float64], force: NDArray[np.float64]) -> float:
+def least_slope(displacement: Real, force: Real) -> float:
     """Return the least slope of any fifth of a curve's outer half, relative to its mean slope [1].
 
     A concave curve is flattest at its end. Where the Stribeck effect is not divided out, the force rises again as the
@@ -119,13 +117,13 @@ def least_slope(displacement: NDArray[np.float64], force: NDArray[np.float64]) -
     return float(min(slopes, default=np.inf) * displacement[-1] / force[-1])
 
 
-def resolved_way(position: NDArray[np.float64], reversals: NDArray[np.intp]) -> float:
+def resolved_way(position: Real, reversals: Indices) -> float:
     """Return the way that the axis goes in `SAMPLES` samples after a reversal, the median of all [m]."""
     after = np.minimum(reversals + SAMPLES, len(position) - 1)
     return float(np.median(np.abs(position[after] - position[reversals])))
 
 
-def excites(time: NDArray[np.float64], position: NDArray[np.float64]) -> bool:
+def excites(time: Real, position: Real) -> bool:
     """Say whether a motion tells mass, viscous and Coulomb friction and an offset apart.
 
     Position is averaged over pieces of 10 ms or five samples, so that the encoder's steps make no acceleration.

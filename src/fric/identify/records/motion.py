@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 from scipy.interpolate import BSpline
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
+from fric.arrays import Indices, Mask, Real
 from fric.errors import FricError
 from fric.identify.records.resolution import encoder_step, noise_level
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 DEGREE = 5
 """Degree of the spline: its acceleration is still smooth, and a reversal inside one count is still a parabola."""
@@ -49,14 +47,14 @@ class Motion:
         The encoder's step [m]; 0 where none is visible.
     """
 
-    time: NDArray[np.float64]
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    acceleration: NDArray[np.float64]
+    time: Real
+    position: Real
+    velocity: Real
+    acceleration: Real
     step: float
 
 
-def smooth_motion(time: NDArray[np.float64], position: NDArray[np.float64]) -> Motion:
+def smooth_motion(time: Real, position: Real) -> Motion:
     """Return the smoothest motion that an encoder would have logged as this position.
 
     At the instant of a count the position is known far better than the count itself: it is half way between two
@@ -109,7 +107,7 @@ def smooth_motion(time: NDArray[np.float64], position: NDArray[np.float64]) -> M
     return Motion(t, spline(t), spline(t, 1), spline(t, 2), step)
 
 
-def slope(t: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
+def slope(t: Real, z: Real) -> Real:
     """Return the derivative of exact samples: that of the parabola of fourth degree through the five around each.
 
     Second order is too little for friction: a velocity that is off by a thousandth moves the instant at which a motion
@@ -136,7 +134,7 @@ def slope(t: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]
     return found
 
 
-def _flickers(counts: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _flickers(counts: Real) -> Mask:
     """Return which counts belong to a flicker: one that goes against both of its neighbours, and these."""
     turned = np.diff(np.sign(counts)) != 0
     alone = np.zeros(len(counts), dtype=bool)
@@ -146,9 +144,7 @@ def _flickers(counts: NDArray[np.float64]) -> NDArray[np.bool_]:
     return alone
 
 
-def _rests(
-    t: NDArray[np.float64], z: NDArray[np.float64], counted: NDArray[np.intp], step: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _rests(t: Real, z: Real, counted: Indices, step: float) -> tuple[Real, Real, Real]:
     """Return instants, levels and spreads where no count falls: the position is on its level, to within ±step/2.
 
     These readings hold the spline to its level through a dwell.
@@ -162,13 +158,7 @@ def _rests(
     return t[place], z[place], np.full(len(place), step / np.sqrt(12))
 
 
-def _smoothest(
-    t: NDArray[np.float64],
-    instant: NDArray[np.float64],
-    value: NDArray[np.float64],
-    spread: NDArray[np.float64],
-    knot: float,
-) -> Any:
+def _smoothest(t: Real, instant: Real, value: Real, spread: Real, knot: float) -> Any:
     """Return the spline of least jerk whose distance from the values is their spread (a P-spline)."""
     count = int(np.ceil((t[-1] - t[0]) / knot))
     knots = t[0] + knot * np.arange(-DEGREE, count + DEGREE + 1)
@@ -207,7 +197,7 @@ def _smoothest(
     return BSpline(knots, middle + unit * smoothest, DEGREE)
 
 
-def _upper(matrix: Any) -> NDArray[np.float64]:
+def _upper(matrix: Any) -> Real:
     """Return the upper bands of a symmetric matrix as `scipy.linalg.solveh_banded` takes them."""
     bands = np.zeros((DEGREE + 1, matrix.shape[0]))
     for offset in range(DEGREE + 1):

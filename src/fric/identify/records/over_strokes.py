@@ -11,18 +11,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.records.segments import Segment
-    from fric.log import Log
-
-    Real = NDArray[np.float64]
+from fric.arrays import Real
+from fric.identify.records.segments import Segment
+from fric.log import Log
 
 PLACES = 64
 """Places along the longest stroke at which strokes are compared."""

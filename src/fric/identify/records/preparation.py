@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
+from fric.drive.plant import Plant
 from fric.units import si_unit
-
-if TYPE_CHECKING:
-    from fric.drive.plant import Plant
 
 Own = Literal["offset", "damping", "mass"]
 """What a record adds of its own: a constant force, a force over the velocity, and one over the acceleration."""

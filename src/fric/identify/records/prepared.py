@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Indices, Mask, Real
+from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.identify.records.clipping import clipped
 from fric.identify.records.conditioning import Conditioning, filtered_motion
@@ -20,13 +22,10 @@ from fric.identify.records.force_lag import Drive, acting_force, drive_force
 from fric.identify.records.motion import Motion, smooth_motion
 from fric.identify.records.preparation import Own, Preparation
 from fric.identify.records.reversals import find_reversals
+from fric.log import Log
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import Plant
     from fric.friction import FrictionModel
-    from fric.log import Log
 
 MOST = 400_000
 """Samples of all records together that a fit replays; of more, one in so many is taken."""
@@ -65,9 +64,9 @@ class Prepared:
 
     log: Log
     motion: Motion
-    force: NDArray[np.float64]
-    used: NDArray[np.bool_]
-    reversals: NDArray[np.intp]
+    force: Real
+    used: Mask
+    reversals: Indices
     done: Preparation
 
     @property
@@ -81,38 +80,38 @@ class Prepared:
         return "damping" in self.done.own
 
     @property
-    def drive(self) -> NDArray[np.float64]:
+    def drive(self) -> Real:
         """The drive's force as it acts [N], shape (n,): friction, and the inertia and damping that were taken off."""
         return self.force + self.taken_off
 
     @property
-    def taken_off(self) -> NDArray[np.float64]:
+    def taken_off(self) -> Real:
         """Inertia and linear damping that were taken off [N], shape (n,)."""
         return (self.done.mass or 0.0) * self.motion.acceleration + (self.done.damping or 0.0) * self.motion.velocity
 
     @cached_property
-    def own(self) -> NDArray[np.float64]:
+    def own(self) -> Real:
         """What the record adds of its own, a column each, shape (n, m)."""
         m = self.motion
         columns = {"offset": np.ones_like(m.time), "damping": m.velocity, "mass": m.acceleration}
         return np.column_stack([columns[name] for name in self.done.own])
 
-    def replay(self, model: FrictionModel) -> NDArray[np.float64]:
+    def replay(self, model: FrictionModel) -> Real:
         """Return the force of a model along the motion [N], shape (n,)."""
         return model.replay(self.motion.time, self.motion.position, self.motion.velocity)
 
-    def record_part(self, rest: NDArray[np.float64]) -> NDArray[np.float64]:
+    def record_part(self, rest: Real) -> Real:
         """Return the coefficients of ``own`` that explain most of a force (n,), by least squares, shape (m,)."""
         size = np.abs(self.own[self.used]).max(axis=0, initial=1e-300)
         return np.asarray(np.linalg.lstsq(self.own[self.used] / size, rest[self.used], rcond=None)[0] / size)
 
-    def fitted(self, model: FrictionModel) -> NDArray[np.float64]:
+    def fitted(self, model: FrictionModel) -> Real:
         """Return the replayed force with what the record adds of its own [N], shape (n,)."""
         replayed = self.replay(model)
         return np.asarray(replayed + self.own @ self.record_part(self.force - replayed))
 
     @cached_property
-    def travel(self) -> NDArray[np.float64]:
+    def travel(self) -> Real:
         """Half of the way since the last reversal [m], as on the virgin curve; infinite in sliding, shape (n,)."""
         if self.slides or not len(self.reversals):
             return np.full(len(self.force), np.inf)
@@ -120,7 +119,7 @@ class Prepared:
         return 0.5 * np.abs(self.motion.position - self.motion.position[self.reversals[np.maximum(last, 0)]])
 
     @cached_property
-    def cycle(self) -> NDArray[np.intp]:
+    def cycle(self) -> Indices:
         """Number of the cycle that each sample belongs to, shape (n,): cycles are what is resampled."""
         n, whole = np.arange(len(self.force)), (len(self.reversals) - 1) // 2
         if whole >= CYCLES:
@@ -128,7 +127,7 @@ class Prepared:
         return np.asarray((np.cumsum(self.used) - 1) * PIECES // max(int(self.used.sum()), 1))
 
     @cached_property
-    def phase(self) -> NDArray[np.intp]:
+    def phase(self) -> Indices:
         """Number of the part of a cycle that each sample belongs to, shape (n,): what a model misses comes again there.
 
         Sixteenths of the samples by the way since the reversal (where there is none: by velocity), in either sense.
@@ -144,7 +143,7 @@ class Prepared:
         force = acting_force(self.motion.time, self.force, -late)
         return replace(self, force=force, done=replace(self.done, delay=self.done.delay - late))
 
-    def restricted(self, used: NDArray[np.bool_]) -> Prepared:
+    def restricted(self, used: Mask) -> Prepared:
         """Return the record with fewer samples compared; the replay still runs through all of them."""
         return replace(self, used=self.used & used)
 
@@ -196,9 +195,8 @@ class Prepared:
 
 
 def prepared(
-    logs: Sequence[Log], plant: Plant | None = None, *, drive: Drive | None = None,
-    filters: Sequence[Conditioning] = (),
-) -> tuple[Prepared, ...]:  # fmt: skip
+    logs: Sequence[Log], plant: Plant | None = None, *, drive: Drive | None = None, filters: Sequence[Conditioning] = ()
+) -> tuple[Prepared, ...]:
     """Return records ready for replay: ``F = F_drive(t - delay) - M·z̈ - M·A·ż``.
 
     Parameters

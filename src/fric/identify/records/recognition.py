@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Indices, Real
+from fric.columns import Kind
 from fric.identify.records.resolution import lattice_step, noise_level
 from fric.identify.records.reversals import find_reversals
 from fric.identify.records.segments import Segment
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.columns import Kind
-    from fric.log import Log
+from fric.log import Log
 
 STEADY_SHARE = 0.75
 """Share of the time in motion at constant velocity, from which on a record is one of constant velocity."""
@@ -60,7 +56,7 @@ class Sine:
         return 2.0 * np.pi * self.frequency * self.amplitude > abs(self.mean_velocity)
 
 
-def fitted_sine(time: NDArray[np.float64], position: NDArray[np.float64]) -> Sine | None:
+def fitted_sine(time: Real, position: Real) -> Sine | None:
     """Return the sine that a motion follows at full amplitude, or None where it is none.
 
     The run-in and the end are left out: before the second reversal and after the last; of a motion that never turns, a
@@ -88,7 +84,7 @@ def fitted_sine(time: NDArray[np.float64], position: NDArray[np.float64]) -> Sin
     t, z, line = t[::thin], z[::thin], line[::thin]
     spread *= len(t) / len(level)
 
-    def fit(frequency: float) -> tuple[float, NDArray[np.float64]]:
+    def fit(frequency: float) -> tuple[float, Real]:
         angle = 2.0 * np.pi * frequency * t
         basis = np.column_stack([line, np.sin(angle), np.cos(angle)])
         weights = np.linalg.lstsq(basis, z, rcond=None)[0]
@@ -142,7 +138,7 @@ def recognised_kind(
     return "constant-velocity" if steady >= (STROKE_SHARE if strokes else STEADY_SHARE) * moving else "motion"
 
 
-def force_rise(log: Log, reversals: NDArray[np.intp]) -> float | None:
+def force_rise(log: Log, reversals: Indices) -> float | None:
     """Return the share of the stroke that the force takes after a reversal until it has come up by nine tenths.
 
     It is the median over the branches between turns, the force of the later half of a branch counting as come up. None
@@ -171,7 +167,7 @@ def _is_broad_band(log: Log) -> bool:
     return bool(lines >= LINES and velocity.std() > 3.0 * shaking)
 
 
-def spectral_lines(signal: NDArray[np.float64]) -> float:
+def spectral_lines(signal: Real) -> float:
     """Return among how many spectral lines the power of a signal is spread, ``1/Σp²`` with p their shares of it."""
     n = len(signal)
     slope, level = np.polyfit(np.arange(n), signal, 1)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from math import comb
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from fric.arrays import Real
 
 _EVIDENCE = 16
 """Neighbouring values that must lie on the lattice before it is believed, unless each value came up often."""
@@ -22,7 +20,7 @@ _FALLS = 0.64
 """Ratio of the variances from two orders of differences below which the lower one still held the motion."""
 
 
-def lattice_step(values: NDArray[np.float64]) -> float | None:
+def lattice_step(values: Real) -> float | None:
     """Return the step of the lattice that logged values lie on (an encoder's count), or None where there is none.
 
     The gaps between neighbouring values that occur are whole multiples of the step. They may be off by a fifth of it:
@@ -51,7 +49,7 @@ def lattice_step(values: NDArray[np.float64]) -> float | None:
     return None if step is None or step < FINEST * usual else step
 
 
-def encoder_step(position: NDArray[np.float64]) -> float:
+def encoder_step(position: Real) -> float:
     """Return the step of a position's lattice, also of one of too few levels to prove it regular; 0 for none."""
     if (step := lattice_step(position)) is not None:
         return step
@@ -59,7 +57,7 @@ def encoder_step(position: NDArray[np.float64]) -> float:
     return float(np.median(np.diff(levels))) if 1 < len(levels) < 0.05 * len(position) else 0.0
 
 
-def _common_divisor(gaps: NDArray[np.float64], error: float) -> float | None:
+def _common_divisor(gaps: Real, error: float) -> float | None:
     """Return the greatest common divisor of gaps that are off by no more than an error, by Euclid's algorithm."""
     divisor = float(gaps[0])
     for gap in gaps[1:]:
@@ -72,7 +70,7 @@ def _common_divisor(gaps: NDArray[np.float64], error: float) -> float | None:
     return float(gaps.sum() / np.round(gaps / divisor).sum())
 
 
-def _rounded_step(gaps: NDArray[np.float64], needed: int, rounding: float, *, often: bool) -> float | None:
+def _rounded_step(gaps: Real, needed: int, rounding: float, *, often: bool) -> float | None:
     """Return the step of a lattice whose points were rounded to few decimals.
 
     A motion at constant velocity passes equal gaps too: either points came up often, or gaps differ.
@@ -94,7 +92,7 @@ def _rounded_step(gaps: NDArray[np.float64], needed: int, rounding: float, *, of
     return None
 
 
-def noise_level(values: NDArray[np.float64]) -> float:
+def noise_level(values: Real) -> float:
     """Return the standard deviation of white noise on a smooth channel, its quantisation included.
 
     It is taken from differences of such an order that the next one tells no less (the variate difference method,
@@ -126,7 +124,7 @@ def noise_level(values: NDArray[np.float64]) -> float:
     return float(np.sqrt(level))
 
 
-def _blocks(values: NDArray[np.float64], order: int, length: int) -> NDArray[np.float64]:
+def _blocks(values: Real, order: int, length: int) -> Real:
     """Return the mean square of differences in blocks, over that of unit white noise."""
     squares = np.diff(values, order) ** 2
     return np.asarray(squares[: len(squares) // length * length].reshape(-1, length).mean(axis=1)) / comb(

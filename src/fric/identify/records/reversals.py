@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from fric.arrays import Indices, Real
 from fric.identify.records.resolution import lattice_step, noise_level
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
-
-def find_reversals(position: NDArray[np.float64], threshold: float | None = None) -> NDArray[np.intp]:
+def find_reversals(position: Real, threshold: float | None = None) -> Indices:
     """Return the samples at which a motion turns round, in the order of time.
 
     A reversal is an extreme from which the motion comes back by more than the threshold: the flicker of an encoder is
@@ -44,7 +40,7 @@ def find_reversals(position: NDArray[np.float64], threshold: float | None = None
     return np.array(found, dtype=np.intp)
 
 
-def _next_reversal(z: NDArray[np.float64], begin: int, direction: int, threshold: float) -> tuple[int, int, int] | None:
+def _next_reversal(z: Real, begin: int, direction: int, threshold: float) -> tuple[int, int, int] | None:
     """Return the extreme after ``begin``, the sample that is past it by the threshold, and the direction from there."""
     stop = begin
     block = 1024

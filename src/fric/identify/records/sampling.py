@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from fric.arrays import Real
 from fric.errors import FricError
+from fric.log import Log
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.log import Log
 
 LOST = 0.05
 """Share of the samples that may be missing in an uneven record that is made even."""
@@ -79,7 +76,7 @@ def evened(log: Log) -> tuple[Log, list[str]]:
     return replace(log, time=even, **channels), [text]
 
 
-def _phase(time: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+def _phase(time: Real, period: float) -> Real:
     """Return by how many samples each instant is off the even one that is next to it."""
     at = (time - time[0]) / period
     return np.asarray(at - np.rint(at))

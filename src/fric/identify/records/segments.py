@@ -15,18 +15,14 @@ Where only the velocity was logged, z is its integral, and the noise to be expla
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.identify.records.chords import SHORTEST, Path, path_of, straight_pieces, trimmed
 from fric.identify.records.settling import settled_from
+from fric.log import Log
 from fric.threads import one_blas_thread
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.log import Log
 
 TREND = 0.01
 """Change of velocity over a stretch, as a share of it, that is not taken for an acceleration."""
@@ -152,7 +148,7 @@ def _count_error(count: float, velocity: float, duration: float, samples: int) -
     return float((0.9 * count / q / np.maximum(teeth, 1.0)).max()) / duration
 
 
-def _regressed(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float]:
+def _regressed(x: Real, y: Real) -> tuple[float, float]:
     """Return the coefficient of y on x by least squares and its standard error.
 
     The error is the sandwich estimate over batches of neighbouring samples (x·residual summed over each), so that it
@@ -185,7 +181,7 @@ def _lasts(
     return len(segment) >= 0.5 * max(segment.start - before, after - segment.stop)
 
 
-def _leads_into(path: Path, force: NDArray[np.float64], segment: Segment, after: list[Segment]) -> bool:
+def _leads_into(path: Path, force: Real, segment: Segment, after: list[Segment]) -> bool:
     """Say whether a stretch goes on at its speed in the next, longer one, where its force has yet to settle.
 
     Friction that builds up along a slow stroke makes the axis lag by part of a count, which parts the stroke in two.
@@ -200,7 +196,7 @@ def _leads_into(path: Path, force: NDArray[np.float64], segment: Segment, after:
     return False
 
 
-def _settled(path: Path, force: NDArray[np.float64], segment: Segment) -> Segment:
+def _settled(path: Path, force: Real, segment: Segment) -> Segment:
     """Cut the settling of the force off a stretch."""
     cut, settled = settled_from(force[segment.start : segment.stop])
     if cut == 0:

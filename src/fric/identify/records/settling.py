@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from fric.arrays import Real
 
 SETTLING = 0.5
 """Share of the samples that is given up at most until the force has settled."""
@@ -15,7 +12,7 @@ BATCHES = 64
 """Batches that the settling is looked for in."""
 
 
-def settled_from(force: NDArray[np.float64]) -> tuple[int, bool]:
+def settled_from(force: Real) -> tuple[int, bool]:
     """Return the sample from which on a force has settled, and False where half of it is not enough.
 
     The cut minimises the marginal standard error of what is left, ``S(k)/(n - k)²`` with S the sum of squares about
@@ -52,7 +49,7 @@ def settled_from(force: NDArray[np.float64]) -> tuple[int, bool]:
     return int(edges[cut]), settled
 
 
-def _is_transient(head: NDArray[np.float64], tail: NDArray[np.float64]) -> bool:
+def _is_transient(head: Real, tail: Real) -> bool:
     """Say whether the head settles into the tail, rather than being part of how the force wanders.
 
     It differs from the tail by more than four standard errors, and begins outside the range that the tail keeps to.
@@ -64,7 +61,7 @@ def _is_transient(head: NDArray[np.float64], tail: NDArray[np.float64]) -> bool:
     return bool((toward * head[:3]).max() > (toward * tail).max())
 
 
-def _mean_se(batches: NDArray[np.float64]) -> float:
+def _mean_se(batches: Real) -> float:
     """Return the standard error of the mean of batch means that may be correlated, by their initial positive sum."""
     centred = batches - batches.mean()
     n = len(centred)

@@ -9,16 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import comb
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.identify.records.resolution import lattice_step
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.log import Log
+from fric.log import Log
 
 ORDERS = (6, 8)
 """Orders of the differences that noise is told by: a motion of f Hz comes out by that power of f over the rate."""
@@ -82,7 +78,7 @@ def timing(log: Log) -> Timing:
     return _jitter(z, t, step)
 
 
-def _lost(steps: NDArray[np.float64], encoder: float) -> float:
+def _lost(steps: Real, encoder: float) -> float:
     """Return the share of steps that are as long as two and lie between two of the usual length."""
     n = len(steps)
     around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 4, mode="edge"), 9)
@@ -102,7 +98,7 @@ def _lost(steps: NDArray[np.float64], encoder: float) -> float:
     return float(alone.sum() / steady.sum())
 
 
-def _jitter(z: NDArray[np.float64], t: NDArray[np.float64], encoder: float) -> Timing:
+def _jitter(z: Real, t: Real, encoder: float) -> Timing:
     """Return the deviation of the instants, and what it moves, by regression of noise on speed²."""
     count = len(z) // WINDOW
     power, higher = (_power(z, order, count) for order in ORDERS)
@@ -127,7 +123,7 @@ def _jitter(z: NDArray[np.float64], t: NDArray[np.float64], encoder: float) -> T
     return Timing(float(np.sqrt(found)), displaced, speed=float(np.sqrt(np.median(v2[moving]))))
 
 
-def _power(z: NDArray[np.float64], order: int, count: int) -> NDArray[np.float64]:
+def _power(z: Real, order: int, count: int) -> Real:
     """Return the noise power in each window but the first and the last [m²], by differences of an order.
 
     It is the median over the window (0.4549 of χ² with one degree of freedom): a corner of the motion does not count.

@@ -5,25 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Real
 from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.friction import FrictionModel
+from fric.friction.stribeck import StaticMap
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.near_reversals import near_reversals, presliding_length
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay, records_told
 from fric.identify.replay.splits import Masks, Split
 from fric.notice import Notice
 from fric.threads import one_blas_thread
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.estimate import Estimate
-    from fric.friction import FrictionModel
-    from fric.friction.stribeck import StaticMap
 
 
 @dataclass(frozen=True)
@@ -57,7 +53,7 @@ class Score:
     name: str
     fits: tuple[ReplayFit, ...]
     parameters: int
-    residual: tuple[NDArray[np.float64], ...]
+    residual: tuple[Real, ...]
     rms: float
     rms_near: float
     rms_fitted: float
@@ -174,7 +170,7 @@ def _scored(
 ) -> Score:
     fits: list[ReplayFit] = []
     residual = [np.full(len(record.force), np.nan) for record in records]
-    fitted: list[NDArray[np.float64]] = []
+    fitted: list[Real] = []
     for split in splits:
         chosen = [record.restricted(mask) for record, mask in zip(records, split.fitted, strict=True)]
         start = fits[0].model if fits else None
@@ -211,7 +207,7 @@ def _with_bits(score: Score, independent: float) -> Score:
     return replace(score, bits=saved, bits_per_parameter=saved / max(score.parameters, 1))
 
 
-def _rms(values: NDArray[np.float64]) -> float:
+def _rms(values: Real) -> float:
     known = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
 

@@ -10,20 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import exp, isfinite, isnan, log
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.friction import FrictionModel
 from fric.friction.base import Parameter
 from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.friction import FrictionModel
 
 Ranges = Mapping[str, tuple[float, float]]
 """By dimension (see `fric.units`), the least and the largest value in SI that the records could show."""
@@ -122,12 +119,12 @@ class Coordinates:
         return cls(model, tuple(free), dict(held), blocks, negative)
 
     @property
-    def lower(self) -> NDArray[np.float64]:
+    def lower(self) -> Real:
         """Lower bounds, shape (p,)."""
         return np.array([c.lower for c in self.free])
 
     @property
-    def upper(self) -> NDArray[np.float64]:
+    def upper(self) -> Real:
         """Upper bounds, shape (p,)."""
         return np.array([c.upper for c in self.free])
 
@@ -137,7 +134,7 @@ class Coordinates:
         held = {**self.held, (c.section, c.parameter.name): value}
         return replace(self, free=(*self.free[:index], *self.free[index + 1 :]), held=held)
 
-    def values(self, x: NDArray[np.float64]) -> dict[str, dict[str, float | tuple[float, ...]]]:
+    def values(self, x: Real) -> dict[str, dict[str, float | tuple[float, ...]]]:
         """Return all parameters in SI, by section and name, at a point of the search, shape (p,)."""
         given: dict[tuple[str, str], list[float]] = {}
         for c, at in zip(self.free, x, strict=True):
@@ -169,7 +166,7 @@ class Coordinates:
             found["static"][LEVEL.name] = level
         return found
 
-    def build(self, x: NDArray[np.float64]) -> FrictionModel:
+    def build(self, x: Real) -> FrictionModel:
         """Return the model at a point of the search."""
         found = self.values(x)
         sections = {s: {name: Estimate(value, "") for name, value in values.items()} for s, values in found.items()}
@@ -184,7 +181,7 @@ class Coordinates:
         forces = {name: level * getattr(self.negative, name) for name in ("F_c", "F_s")}
         return directed(model, replace(self.negative, **forces))
 
-    def spread_start(self, y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def spread_start(self, y: Real) -> Real:
         """Return the point of a coarse search: blocks as a geometric row between two numbers.
 
         Parameters
@@ -193,7 +190,7 @@ class Coordinates:
             One number a scalar parameter and two a vector, each from 0 to 1 between the bounds, shape (`coarse`,).
         """
         x, take = np.empty(len(self.free)), iter(y)
-        done: dict[tuple[str, str], NDArray[np.float64]] = {}
+        done: dict[tuple[str, str], Real] = {}
         for n, c in enumerate(self.free):
             key = c.section, c.parameter.name
             if c.block is None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Real
 from fric.friction.gms import GMS
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates, Ranges
@@ -16,16 +16,11 @@ from fric.identify.replay.replay_fit import coordinates_of
 from fric.identify.replay.replay_intervals import replay_covariance, slopes
 from fric.identify.replay.replay_search import Search
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 BLIND = 1e-6
 """Share of the best seen direction's effect below which records are blind for a direction."""
 
 
-def replay_information(
-    records: Sequence[Prepared], model: GMS, ranges: Ranges
-) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+def replay_information(records: Sequence[Prepared], model: GMS, ranges: Ranges) -> tuple[tuple[str, ...], Real]:
     """Return what records tell of alpha, k and C of a GMS model, its static map and nothing else being known.
 
     It is the inverse of the fit's own covariance at this model, in the directions that the records see; what they have

@@ -8,21 +8,17 @@ shape tells it from stiffness. One that is not would take its own misfit for a l
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.estimate import Estimate
+from fric.friction import FrictionModel
+from fric.identify.records.prepared import Prepared
 from fric.identify.replay.replay_intervals import replay_covariance
+from fric.identify.replay.replay_search import Point, Search
 from fric.notice import Notice
 from fric.units import readable, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.friction import FrictionModel
-    from fric.identify.records.prepared import Prepared
-    from fric.identify.replay.replay_search import Point, Search
 
 SUSPECTED = 0.6
 """Samples from which on a lag is looked at once more, with the force moved by it."""
@@ -115,7 +111,7 @@ def lateness_told(
     )  # fmt: skip
 
 
-def of_timing(search: Search, x: NDArray[np.float64], slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+def of_timing(search: Search, x: Real, slopes: Real) -> Real:
     """Return what the covariance (p, p) gains since force and position belong to one instant to within a sample.
 
     The channels of a log are aligned to ±dt/2, which no number of cycles shows: all records are moved by one standard
@@ -127,6 +123,6 @@ def of_timing(search: Search, x: NDArray[np.float64], slopes: NDArray[np.float64
     return np.asarray(np.outer(moved, moved))
 
 
-def _rates(model: FrictionModel, records: Sequence[Prepared]) -> list[NDArray[np.float64]]:
+def _rates(model: FrictionModel, records: Sequence[Prepared]) -> list[Real]:
     """Return the rate of the replayed force [N/s], shape (n,), of each record."""
     return [np.gradient(record.replay(model), record.motion.time) for record in records]

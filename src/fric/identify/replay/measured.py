@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Mask, Real
 from fric.estimate import Estimate
 from fric.identify.records.energy import cycle_energies, energy_per_cycle
 from fric.identify.records.prepared import Prepared
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -32,9 +29,9 @@ class Replay:
     """
 
     record: Prepared
-    replayed: NDArray[np.float64]
-    held_out: NDArray[np.bool_]
-    own: NDArray[np.float64]
+    replayed: Real
+    held_out: Mask
+    own: Real
 
     @property
     def name(self) -> str:
@@ -47,22 +44,22 @@ class Replay:
         return "sliding" if self.record.slides else "presliding"
 
     @property
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Real:
         """Instants [s], shape (n,)."""
         return self.record.motion.time
 
     @property
-    def position(self) -> NDArray[np.float64]:
+    def position(self) -> Real:
         """Motion [m], shape (n,)."""
         return self.record.motion.position
 
     @property
-    def measured(self) -> NDArray[np.float64]:
+    def measured(self) -> Real:
         """Friction force: what is left of the logged one [N], shape (n,)."""
         return self.record.force
 
     @property
-    def used(self) -> NDArray[np.bool_]:
+    def used(self) -> Mask:
         """Samples that the fit used, shape (n,)."""
         return self.record.used
 
@@ -84,5 +81,5 @@ class Replay:
         """Residual over the samples that the fit did not see [N]; None where there are none."""
         return self._rms(self.held_out) if self.held_out.any() else None
 
-    def _rms(self, chosen: NDArray[np.bool_]) -> float:
+    def _rms(self, chosen: Mask) -> float:
         return float(np.sqrt(np.mean((self.measured - self.replayed)[chosen] ** 2)))

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from fric.arrays import Mask
 from fric.identify.records.prepared import Prepared
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 NEAR = 0.3
 """Time after a reversal that counts as near it [s]."""
@@ -35,7 +31,7 @@ def presliding_length(record: Prepared) -> float:
     return float(np.median(found)) if found else 0.01 * float(np.ptp(z))
 
 
-def near_reversals(record: Prepared, presliding: float) -> NDArray[np.bool_]:
+def near_reversals(record: Prepared, presliding: float) -> Mask:
     """Return which samples come within 0.3 s or ten pre-sliding lengths [m] after a reversal, shape (n,)."""
     near = np.zeros(len(record.force), bool)
     t, z = record.motion.time, record.motion.position

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval
-from fric.friction import models
+from fric.friction import FrictionModel, models
 from fric.friction.directed import Directed
+from fric.friction.stribeck import StaticMap
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.judgement import too_coarse
 from fric.identify.records.preparation import DIMENSIONS, Own
@@ -26,12 +27,6 @@ from fric.identify.replay.undetermined import opened
 from fric.notice import Notice
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.friction import FrictionModel
-    from fric.friction.stribeck import StaticMap
 
 
 @dataclass(frozen=True)
@@ -79,7 +74,7 @@ class ReplayFit:
     r2: float
     independent: float
     coordinates: Coordinates
-    x: NDArray[np.float64]
+    x: Real
     covariance: Covariance
     late: Mapping[str, Estimate]
     warnings: tuple[str, ...] = ()
@@ -221,7 +216,7 @@ def _held(
     return held
 
 
-def coordinates_of(coordinates: Coordinates, model: FrictionModel) -> NDArray[np.float64]:
+def coordinates_of(coordinates: Coordinates, model: FrictionModel) -> Real:
     """Return the point of the search at which a model stands."""
     model = model.model if isinstance(model, Directed) else model
     x = np.empty(len(coordinates.free))

@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc, expit
 
+from fric.arrays import Mask, Real
 from fric.estimate import Covariance, Scale
 from fric.friction import Parameter
 from fric.identify.plant.covariance import hac_covariance, jackknife, sandwich, widened
+from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.replay_search import STEP
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.records.prepared import Prepared
 
 LAGS = 10
 """Lags at which residuals are looked at, to tell them from white noise."""
 
 
-def white(residual: NDArray[np.float64], lengths: Sequence[int]) -> bool:
+def white(residual: Real, lengths: Sequence[int]) -> bool:
     """Say whether residuals cannot be told from white noise (Ljung and Box, Biometrika 65, 1978, at 1 %)."""
     statistic = 0.0
     for part in np.split(residual, np.cumsum(lengths)[:-1]):
@@ -34,9 +31,7 @@ def white(residual: NDArray[np.float64], lengths: Sequence[int]) -> bool:
     return bool(chdtrc(LAGS * len(lengths), statistic) >= 0.01)
 
 
-def covariance_of(
-    gradient: NDArray[np.float64], residual: NDArray[np.float64], lengths: Sequence[int]
-) -> NDArray[np.float64]:
+def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int]) -> Real:
     """Return the covariance (p, p) of a least-squares fit.
 
     Where the residuals are `white`, it is that of ordinary least squares; else that of `hac_covariance`, which is
@@ -56,9 +51,7 @@ def covariance_of(
     return np.asarray(back @ back.T * float(residual @ residual) / (n - p))
 
 
-def replay_covariance(
-    gradient: NDArray[np.float64], residual: NDArray[np.float64], records: Sequence[Prepared], quantile: float
-) -> NDArray[np.float64]:
+def replay_covariance(gradient: Real, residual: Real, records: Sequence[Prepared], quantile: float) -> Real:
     """Return the covariance (p, p) of a fit by replay.
 
     It is that of `covariance_of`, and where the residuals are not white, widened where one of two resamplings tells
@@ -94,19 +87,19 @@ class Slopes(NamedTuple):
 
     parameter: Parameter
     scale: Scale
-    centre: NDArray[np.float64]
-    slope: NDArray[np.float64]
+    centre: Real
+    slope: Real
     """Derivatives over the coordinates, shape (blocks, p)."""
 
 
-def slopes(coordinates: Coordinates, x: NDArray[np.float64]) -> dict[tuple[str, str], Slopes]:
+def slopes(coordinates: Coordinates, x: Real) -> dict[tuple[str, str], Slopes]:
     """Return the `Slopes` of what was fitted, by section and name."""
     scales: dict[tuple[str, str], tuple[Parameter, Scale]] = {
         (c.section, c.parameter.name): (c.parameter, {"linear": "linear", "share": "logit"}.get(c.scale, "log"))  # type: ignore[misc]
         for c in coordinates.free
     }
 
-    def quantities(at: NDArray[np.float64]) -> dict[tuple[str, str], NDArray[np.float64]]:
+    def quantities(at: Real) -> dict[tuple[str, str], Real]:
         found = {}
         for (section, name), (_, scale) in scales.items():
             value = np.atleast_1d(np.asarray(coordinates.values(at)[section][name], float))
@@ -128,14 +121,11 @@ def slopes(coordinates: Coordinates, x: NDArray[np.float64]) -> dict[tuple[str, 
     }
 
 
-def joint(
-    coordinates: Coordinates, x: NDArray[np.float64], covariance: NDArray[np.float64], seen: NDArray[np.bool_],
-    blocks: Sequence[int],
-) -> Covariance:  # fmt: skip
+def joint(coordinates: Coordinates, x: Real, covariance: Real, seen: Mask, blocks: Sequence[int]) -> Covariance:
     """Return how the parameters that the records tell err together, blocks in the order that is given."""
     names: list[str] = []
     scales: list[Scale] = []
-    rows: list[NDArray[np.float64]] = []
+    rows: list[Real] = []
     for (_, name), found in slopes(coordinates, x).items():
         vector = found.parameter.per_block
         for number, n in enumerate(blocks if vector else [0], 1):
@@ -149,9 +139,9 @@ def joint(
 
 def limits(
     coordinates: Coordinates,
-    x: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    seen: NDArray[np.bool_],
+    x: Real,
+    covariance: Real,
+    seen: Mask,
     quantile: float,
 ) -> dict[tuple[str, str], tuple[tuple[float, float], ...]]:
     """Return the 95 % intervals of what was fitted: symmetric in the logarithm, the logit of a share, or linearly."""
@@ -174,12 +164,12 @@ def limits(
 def _within_search(
     coordinates: Coordinates,
     key: tuple[str, str],
-    x: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    centre: NDArray[np.float64],
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    x: Real,
+    covariance: Real,
+    centre: Real,
+    low: Real,
+    high: Real,
+) -> tuple[Real, Real]:
     """Return limits that are open where they leave what was searched, or the value sits on its edge.
 
     The records were not asked there. A parameter that is never below another has no open limit downwards.
@@ -195,7 +185,7 @@ def _within_search(
     return np.where((centre - low > below) | (below < near), -np.inf, low), high
 
 
-def _near(coordinates: Coordinates, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def _near(coordinates: Coordinates, covariance: Real) -> Real:
     """Return how close to its bound each coordinate is as good as on it: a tenth of its standard error."""
     error = np.sqrt(np.nan_to_num(np.diag(covariance)))
     return np.asarray(np.maximum(0.1 * error, 1e-6 * (coordinates.upper - coordinates.lower)))
@@ -211,9 +201,7 @@ def order(coordinates: Coordinates, values: Mapping[str, Mapping[str, float | tu
     return list(range(coordinates.blocks))
 
 
-def edges(
-    coordinates: Coordinates, x: NDArray[np.float64], seen: NDArray[np.bool_], covariance: NDArray[np.float64]
-) -> list[Notice]:
+def edges(coordinates: Coordinates, x: Real, seen: Mask, covariance: Real) -> list[Notice]:
     """Say which parameters sit at the edge of what was searched, and which blocks are not seen."""
     warnings = []
     for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
@@ -233,7 +221,7 @@ def edges(
     return warnings
 
 
-def correlated(coordinates: Coordinates, covariance: NDArray[np.float64]) -> list[Notice]:
+def correlated(coordinates: Coordinates, covariance: Real) -> list[Notice]:
     """Say which two parameters the records hardly tell apart; those of one block among the others are not named."""
     error = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -5,20 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import nlopt
 import numpy as np
 from scipy.optimize import least_squares, nnls
 
+from fric.arrays import Mask, Real
+from fric.friction import FrictionModel
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import Coordinates
 from fric.progress import tried
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.friction import FrictionModel
 
 COARSE = 4_000
 """Samples that the coarse search replays."""
@@ -45,9 +41,9 @@ class Point:
         The derivatives of the residual, shape (n, p).
     """
 
-    x: NDArray[np.float64]
-    residual: NDArray[np.float64]
-    gradient: NDArray[np.float64]
+    x: Real
+    residual: Real
+    gradient: Real
 
 
 @dataclass(frozen=True)
@@ -66,10 +62,10 @@ class Search:
 
     coordinates: Coordinates
     records: Sequence[Prepared]
-    weights: tuple[NDArray[np.float64], ...] | None = None
+    weights: tuple[Real, ...] | None = None
 
     @cached_property
-    def _weighted(self) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    def _weighted(self) -> list[tuple[Real, Real]]:
         """The weights of each record, and an orthonormal basis of what it adds of its own."""
         given = self.weights or tuple(np.ones(int(record.used.sum())) for record in self.records)
         bases = [
@@ -78,7 +74,7 @@ class Search:
         ]
         return list(zip(given, bases, strict=True))
 
-    def projected(self, forces: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    def projected(self, forces: Sequence[Real]) -> Real:
         """Return a force of each record (n,), weighted, at the samples used, less what the record can add of its own.
 
         What enters linearly is so projected out (variable projection: Golub, Pereyra 1973).
@@ -89,26 +85,26 @@ class Search:
             parts.append(rest - basis @ (basis.T @ rest))
         return np.concatenate(parts)
 
-    def residual(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def residual(self, x: Real) -> Real:
         """Return measured minus replayed force, weighted [N], of all records one after the other, shape (n,)."""
         tried()
         model = self.coordinates.build(x)
         return self.projected([record.force - record.replay(model) for record in self.records])
 
-    def weighed(self, x: NDArray[np.float64]) -> Search:
+    def weighed(self, x: Real) -> Search:
         """Return the search with each sample weighed by its spread at a point, see `spread`."""
         model = self.coordinates.build(x)
         weights = [1.0 / spread(record, model) for record in self.records]
         size = float(np.sqrt(np.mean(np.concatenate(weights) ** 2)))
         return replace(self, weights=tuple(weight / size for weight in weights))
 
-    def cost(self, x: NDArray[np.float64]) -> float:
+    def cost(self, x: Real) -> float:
         """Return the sum of squared residuals [N²]."""
         residual = self.residual(x)
         total = float(residual @ residual)
         return total if np.isfinite(total) else 1e300
 
-    def gradient(self, x: NDArray[np.float64], *, both: bool = True) -> NDArray[np.float64]:
+    def gradient(self, x: Real, *, both: bool = True) -> Real:
         """Return the residual's derivatives, shape (n, p): central differences, or backward ones at half the cost."""
         columns = []
         here = None if both else self.residual(x)
@@ -122,32 +118,32 @@ class Search:
                 columns.append((self.residual(after) - self.residual(before)) / (after[n] - before[n]))
         return np.column_stack(columns)
 
-    def at(self, x: NDArray[np.float64]) -> Point:
+    def at(self, x: Real) -> Point:
         """Return what is known at a point, shape (p,)."""
         return Point(x, self.residual(x), self.gradient(x))
 
-    def seen(self, point: Point) -> NDArray[np.bool_]:
+    def seen(self, point: Point) -> Mask:
         """Return which coordinates change the residual, over their whole range, by more than its standard error."""
         force = np.linalg.norm(self.projected([record.force for record in self.records]))
         effect = np.linalg.norm(point.gradient, axis=0) * (self.coordinates.upper - self.coordinates.lower)
         error = float(np.linalg.norm(point.residual)) / np.sqrt(len(point.residual))
         return np.asarray(effect > max(error, 1e-9 * float(force)))
 
-    def fine(self, x: NDArray[np.float64], most: int = 60, *, both: bool = True) -> NDArray[np.float64]:
+    def fine(self, x: Real, most: int = 60, *, both: bool = True) -> Real:
         """Return the least-squares point next to x, within the bounds, in at most so many steps; see `gradient`."""
         lower, width = self.coordinates.lower, self.coordinates.upper - self.coordinates.lower
 
-        def residual(y: NDArray[np.float64]) -> NDArray[np.float64]:
+        def residual(y: Real) -> Real:
             return self.residual(lower + width * y)
 
-        def jacobian(y: NDArray[np.float64]) -> NDArray[np.float64]:
+        def jacobian(y: Real) -> Real:
             return self.gradient(lower + width * y, both=both) * width
 
         begin = np.clip((x - lower) / width, 1e-9, 1 - 1e-9)
         found = least_squares(residual, begin, jacobian, bounds=(0.0, 1.0), xtol=1e-7, ftol=1e-8, max_nfev=most)
         return np.asarray(lower + width * found.x)
 
-    def coarse(self, seed: int) -> NDArray[np.float64]:
+    def coarse(self, seed: int) -> Real:
         """Return a point in the right basin, over few samples.
 
         A controlled random search (Kaelo and Ali's CRS2) places the scalars and a geometric row of blocks. Then blocks
@@ -156,7 +152,7 @@ class Search:
         every = -(-sum(len(r.force) for r in self.records) // COARSE)
         few = Search(self.coordinates, [record.thinned(every) for record in self.records])
 
-        def cost(y: NDArray[np.float64], _: NDArray[np.float64]) -> float:
+        def cost(y: Real, _: Real) -> float:
             return few.cost(self.coordinates.spread_start(y))
 
         size = self.coordinates.coarse
@@ -170,7 +166,7 @@ class Search:
         x = self.coordinates.spread_start(np.asarray(search.optimize(np.full(size, 0.5))))
         return few._hopped(x, np.random.default_rng(seed))
 
-    def _hopped(self, x: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
+    def _hopped(self, x: Real, rng: np.random.Generator) -> Real:
         free = self.coordinates.free
         blocks = sorted({c.block for c in free if c.block is not None})
         if len(blocks) < 2:
@@ -195,7 +191,7 @@ class Search:
         return x
 
 
-def spread(record: Prepared, model: FrictionModel) -> NDArray[np.float64]:
+def spread(record: Prepared, model: FrictionModel) -> Real:
     """Return the standard deviation of each residual [N] at the samples used: ``σ² = σ_F² + (σ_z·dF/dz)²``.
 
     What is left of the encoder's steps in the motion is magnified by the stiffness of the contact (effective variance:
@@ -217,7 +213,7 @@ def spread(record: Prepared, model: FrictionModel) -> NDArray[np.float64]:
     return np.asarray(np.sqrt(np.maximum(by_noise + by_step * shape, floor)))
 
 
-def _stiffness(record: Prepared, force: NDArray[np.float64]) -> NDArray[np.float64]:
+def _stiffness(record: Prepared, force: Real) -> Real:
     """Return ``|dF/dz|`` of a replayed force [N/m], shape (n,): the greater of the two steps around each sample."""
     dz, dF = np.abs(np.diff(record.motion.position)), np.abs(np.diff(force))
     slope = np.divide(dF, dz, out=np.zeros_like(dz), where=dz > 1e-6 * float(dz.max()))

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Mask
 from fric.errors import FricError
 from fric.identify.records.prepared import Prepared
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-Masks = tuple["NDArray[np.bool_]", ...]
+Masks = tuple[Mask, ...]
 
 
 @dataclass(frozen=True)

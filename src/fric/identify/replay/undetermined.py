@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from fric.identify.records.judgement import SAMPLES, told_by, too_coarse
+from fric.identify.records.prepared import Prepared
+from fric.identify.replay.coordinates import Coordinates
 from fric.notice import Notice
 from fric.units import readable, si_unit
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from fric.identify.records.prepared import Prepared
-    from fric.identify.replay.coordinates import Coordinates
 
 Limits = dict[tuple[str, str], tuple[tuple[float, float], ...]]
 

@@ -6,19 +6,14 @@ Geophysical Research 88, 1983, p. 10359), and eq. (2) has ``F_s·(1 + growth·ln
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from fric.arrays import Real
 from fric.friction.stribeck import stribeck_shares
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.static_map.stribeck_fit import Solution, StribeckProblem
-
-    Real = NDArray[np.float64]
+from fric.identify.static_map.stribeck_fit import Solution, StribeckProblem
 
 
 class Ageing(NamedTuple):

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from fric.arrays import Real
 
 Average = Literal["robust", "median"]
 
@@ -39,12 +38,12 @@ class Mean:
     tau: float
 
 
-def average(samples: NDArray[np.float64], method: Average = "robust") -> Mean:
+def average(samples: Real, method: Average = "robust") -> Mean:
     """Return the robust mean (Huber) or the median of a segment of samples, shape (n,)."""
     return huber_mean(samples) if method == "robust" else median(samples)
 
 
-def huber_mean(samples: NDArray[np.float64]) -> Mean:
+def huber_mean(samples: Real) -> Mean:
     """Return Huber's M-estimate of location, with the scale from the median absolute deviation.
 
     The standard error is that of an M-estimate from correlated samples,
@@ -69,7 +68,7 @@ def huber_mean(samples: NDArray[np.float64]) -> Mean:
     return Mean(centre, spread * np.sqrt(tau / len(x)), tau)
 
 
-def median(samples: NDArray[np.float64]) -> Mean:
+def median(samples: Real) -> Mean:
     """Return the median; its standard error is read off the order statistics around it.
 
     With n/tau independent samples the rank of the true median is n/2 ± sqrt(n/tau)/2 of the effective ranks, so one
@@ -83,7 +82,7 @@ def median(samples: NDArray[np.float64]) -> Mean:
     return Mean(middle, float(high - low) / 2, tau)
 
 
-def autocorrelation_time(x: NDArray[np.float64], window: float = 5.0) -> float:
+def autocorrelation_time(x: Real, window: float = 5.0) -> float:
     """Return the integrated autocorrelation time [samples], ``1 + 2·Σ rho_k``, at least 1.
 
     The sum runs to the first lag beyond ``window`` times itself (Sokal 1989): longer sums add noise and no truth.

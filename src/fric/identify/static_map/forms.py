@@ -6,21 +6,15 @@ of that (Breiman, Friedman, Olshen and Stone 1984): of parameters that are not n
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.identify.static_map.ageing import aged
 from fric.identify.static_map.scatter import REPEATED, Fitted, solve_with_scatter
 from fric.identify.static_map.stribeck_fit import DELTA_RANGE, Solution, StribeckProblem
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    Real = NDArray[np.float64]
 
 CLEARLY = 0.8
 """Ratio of errors under which a free shape factor is taken: it trades with F_s at slow strokes that stick and slip."""

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from math import isinf, log, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
+from fric.arrays import Real
+from fric.drive.plant import Plant
 from fric.estimate import Interval
+from fric.identify.static_map.map_fit import MapFit
 from fric.notice import Notice
 from fric.units import Motion, readable, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import Plant
-    from fric.identify.static_map.map_fit import MapFit
 
 TAKEN = 0.05
 """Share of the drive's damping that its plant may be off by, before the strokes contradict it."""
@@ -190,7 +186,7 @@ def _correlations(fit: MapFit, without: tuple[str, ...]) -> list[str]:
     return [Notice(text, "correlated", "note")] if pairs else []
 
 
-def _patterned(v: NDArray[np.float64], residual: NDArray[np.float64]) -> bool:
+def _patterned(v: Real, residual: Real) -> bool:
     """Test whether residuals in the order of velocity are smoother than noise (von Neumann's ratio, 1 % level)."""
     n = len(v)
     if n < 8:

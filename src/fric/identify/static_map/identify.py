@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import sqrt
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.records.flaws import coarse_step, record_flaws, stroke_flaws
@@ -23,14 +24,10 @@ from fric.identify.static_map.map_fit import Form, MapFit, ShapeFactor, SpeedPoi
 from fric.identify.static_map.over_position import OverPosition, steady_strokes, without_places
 from fric.identify.static_map.points import stroke_points
 from fric.identify.static_map.unsettled import settled_points
-from fric.log import ForceVelocity
+from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.threads import one_blas_thread
 from fric.units import Motion, readable, si_unit
-
-if TYPE_CHECKING:
-    from fric.drive.plant import Plant
-    from fric.log import Log
 
 Direction = Literal["auto", "both", "each"]
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Real
 from fric.estimate import Estimate
 from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.forms import HeldOut, at_bound, chosen
@@ -16,9 +17,6 @@ from fric.identify.static_map.profile import profile_interval
 from fric.identify.static_map.scatter import Fitted, without_outliers
 from fric.identify.static_map.stribeck_fit import PARAMETERS, Solution, StribeckProblem
 from fric.units import Motion, readable, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 Weights = Literal["error", "equal"]
 Form = Literal["auto", "coulomb", "stribeck"]
@@ -91,7 +89,7 @@ class MapFit:
     problem: StribeckProblem
     solution: Solution
     estimates: Mapping[str, Estimate]
-    covariance: NDArray[np.float64]
+    covariance: Real
     between: float
     held_out: HeldOut
     left_out: tuple[SpeedPoint, ...] = ()
@@ -114,7 +112,7 @@ class MapFit:
         return f"{form} (errors at strokes held out: {', '.join(errors)})"
 
     @property
-    def residual(self) -> NDArray[np.float64]:
+    def residual(self) -> Real:
         """Measured less fitted force [N] at each point."""
         return self.problem.F - self.problem.model(self.solution.theta)
 
@@ -128,7 +126,7 @@ class MapFit:
         """Coefficient of determination."""
         return 1.0 - float(np.sum(self.residual**2) / np.sum((self.problem.F - self.problem.F.mean()) ** 2))
 
-    def predict(self, v: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def predict(self, v: Real) -> tuple[Real, Real]:
         """Return the fitted force [N] at velocities v [m/s], and half the width of its 95 % band."""
         theta = self.solution.theta
         force = np.sign(v) * self.static_map.level(v) + theta["sigma"] * v + theta["offset"]
@@ -172,7 +170,7 @@ def fit_map(
     offset: float = 0.0,
     damping: float = 0.0,
     damping_error: float = 0.0,
-    together: NDArray[np.float64] | None = None,
+    together: Real | None = None,
 ) -> MapFit:
     """Fit eq. (2) to strokes; each weighs by its own error and the scatter that all show beyond theirs.
 
@@ -228,7 +226,7 @@ def fit_map(
 
 def _estimates(
     problem: StribeckProblem, solution: Solution, motion: Motion, *, fixed_weights: bool
-) -> tuple[dict[str, Estimate], NDArray[np.float64]]:
+) -> tuple[dict[str, Estimate], Real]:
     scale = solution.cost / problem.degrees_of_freedom
     if not fixed_weights:  # the errors of the strokes are known: chance may make a fit look better than they allow
         scale = max(scale, 1.0)
@@ -267,7 +265,7 @@ def _less_damping(
 
 
 def _with_common_errors(
-    estimates: dict[str, Estimate], problem: StribeckProblem, solution: Solution, moved: NDArray[np.float64]
+    estimates: dict[str, Estimate], problem: StribeckProblem, solution: Solution, moved: Real
 ) -> dict[str, Estimate]:
     """Widen the intervals by what the map moves where the forces of all strokes move together, by half widths [N]."""
     thetas = [replace(problem, F=problem.F + shift).solve(start=solution).theta for shift in moved if shift.any()]

@@ -9,24 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.special import stdtrit
 
-from fric.identify.records.over_strokes import PLACES
+from fric.arrays import Real
+from fric.identify.records.over_strokes import PLACES, OverPlace
 from fric.identify.records.segments import Segment
 from fric.identify.static_map.forms import FEWEST, HeldOut
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.records.over_strokes import OverPlace
-    from fric.identify.static_map.map_fit import SpeedPoint
-    from fric.identify.static_map.scatter import Fitted
-    from fric.log import Log
-
-    Real = NDArray[np.float64]
+from fric.identify.static_map.map_fit import SpeedPoint
+from fric.identify.static_map.scatter import Fitted
+from fric.log import Log
 
 OverPosition = Literal["auto", "off", "on"]
 
@@ -122,7 +116,7 @@ def steady_strokes(logs: Sequence[Log], points: Sequence[SpeedPoint]) -> list[tu
 def without_places(
     points: list[SpeedPoint], strokes: list[tuple[int, Log, Segment]], place: OverPlace | None, asked: OverPosition,
     solving: Callable[..., tuple[Fitted, HeldOut]], offset_open: bool,
-) -> tuple[list[SpeedPoint], NDArray[np.float64] | None, dict[str, float]]:  # fmt: skip
+) -> tuple[list[SpeedPoint], Real | None, dict[str, float]]:  # fmt: skip
     """Return the points, without what comes again at their places where that predicts better.
 
     And how they then err together, and how well what was not chosen predicts.

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
+from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.identify.records.chords import SHORTEST
 from fric.identify.records.flaws import coarse_step
@@ -15,15 +16,9 @@ from fric.identify.records.segments import Segment, steady_segments
 from fric.identify.static_map.averages import Average, average
 from fric.identify.static_map.map_fit import SpeedPoint
 from fric.identify.static_map.table_points import table_points
-from fric.log import ForceVelocity
+from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.units import readable, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import Plant
-    from fric.log import Log
 
 SWINGS = 0.03
 """Root mean square of the velocity about its mean, over that mean, from which on a stroke counts as swinging."""
@@ -195,8 +190,8 @@ def velocity_swing(log: Log, segment: Segment) -> float:
     return swing if swing > SWINGS else 0.0
 
 
-def _power(z: NDArray[np.float64]) -> NDArray[np.float64]:
+def _power(z: Real) -> Real:
     """Return what each line under Hann's window has of the variance."""
     window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(len(z)) / len(z))
-    power: NDArray[np.float64] = 2 * np.abs(np.fft.rfft(z * window)) ** 2 / (len(z) * float(window @ window))
+    power: Real = 2 * np.abs(np.fft.rfft(z * window)) ** 2 / (len(z) * float(window @ window))
     return power

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
+from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.identify.static_map.averages import MAD_TO_SIGMA
 from fric.identify.static_map.stribeck_fit import Solution, StribeckProblem
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 OUTLYING = 6.0
 """Standard deviations from the map beyond which a stroke is left out."""
@@ -55,12 +53,12 @@ class Fitted(NamedTuple):
     problem: StribeckProblem
     solution: Solution
     between: float
-    own: NDArray[np.float64]
-    kept: NDArray[np.bool_]
-    beyond: NDArray[np.float64]
+    own: Real
+    kept: Mask
+    beyond: Real
 
 
-def without_outliers(problem: StribeckProblem, certain: NDArray[np.float64], *, fixed: bool) -> Fitted:
+def without_outliers(problem: StribeckProblem, certain: Real, *, fixed: bool) -> Fitted:
     """Fit the strokes, the one that stands off most left out, until none does."""
     whole, kept, own = problem, np.ones(len(problem.v), bool), problem.standard_error
     while True:
@@ -91,7 +89,7 @@ def without_outliers(problem: StribeckProblem, certain: NDArray[np.float64], *, 
     return Fitted(problem, solution, between, own[kept], kept, beyond)
 
 
-def _beyond(problem: StribeckProblem, solution: Solution, own: NDArray[np.float64]) -> NDArray[np.float64]:
+def _beyond(problem: StribeckProblem, solution: Solution, own: Real) -> Real:
     """Return by how much single strokes stand off a map that all others agree on [N], shape (n,).
 
     They are kept, for they may be the fall of a real drive, and weigh by what they stand off: an axis that hunts
@@ -118,15 +116,13 @@ def _beyond(problem: StribeckProblem, solution: Solution, own: NDArray[np.float6
     return found
 
 
-def _mirrored(problem: StribeckProblem, some: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _mirrored(problem: StribeckProblem, some: Mask) -> Mask:
     """Return which of some strokes have another of them beside them at their speed, in the other direction."""
     v = np.where(some, problem.v, np.nan)
     return np.asarray(np.any(np.abs(v[:, np.newaxis] + v) <= REPEATED * np.abs(v), axis=0))
 
 
-def _outlying(
-    problem: StribeckProblem, solution: Solution, own: NDArray[np.float64], kept: NDArray[np.bool_]
-) -> int | None:
+def _outlying(problem: StribeckProblem, solution: Solution, own: Real, kept: Mask) -> int | None:
     """Return the stroke that stands off most, where it stands off map and neighbours beyond all measure."""
     if np.count_nonzero(~kept) >= MOST_OUTLYING * len(kept) or problem.degrees_of_freedom < 4:
         return None
@@ -160,7 +156,7 @@ def _contradicted(problem: StribeckProblem, n: int, measure: float) -> bool:
 
 
 def solve_with_scatter(
-    problem: StribeckProblem, own: NDArray[np.float64], *, fixed: bool, start: Solution | None = None
+    problem: StribeckProblem, own: Real, *, fixed: bool, start: Solution | None = None
 ) -> tuple[Solution, float]:
     """Minimise, estimate the variance between strokes from the residuals, and again until both agree.
 
@@ -181,7 +177,7 @@ def solve_with_scatter(
     return solution, sqrt(variance)
 
 
-def excess_variance(residual: NDArray[np.float64], standard_error: NDArray[np.float64], dof: int) -> float:
+def excess_variance(residual: Real, standard_error: Real, dof: int) -> float:
     """Return the variance between strokes [N²] that explains residuals larger than their standard errors.
 
     Paule and Mandel's (1982) estimate: the smallest q ≥ 0 with ``Σ r²/(se² + q) ≤ dof``.

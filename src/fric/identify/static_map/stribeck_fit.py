@@ -14,16 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import nlopt
 import numpy as np
 from scipy.optimize import minimize_scalar, nnls
 
+from fric.arrays import Real
 from fric.friction.stribeck import stribeck_shares
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 PARAMETERS = ("F_c", "F_s", "v_s", "delta", "sigma", "offset")
 DELTA_RANGE = (0.3, 3.0)
@@ -38,7 +35,7 @@ class Solution:
     theta: Mapping[str, float]
     cost: float
 
-    def vector(self) -> NDArray[np.float64]:
+    def vector(self) -> Real:
         """Return the parameters in the order of `PARAMETERS`."""
         return np.array([self.theta[name] for name in PARAMETERS])
 
@@ -66,15 +63,15 @@ class StribeckProblem:
         The offset where it is not fitted [N].
     """
 
-    v: NDArray[np.float64]
-    F: NDArray[np.float64]
-    standard_error: NDArray[np.float64]
+    v: Real
+    F: Real
+    standard_error: Real
     delta: float | None = 1.0
     with_offset: bool = True
     fall: bool = True
-    swing: NDArray[np.float64] | None = None
+    swing: Real | None = None
     offset: float = 0.0
-    _weight: NDArray[np.float64] = field(init=False, repr=False)
+    _weight: Real = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_weight", 1.0 / self.standard_error)
@@ -96,13 +93,13 @@ class StribeckProblem:
         speed = np.abs(self.v)
         return float(speed.min()) / V_S_BEYOND, float(speed.max()) * V_S_BEYOND
 
-    def model(self, theta: Mapping[str, float]) -> NDArray[np.float64]:
+    def model(self, theta: Mapping[str, float]) -> Real:
         """Return the force of eq. (2), offset included [N], shape (n,)."""
         g = self._shares(theta["v_s"], theta["delta"])
         level = theta["F_c"] + (theta["F_s"] - theta["F_c"]) * g
         return np.sign(self.v) * level + theta["sigma"] * self.v + theta["offset"]
 
-    def _shares(self, v_s: float, delta: float) -> NDArray[np.float64]:
+    def _shares(self, v_s: float, delta: float) -> Real:
         """Return what is left of the Stribeck rise at each stroke, averaged over its swing, shape (n,)."""
         if self.swing is None:
             return stribeck_shares(self.v, v_s, delta)
@@ -125,12 +122,12 @@ class StribeckProblem:
         if not searched:
             return self._project(held, held["v_s"], held["delta"])
 
-        def shape(x: NDArray[np.float64]) -> tuple[float, float]:
+        def shape(x: Real) -> tuple[float, float]:
             found = dict(zip((row[0] for row in searched), x, strict=True))
             v_s = held["v_s"] if "v_s" in held else float(np.exp(found["v_s"]))
             return v_s, held["delta"] if "delta" in held else float(found["delta"])
 
-        def cost(x: NDArray[np.float64]) -> float:
+        def cost(x: Real) -> float:
             return self._project(held, *shape(x)).cost
 
         lower, upper = np.array([[row[1], row[2]] for row in searched]).T
@@ -145,7 +142,7 @@ class StribeckProblem:
         """Minimise over the linear parameters at given v_s and delta, with F_s ≥ F_c ≥ 0 and sigma ≥ 0."""
         sign, g = np.sign(self.v), self._shares(v_s, delta)
         F = self.F.copy()
-        columns: dict[str, NDArray[np.float64]] = {}
+        columns: dict[str, Real] = {}
         if "F_c" in held:
             F -= held["F_c"] * sign
             if self.fall:
@@ -180,9 +177,7 @@ class StribeckProblem:
         }
         return Solution(theta, found["cost"])
 
-    def _nonnegative(
-        self, columns: Mapping[str, NDArray[np.float64]], F: NDArray[np.float64], free_offset: bool
-    ) -> dict[str, float]:
+    def _nonnegative(self, columns: Mapping[str, Real], F: Real, free_offset: bool) -> dict[str, float]:
         """Weighted non-negative least squares, with a free offset projected out first where there is one."""
         w = self._weight
         A, b = np.column_stack([*columns.values()]) * w[:, None] if columns else np.zeros((len(w), 0)), F * w
@@ -202,7 +197,7 @@ class StribeckProblem:
             found["offset"] = float(ones @ (b - A @ x)) / float(np.linalg.norm(w))
         return found
 
-    def jacobian(self, theta: Mapping[str, float], v: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+    def jacobian(self, theta: Mapping[str, float], v: Real | None = None) -> Real:
         """Return dF/d(free parameters) [SI], shape (n, len(free)), at the points or at other velocities."""
         v = self.v if v is None else v
         sign, ratio = np.sign(v), np.abs(v / theta["v_s"])
@@ -220,7 +215,7 @@ class StribeckProblem:
         }
         return np.column_stack([columns[name] for name in self.free])
 
-    def covariance(self, solution: Solution) -> NDArray[np.float64]:
+    def covariance(self, solution: Solution) -> Real:
         """Return the linearised covariance of the free parameters for the standard errors as they are."""
         J = self.jacobian(solution.theta) * self._weight[:, None]
         size = np.linalg.norm(J, axis=0)
@@ -229,10 +224,10 @@ class StribeckProblem:
         return (inverse @ inverse.T) / np.outer(size, size)
 
 
-Cost = Callable[["NDArray[np.float64]"], float]
+Cost = Callable[[Real], float]
 
 
-def _direct(cost: Cost, lower: NDArray[np.float64], upper: NDArray[np.float64]) -> NDArray[np.float64]:
+def _direct(cost: Cost, lower: Real, upper: Real) -> Real:
     """Search a box globally by NLopt's DIRECT-L (Gablonsky and Kelley 2001)."""
     optimiser = nlopt.opt(nlopt.GN_DIRECT_L, len(lower))
     optimiser.set_lower_bounds(lower)
@@ -242,9 +237,7 @@ def _direct(cost: Cost, lower: NDArray[np.float64], upper: NDArray[np.float64]) 
     return np.asarray(optimiser.optimize((lower + upper) / 2))
 
 
-def _polished(
-    cost: Cost, start: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], *, near: bool
-) -> NDArray[np.float64]:
+def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) -> Real:
     """Polish a minimum; a start that is near takes smaller steps.
 
     One coordinate is bracketed and followed by parabolas (Brent 1973), two by NLopt's Subplex (Rowan 1990).

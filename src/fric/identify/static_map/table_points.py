@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
+from fric.drive.plant import Plant
 from fric.identify.static_map.map_fit import SpeedPoint
+from fric.log import ForceVelocity
 from fric.notice import Notice
 from fric.units import readable
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
-    from fric.drive.plant import Plant
-    from fric.log import ForceVelocity
-
-
-def standard_errors(table: ForceVelocity) -> NDArray[np.float64]:
+def standard_errors(table: ForceVelocity) -> Real:
     """Return the standard error of each mean [N], shape (n,).
 
     As the table says; else the deviation over √n; else the deviation itself, which is the most that it can be; 0 where

@@ -9,26 +9,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import compress
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import stdtrit
 
+from fric.arrays import Real
 from fric.identify.plant.covariance import sandwich
-from fric.identify.static_map.averages import average
+from fric.identify.records.segments import Segment
+from fric.identify.static_map.averages import Average, average
+from fric.identify.static_map.map_fit import SpeedPoint
+from fric.log import Log
 from fric.notice import Notice, Severity
 from fric.units import Motion, readable, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.records.segments import Segment
-    from fric.identify.static_map.averages import Average
-    from fric.identify.static_map.map_fit import SpeedPoint
-    from fric.log import Log
-
-    Real = NDArray[np.float64]
 
 BATCHES, FEWEST = 96, 24
 """Batches that a stroke is looked at in, and samples that it has at least."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.friction.directed import Directed
 from fric.friction.rolling import Rolling
@@ -17,21 +17,14 @@ from fric.kernels.inner import address_of
 from fric.kernels.plant import TOLERANCE, PlantConstants
 from fric.kernels.second_mass import Coupling, second_mass_step
 from fric.kernels.sensing import Sensing
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.kernels.signatures import Step
-    from fric.simulate.machine import Axis
-
+from fric.kernels.signatures import Step
+from fric.simulate.machine import Axis
 
 SPRING_TOLERANCE = 1e-10
 """To what the velocity of a motor on a spring is integrated [m/s]: the last digits of the spring take many steps."""
 
 
-def true_axis(
-    axis: Axis, place: float, began: float
-) -> tuple[Step, NDArray[np.float64], NDArray[np.float64], PlantConstants]:
+def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real, PlantConstants]:
     """Return the friction that an axis truly has (step, state, parameters), and its masses.
 
     Where there is a second mass, the stretch of its spring stands first in the state.
@@ -98,7 +91,7 @@ def _head(axis: Axis) -> int:
     return guideway.HEAD + 3 * (len(axis.reality.cogging) + len(axis.reality.waves))
 
 
-def _on_guideway(axis: Axis, inner: NDArray[np.float64]) -> NDArray[np.float64]:
+def _on_guideway(axis: Axis, inner: Real) -> Real:
     """Return the parameters of the friction on its guideway."""
     friction, flaws = axis.friction, axis.reality
     one = friction.model if isinstance(friction, Directed) else friction

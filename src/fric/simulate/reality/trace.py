@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from hashlib import sha256
 from math import ceil
-from typing import TYPE_CHECKING
 from zlib import crc32
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from fric.arrays import Mask, Real
 from fric.columns import Kind
 from fric.drive.sensing import low_pass_pole
 from fric.kernels.sensing import read
 from fric.log import Log
+from fric.simulate.axis import Trace
+from fric.simulate.machine import Axis
 from fric.simulate.reality.log_flaws import ColouredNoise
 from fric.simulate.reality.motion import sensing_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from fric.simulate.axis import Trace
-    from fric.simulate.machine import Axis
-
-    Real = NDArray[np.float64]
 
 
 def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: str, kind: Kind, seed: int) -> Log:
@@ -95,7 +88,7 @@ def _jitter(rng: np.random.Generator, count: int, deviation: float, divider: int
     return np.clip(rng.normal(0.0, 1.0, count) * deviation, -0.45 * divider, 0.45 * divider)
 
 
-def _kept(rng: np.random.Generator, count: int, lost: float) -> NDArray[np.bool_]:
+def _kept(rng: np.random.Generator, count: int, lost: float) -> Mask:
     """Return which samples are not lost; the first and the last never are."""
     kept = np.ones(count, dtype=bool)
     if lost:
