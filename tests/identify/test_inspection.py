@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -135,3 +136,47 @@ def test_a_frequency_response_as_measured():
     assert (found.kind, found.points, found.coherence) == ("frequency-response", 40, 0.9)
     assert uses(found)["plant"].good
     assert not uses(inspect(FrequencyResponse(frequency[:3], frequency[:3], -np.ones(3))))["plant"].good
+
+
+def back_and_forth(shape, noise, seed=0):
+    """Return a slow motion of 25 µm through twelve springs that slip one after the other, with the encoder's noise."""
+    rng = np.random.default_rng(seed)
+    ends = np.append(0.0, 25e-6 * (-1.0) ** np.arange(9) * (rng.uniform(0.6, 1.0, 9) if shape == "by hand" else 1.0))
+    share = np.linspace(0.0, 1.0, 700)
+    share = {"smooth": np.tanh(4.0 * (2.0 * share - 1.0)) / (2.0 * np.tanh(4.0)) + 0.5}.get(shape, share)
+    pause = np.zeros(400 if shape == "with rests" else 0)
+    path = np.concatenate([np.r_[a + (b - a) * share, b + pause] for a, b in itertools.pairwise(ends)])
+    slip, levels = np.geomspace(0.5e-6, 30e-6, 12), np.full(12, 5.0)
+    force, springs, before = np.zeros(len(path)), np.zeros(12), path[0]
+    for i, at in enumerate(path):
+        springs = np.clip(springs + levels / slip * (at - before), -levels, levels)
+        before, force[i] = at, springs.sum()
+    position = np.round((path + noise * rng.standard_normal(len(path))) / 1e-7) * 1e-7
+    return Log(time=1e-3 * np.arange(len(path)), position=position, force=force + rng.standard_normal(len(path)))
+
+
+@pytest.mark.parametrize("shape", ["triangle", "smooth", "by hand", "with rests"])
+@pytest.mark.parametrize("noise", [0.0, 1e-7, 3e-7])
+def test_a_slow_motion_back_and_forth_is_presliding_whatever_its_shape(shape, noise):
+    found = inspect(back_and_forth(shape, noise))
+    assert found.kind == "presliding-sine"
+    assert len(found.reversals) == 8
+    assert uses(found)["gms"].good
+
+
+def test_a_fast_motion_back_and_forth_is_none():
+    """Its force goes against the motion after a reversal, as inertia asks for."""
+    time = np.arange(8000) / 1000.0
+    angle = 2.0 * np.pi * 0.8 * time
+    position = 0.1 * (np.sin(angle) + 0.2 * np.sin(3.0 * angle))
+    acceleration = np.gradient(np.gradient(position, time), time)
+    force = 100.0 * acceleration + 5.0 * np.sign(np.gradient(position)) + RNG.standard_normal(8000)
+    assert inspect(Log(time=time, position=np.round(position / 1e-6) * 1e-6, force=force)).kind == "motion"
+
+
+def test_noise_makes_no_reversals_in_a_long_rest():
+    rng = np.random.default_rng(4)
+    path = np.repeat(np.r_[np.linspace(0.0, 1.0, 50), np.full(60_000, 1.0), np.linspace(1.0, 0.0, 50)], 2)
+    position = 1e-4 * path + 1e-6 * rng.standard_normal(len(path))
+    log = Log(time=1e-3 * np.arange(len(path)), position=position, force=np.zeros(len(path)))
+    assert len(inspect(log).reversals) == 1

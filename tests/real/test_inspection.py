@@ -69,10 +69,10 @@ def test_emps_is_a_motion_at_one_kilohertz_with_seven_reversals():
         assert 20.0 < mean * np.sign(segment.velocity) < 60.0
 
 
-def test_tribometer_is_a_motion_that_is_good_for_its_loops():
+def test_tribometer_is_no_sine_and_is_known_by_its_loops():
     table = np.loadtxt(SHARED / "tribometer/reciprocating-first-75s.txt", skiprows=1)
     found = inspect(Log(time=table[:, 0], position=1e-3 * table[:, 2], force=-1e-6 * table[:, 3]))
-    assert found.kind == "motion"
+    assert (found.kind, found.sine) == ("presliding-sine", None)
     assert found.encoder_step == pytest.approx(1e-7)
     assert len(found.reversals) == 33
     assert len(found.gaps) == 179

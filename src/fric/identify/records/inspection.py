@@ -71,7 +71,7 @@ def inspect(record: Record) -> Inspected:
     if log.force is not None:
         pairs = [(log, segment) for segment in segments]
         warnings += stroke_flaws(pairs, over_place(pairs))
-    kind = record.kind or recognised_kind(log, segments, rests, sine, rise)
+    kind = record.kind or recognised_kind(log, segments, rests, sine, rise, len(reversals))
     if kind not in {"constant-velocity", "motion"}:
         segments = []
     if kind not in {"presliding-sine", "sliding-sine"}:

@@ -24,6 +24,14 @@ LINES = 9.0
 """Spectral lines among which the power of a broad-band excitation is spread at least; strokes have five at most."""
 RISING_SHARE = 0.01
 """Share of the stroke that the force takes to come up after a reversal, from which on a sine is in pre-sliding."""
+LOOP_SHARE = 0.03
+"""The same of a motion of any other shape: a hand's, or one that friction bends, is no sine."""
+LOOP_OF_STROKES = 0.1
+"""The same where it goes there and back at constant velocity: so short strokes tell pre-sliding rather than a map."""
+SWAY = 0.1
+"""Share of the longest stroke under which one is what a loop overshoots and swings, and is no branch."""
+LOOPS = 4
+"""Reversals that such a motion has at least."""
 
 
 @dataclass(frozen=True)
@@ -108,11 +116,12 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
 
 
 def recognised_kind(
-    log: Log, segments: list[Segment], rests: list[tuple[int, int]], sine: Sine | None, rise: float | None
+    log: Log, segments: list[Segment], rests: list[tuple[int, int]], sine: Sine | None, rise: float | None, turns: int
 ) -> Kind:
     """Return the kind of a record by what it does.
 
-    A sine; a broad-band excitation; strokes at constant velocity, if that is most of the time in motion; else a motion.
+    A sine; a broad-band excitation; a motion back and forth before sliding, of any shape; strokes at constant
+    velocity, if that is most of the time in motion; else a motion.
 
     Parameters
     ----------
@@ -124,12 +133,17 @@ def recognised_kind(
         What `fitted_sine` found.
     rise
         What `force_rise` found: it tells pre-sliding from sliding. Without a force, pre-sliding is supposed.
+    turns
+        How many reversals it has.
     """
     steady = sum(segment.stop - segment.onset for segment in segments)
     if sine is not None and steady < STROKE_SHARE * len(log):
         return "presliding-sine" if sine.reversals and (rise is None or rise > RISING_SHARE) else "sliding-sine"
     if _is_broad_band(log):
         return "frequency-response"
+    least = LOOP_SHARE if steady < STROKE_SHARE * len(log) else LOOP_OF_STROKES
+    if rise is not None and rise > least and turns >= LOOPS:
+        return "presliding-sine"
     moving = max(len(log) - sum(stop - start for start, stop in rests), 1)
     strokes = all(
         a.velocity * b.velocity < 0.0 or any(a.stop <= start and stop <= b.start for start, stop in rests)
@@ -141,18 +155,22 @@ def recognised_kind(
 def force_rise(log: Log, reversals: Indices) -> float | None:
     """Return the share of the stroke that the force takes after a reversal until it has come up by nine tenths.
 
-    It is the median over the branches between turns, the force of the later half of a branch counting as come up. None
-    where there is no force, no position or no branch.
+    It is the median over the branches between turns, the force of the later half of a branch counting as come up. Where
+    it goes against the motion, as the inertia of a fast one does, it does not rise. None where there is no force, no
+    position or no branch.
     """
     if log.force is None or log.position is None or len(reversals) < 2:
         return None
     shares = []
-    for begin, end in pairwise(reversals):
+    strokes = np.abs(np.diff(log.position[reversals]))
+    whole = strokes >= SWAY * strokes.max()
+    for begin, end in np.column_stack([reversals[:-1], reversals[1:]])[whole]:
         z, force = log.position[begin : end + 1], log.force[begin : end + 1]
         up = float(np.median(force[len(force) // 2 :])) - float(force[0])
         if up != 0.0:
             risen = int(np.argmax((force - force[0]) / up >= 0.9))
-            shares.append(abs(float((z[risen] - z[0]) / (z[-1] - z[0]))))
+            along = up * (z[-1] - z[0]) > 0.0
+            shares.append(abs(float((z[risen] - z[0]) / (z[-1] - z[0]))) if along else 0.0)
     return float(np.median(shares)) if shares else None
 
 

@@ -19,15 +19,16 @@ def find_reversals(position: Real, threshold: float | None = None) -> Indices:
     position
         Position [m], shape (n,).
     threshold
-        Way back [m] that makes a reversal; two counts of the encoder or eight standard deviations of the noise where
-        it is not given.
+        Way back [m] that makes a reversal; where it is not given, two counts of the encoder, or what white noise swings
+        over so many samples, 2·√(2·ln n) standard deviations (Leadbetter et al., Extremes, 1983), and a tenth.
     """
     z = np.asarray(position, float)
     if len(z) < 3:
         return np.zeros(0, dtype=np.intp)
     count = lattice_step(z) or 0.0
     if threshold is None:
-        threshold = max(2.0 * count, 8.0 * noise_level(z), 1e-9 * float(np.ptp(z)))
+        swing = 2.2 * float(np.sqrt(2.0 * np.log(len(z)))) * noise_level(z)
+        threshold = max(2.0 * count, swing, 1e-9 * float(np.ptp(z)))
     flat = 0.5 * count
     found: list[int] = []
     direction, begin = 0, 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fric.identify.records.inspected import Inspection, Use
 from fric.identify.records.judgement import RISES, STEPS
-from fric.identify.records.recognition import RISING_SHARE
+from fric.identify.records.recognition import LOOP_SHARE
 
 BRANCH = 20
 """Samples that a branch between reversals has at least."""
@@ -50,7 +50,7 @@ def _gms_use(found: Inspection) -> Use:
     branch = (found.reversals[-1] - found.reversals[0]) / (len(found.reversals) - 1)
     if branch < BRANCH:
         return Use(purpose, False, f"{branch:.0f} samples a branch are too few")
-    if found.kind != "presliding-sine" and (found.rise is None or found.rise <= RISING_SHARE):
+    if found.kind != "presliding-sine" and (found.rise is None or found.rise <= LOOP_SHARE):
         return Use(purpose, False, f"pre-sliding is over in {100 * (found.rise or 0.0):.1f} % of a stroke")
     text = f"{len(found.reversals) - 1} branches" + (
         f" of {2 * amplitude / step:.0f} steps of the encoder" if step else ""
