@@ -14,12 +14,13 @@ import fric
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.tuned import write_tuned
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.measured import AxisTrace, MeasuredCircle, measured_from_run
 from fric.identify.circle.next_circle import NextCircle, measured_glitch, worse_ahead
 from fric.identify.circle.tune import tune, tune_axis
 from fric.identify.circle.tune_fit import Balance, at, fit
-from fric.identify.circle.tune_identifiability import alike_warnings, groups_alike
+from fric.identify.circle.tune_identifiability import alike_warnings, groups_alike, timing_warnings
 from fric.identify.circle.tune_instruments import instrumented
 from fric.identify.circle.tune_intervals import tuned_estimates
 from fric.identify.circle.tune_loop import cautious, loop_warnings
@@ -157,6 +158,19 @@ def test_a_position_that_is_late_is_told(drawn, circles):
         low, high = found.estimates.plant["T_d"].ci95
         assert low <= axis.plant.T_d + 0.5e-3 <= high
         assert high < 1.8 * low
+
+
+@pytest.mark.parametrize(
+    ("interval", "codes"),
+    [((0.85, 1.01), ["position-late"]), ((0.78, 1.4), []), ((0.3, 0.46), ["position-early"]), ((0.3, 0.5), [])],
+)
+def test_a_shift_is_told_only_where_the_whole_interval_of_the_delay_says_so(drawn, circles, interval, codes):
+    axis = drawn.axes["x"]
+    records = (voltage_record(circles[0], "x"),)
+    found = at(Balance(records, Coordinates.of(axis.friction, 0.65e-3), axis.plant.K_f), np.zeros(4))
+    low, high = (limit * 1e-3 for limit in interval)
+    told = timing_warnings(axis, found, Estimate((low + high) / 2, "s", (low, high)))
+    assert [one.code for one in told] == codes
 
 
 def test_one_circle_says_what_it_cannot_tell(drawn, circles):

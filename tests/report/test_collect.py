@@ -55,6 +55,13 @@ def test_a_foreign_log_is_sent_to_ingest(tmp_path: Path) -> None:
         collect([path])
 
 
+def test_a_bundled_machine_goes_by_its_name(files: SimpleNamespace) -> None:
+    assert collect([files.run, Path("xy-table")]).machine == collect([files.run, PAPER]).machine
+    with pytest.raises(FricError, match="no such file") as raised:
+        collect([files.run, Path("xy-tabel")])
+    assert "xy-table" in str(raised.value)
+
+
 def test_a_machine_file_or_logs_alone_make_no_report() -> None:
     for given in (PAPER, LOGS / "presliding-sine.h5"):
         with pytest.raises(FricError, match="nothing to report but logs"):

@@ -17,9 +17,9 @@ def report(
         list[Path],
         typer.Argument(
             metavar="FILE…",
-            help="Runs, measured circles, the machine file to hold them against, documents of friction, plant, "
-            "controller and observer, logs to draw points from, or earlier reports: each is recognised by its content. "
-            "Of two of one kind the earlier is compared with the later.",
+            help="Runs, measured circles, the machine (file, or bundled name) to hold them against, documents of "
+            "friction, plant, controller and observer, logs to draw points from, or earlier reports: each is "
+            "recognised by its content. Of two of one kind the earlier is compared with the later.",
         ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="REPORT.html", help="The page to write.")],

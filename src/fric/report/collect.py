@@ -14,6 +14,7 @@ import numpy as np
 from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
 from fric.documents import document_types
+from fric.documents.bundled import located
 from fric.documents.circle_map import CircleMapDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
@@ -51,7 +52,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     Parameters
     ----------
     paths
-        The files.
+        The files; the name of a bundled machine counts as its file.
     circles
         Measured circles besides.
     tolerance
@@ -69,7 +70,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     measured = list(circles)
     maps: list[tuple[str, CircleMapDocument]] = []
     machine = ""
-    for path in map(Path, paths):
+    for path in (located(Path(given), "machine") for given in paths):
         found = recognise(path)
         kind = found.partition("/")[0]
         if kind in KINDS:

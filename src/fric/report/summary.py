@@ -75,8 +75,9 @@ def make_report(
     Parameters
     ----------
     files
-        Runs, measured circles, a machine file to hold them against, documents, logs to draw points from, or earlier
-        reports: each is recognised by its content. Of two of one kind the earlier is compared with the later.
+        Runs, measured circles, a machine (file, or bundled name) to hold them against, documents, logs to draw points
+        from, or earlier reports: each is recognised by its content. Of two of one kind the earlier is compared with
+        the later.
     circles
         Measured circles besides: also a run file that stands for one.
     title

@@ -17,7 +17,7 @@ from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.next_circle import NextCircle, circles_ahead, next_circles, worse_ahead
 from fric.identify.circle.tune_bootstrap import explained
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
-from fric.identify.circle.tune_identifiability import alike_warnings, identifiability_warnings
+from fric.identify.circle.tune_identifiability import alike_warnings, identifiability_warnings, timing_warnings
 from fric.identify.circle.tune_instruments import instrumented
 from fric.identify.circle.tune_intervals import tuned_estimates
 from fric.identify.circle.tune_loop import cautious, holding, holds, loop_warnings
@@ -102,7 +102,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
         return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
     plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)
     estimates = tuned_estimates(found, plant)
-    warnings += alike_warnings(axis, found, estimates)
+    warnings += [*alike_warnings(axis, found, estimates), *timing_warnings(axis, found, estimates.plant["T_d"])]
     improves = found.rms < before.rms
     new = with_belief(axis, friction, plant) if improves else axis
     return TunedAxis(new, friction, plant, before, found, estimates, full, improves, tuple(warnings))

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fric.estimate import Estimate
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.tune_fit import Fitted, at
 from fric.identify.circle.tune_instruments import Instruments
@@ -20,7 +21,7 @@ from fric.simulate.machine import Axis
 APART = 3.0
 """Ratio of the feeds of two circles from which they tell different things."""
 LATE = 0.25
-"""Relative distance of the delay found from that believed, from which it is told."""
+"""Relative distance of the delay's whole interval from what was believed, from which it is told."""
 ALIKE = 0.5
 """Distance of two blocks' slip displacements, in the logarithm, below which they are not told apart: what is left has
 several least points there, whose alpha and k differ by up to 20 %."""
@@ -58,15 +59,6 @@ def identifiability_warnings(
             "slow circle, as at 100 and 10 mm/s",
             "one-feed", "doubt",
         )  # fmt: skip
-    T_d, nominal = found.balance.coordinates.delay(found.x), found.balance.coordinates.T_d
-    if T_d > (1 + LATE) * nominal or T_d < (1 - LATE) * nominal:
-        later = "late against" if T_d > nominal else "ahead of"
-        yield Notice(
-            f"axis {axis.name}: the position is {later} the voltage: the delay is {T_d * 1e3:.2f} ms, and "
-            f"{nominal * 1e3:.2f} ms were believed. Where the log itself shifts position and voltage, by a sample of "
-            f"{found.balance.records[0].sampled * 1e3:.3g} ms or so, that is in it too: the lead is wrong by as much",
-            "position-late" if T_d > nominal else "position-early", "doubt",
-        )  # fmt: skip
     noise = found.noise()
     if noise is not None and found.rms > MISFIT * noise:
         yield Notice(
@@ -93,6 +85,21 @@ def identifiability_warnings(
             f"axis {axis.name}: {', '.join(at_end)} ran to the end of where it was searched: what is believed is far "
             "off, or the circles do not tell it",
             "tuned-at-bound", "doubt",
+        )  # fmt: skip
+
+
+def timing_warnings(axis: Axis, found: Fitted, T_d: Estimate) -> Iterator[Notice]:
+    """Yield that position and voltage are shifted against each other: where the whole interval of the delay is."""
+    nominal = found.balance.coordinates.T_d
+    low, high = (float(limit) for limit in np.ravel(T_d.ci95 or (T_d.value, T_d.value)))
+    late = low > (1 + LATE) * nominal
+    if late or high < (1 - LATE) * nominal:
+        yield Notice(
+            f"axis {axis.name}: the position is {'late against' if late else 'ahead of'} the voltage: the delay is "
+            f"{float(T_d) * 1e3:.2f} ms ({low * 1e3:.2f} to {high * 1e3:.2f}), and {nominal * 1e3:.2f} ms were "
+            "believed. Where the log itself shifts position and voltage, by a sample of "
+            f"{found.balance.records[0].sampled * 1e3:.3g} ms or so, that is in it too: the lead is wrong by as much",
+            "position-late" if late else "position-early", "doubt",
         )  # fmt: skip
 
 
