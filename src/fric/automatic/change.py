@@ -1,7 +1,5 @@
 """Which axes of a fleet changed: every number at two dates against its intervals, with as many chances in mind."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby, pairwise

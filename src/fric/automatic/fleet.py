@@ -1,7 +1,5 @@
 """A fleet: a folder ``DIR/machine/date`` of logs, identified on all cores or on a cluster, and what changed since."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout

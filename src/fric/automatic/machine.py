@@ -1,7 +1,5 @@
 """The machine file of what was identified: what an axis is, and what its controller believes, are the same."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

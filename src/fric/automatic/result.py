@@ -1,7 +1,5 @@
 """What came of a fleet: a table of machines, axes and dates, and what changed, the surest first."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

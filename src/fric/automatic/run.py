@@ -1,7 +1,5 @@
 """`auto`: recognise, ingest, identify, design, simulate, compare with the measured circle, and report."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A session: a folder, the ordinary commands that were run in it, and what came of each."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path

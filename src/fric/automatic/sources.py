@@ -1,7 +1,5 @@
 """What is in the files of a folder: records by axis and kind, foreign logs with the mapping that fits, circle tests."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Iterable, Iterator

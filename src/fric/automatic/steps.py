@@ -1,7 +1,5 @@
 """The steps from the records of one axis to what its controller may believe, and those with the whole machine."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Control blocks, one a file, and schemes made of them. `blocks` finds them: a new block is one new file here."""
 
-from __future__ import annotations
-
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules

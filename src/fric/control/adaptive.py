@@ -15,8 +15,6 @@ P. A. Ioannou, J. Sun, Robust Adaptive Control, 1996, section 4.4; with friction
 Adaptive friction compensation with partially known dynamic friction model, Int. J. Adaptive Control 11 (1997) 65-80.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import exp, pi
 from typing import Self

@@ -1,7 +1,5 @@
 """What a control block is: parameters with units and bounds, a compiled step, and what it is packed for."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

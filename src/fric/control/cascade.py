@@ -1,7 +1,5 @@
 """The cascade controller of one axis: position P, velocity PI."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

@@ -1,7 +1,5 @@
 """Feedforward along the reference: the inverse model of the plant, and friction."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 from fric.arrays import Real

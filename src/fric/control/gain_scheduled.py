@@ -24,8 +24,6 @@ Gains and phi go by the reference alone: along a given one the loop is linear an
 period tell whether it is stable (tests/control/test_gain_scheduled.py). As a block it is not linear.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

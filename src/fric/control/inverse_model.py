@@ -14,8 +14,6 @@ that it has to undo, and compensates it twice. It sees the voltage as limited: w
 what the drive was given and not what was asked of it, so it does not wind up.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

@@ -12,8 +12,6 @@ Comparison of model and non-model based friction compensation techniques in the 
 Proc. ACC 2004.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 

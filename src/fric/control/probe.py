@@ -1,7 +1,5 @@
 """A linear block as matrices, found by probing its compiled step: no block describes itself twice."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache

@@ -13,8 +13,6 @@ of N alone would have overwritten it. E. D. Tung, G. Anwar, M. Tomizuka, Low vel
 feedforward solution based on repetitive control, J. Dyn. Syst. Meas. Control 115 (1993) 279-284.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil, log, pi, sqrt
 

@@ -12,8 +12,6 @@ friction model that was identified: the table to its steady state, the pulse to 
 or less than the table.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Self

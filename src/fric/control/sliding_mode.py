@@ -14,8 +14,6 @@ Nonlinear Control, 1991, section 7; Z. Jamaludin, H. Van Brussel, J. Swevers, De
 sliding mode control, 2007.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

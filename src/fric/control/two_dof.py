@@ -12,8 +12,6 @@ of DC servomotors using modern two degrees-of-freedom controller design, IEEE Tr
 J. Yi, M. Tomizuka, ACC 1999.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Design of a control block: its tuned parameter as large as the peak sensitivity of the whole loop allows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import floor, inf, log10
 

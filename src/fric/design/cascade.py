@@ -1,7 +1,5 @@
 """Design of the cascade P/PI by gain and phase margin of the sampled open loops."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, isfinite, pi, radians

@@ -10,8 +10,6 @@ goes around 1 (Nyquist). It grows from what an encoder does not show, whatever i
 on the machines that leave most. One over the largest real W is by what factor friction may fall more steeply.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 

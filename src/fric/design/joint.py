@@ -11,8 +11,6 @@ the gains rise, and the peak sensitivity M_s of the whole loop, with the delay o
 it, ends that.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import log
 

@@ -14,8 +14,6 @@ hold is the other half sample). Controller and observers are what probing their 
 from position to voltage -C·(K_v + D), C being the velocity controller and D the velocity's filter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

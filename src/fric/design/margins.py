@@ -1,7 +1,5 @@
 """Gain and phase margin, crossovers, bandwidth and peak sensitivity of an open loop."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

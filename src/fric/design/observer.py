@@ -1,7 +1,5 @@
 """Design of the disturbance observer: how far Q may reach, by eq. (8) and by the peak sensitivity of the whole loop."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf

@@ -11,8 +11,6 @@ of its compiled step (`fric.control.probe`), of a short period with the same sha
 samples does not change |l|. K. Inoue, Practical design of repetitive control systems, Proc. IEEE CDC 1990.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Friction models, one a file. `MODELS` finds them: a new model is one new file in this package."""
 
-from __future__ import annotations
-
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules

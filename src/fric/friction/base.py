@@ -1,7 +1,5 @@
 """What a friction model is: parameters with units and bounds, a steady state, and one compiled step."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields

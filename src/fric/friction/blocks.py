@@ -1,7 +1,5 @@
 """What the models of several slip blocks on a static map share: the blocks' shares and stiffnesses."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self

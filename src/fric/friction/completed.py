@@ -1,7 +1,5 @@
 """Any model, and the force that a measured circle shows beside it, over the travel since the last reversal."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

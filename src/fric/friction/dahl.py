@@ -1,7 +1,5 @@
 """The Dahl model: a spring that yields as it nears the Coulomb force (AIAA Journal 14, 1976)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import copysign, exp, log1p
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """Any model on a static map, on a guideway whose two directions have a map each."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar
 

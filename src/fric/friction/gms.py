@@ -1,7 +1,5 @@
 """The generalized Maxwell-slip (GMS) model, eqs. (3) to (5) of the paper."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import copysign
 from typing import ClassVar, NamedTuple

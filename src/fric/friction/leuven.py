@@ -1,7 +1,5 @@
 """The Leuven model in its integrated form: slip blocks behind a sliding surface (Lampaert, Swevers, Al-Bender 2002)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import copysign, expm1, log1p
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """The LuGre model: bristles that bend and slip (Canudas de Wit, Olsson, Åström, Lischinsky, IEEE TAC 40, 1995)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import copysign
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """The Maxwell-slip model: Coulomb blocks on springs, side by side, without a Stribeck curve (Iwan 1966)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """GMS friction on a real guideway: a level that varies as the balls pass."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi, sin

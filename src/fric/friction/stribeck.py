@@ -1,7 +1,5 @@
 """The static friction map, eq. (2) of the paper."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import copysign, exp

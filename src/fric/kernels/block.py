@@ -4,8 +4,6 @@ A block is compiled with this explicit signature and handed to the loop as a fir
 is (`fric.kernels.signatures`): the loop is compiled once for all blocks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

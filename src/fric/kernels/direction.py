@@ -1,7 +1,5 @@
 """Friction whose two directions differ: a step around another model's, with parameters for either direction."""
 
-from __future__ import annotations
-
 from fric.arrays import Real
 from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled_step

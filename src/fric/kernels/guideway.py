@@ -1,7 +1,5 @@
 """Friction on a real guideway: a step around another model's, whose level goes with place, direction, rest and time."""
 
-from __future__ import annotations
-
 from math import exp, log, sin
 from typing import NamedTuple
 

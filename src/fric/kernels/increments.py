@@ -1,7 +1,5 @@
 """What the compiled steps of friction models share: relaxation towards a level, and a turn inside a step."""
 
-from __future__ import annotations
-
 from math import exp
 
 from fric.kernels.signatures import compiled

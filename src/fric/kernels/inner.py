@@ -4,8 +4,6 @@ A first-class function cannot lie in an array, but its address can: below 2^53 a
 is compiled once for all models, as a loop is.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from numba import config, types

@@ -1,7 +1,5 @@
 """Friction, and what a measured circle shows besides: a step around another model's, and a force over the travel."""
 
-from __future__ import annotations
-
 from math import exp, log
 from typing import NamedTuple
 

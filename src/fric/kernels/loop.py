@@ -11,8 +11,6 @@ Controller, feedforward and observers are control blocks (`fric.kernels.block`),
 a sample holds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -12,8 +12,6 @@ change of its force moves the velocity by less than that: almost everywhere.
 Extrapolation: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, section II.9.
 """
 
-from __future__ import annotations
-
 from math import copysign
 from typing import Any, NamedTuple
 

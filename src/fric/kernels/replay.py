@@ -1,7 +1,5 @@
 """Replay of a friction model along a given motion."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import types
 

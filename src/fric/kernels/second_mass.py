@@ -9,8 +9,6 @@ The integration of the plant sees the force of the spring as friction of one mas
 friction; the table goes along in the state.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from numba import types

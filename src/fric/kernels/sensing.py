@@ -1,7 +1,5 @@
 """What an encoder tells: the position of what it is on, with a sub-divisional error, in whole steps."""
 
-from __future__ import annotations
-
 from math import sin
 from typing import NamedTuple
 

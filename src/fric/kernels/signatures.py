@@ -4,8 +4,6 @@ A step is compiled with this explicit signature and handed to the loops as a fir
 compiled once for all models, starts warm from the cache in a new process, and sees an edit of a model.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from functools import cache

@@ -1,7 +1,5 @@
 """Which records to take of an axis: speeds, sines, a multisine and circles, from what is known of it beforehand."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import floor, log10, pi, sqrt
 

@@ -5,8 +5,6 @@ To first order the glitch varies by ``gᵀ·Σ·g``: g are its derivatives over 
 ``Σ' = (Σ⁻¹ + I)⁻¹``: that of the fits' own residuals, weights and models, at the last result.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp, log

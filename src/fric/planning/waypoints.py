@@ -1,7 +1,5 @@
 """A motion as few points in time that a controller runs through: even speed is one piece."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

@@ -7,8 +7,6 @@ So force in kN that is taken for N passes where no plant, static map or frequenc
 few machines have is told, for most often it is a unit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar

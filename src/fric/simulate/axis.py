@@ -1,7 +1,5 @@
 """One axis in closed loop along a reference."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

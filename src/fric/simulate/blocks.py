@@ -1,7 +1,5 @@
 """The blocks of a scheme on an axis: packed for what its controller believes, designed where no file gives them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The circular test: two axes, one scheme, and what remains of the circle."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

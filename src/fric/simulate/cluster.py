@@ -1,7 +1,5 @@
 """The machines of a study on a Dask cluster (the extra ``dask``)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar

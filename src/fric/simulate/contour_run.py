@@ -1,7 +1,5 @@
 """One contour under one scheme: what circles, paths and recorded references have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar

@@ -1,7 +1,5 @@
 """The paper's identification experiments on a virtual axis, in closed loop, as a drive logs them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from math import ceil
 

@@ -1,7 +1,5 @@
 """Drawing what is true from what was identified: estimates with their 95 % intervals, which err together."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Iterable, Mapping
 from math import exp, inf, log
 from typing import Any

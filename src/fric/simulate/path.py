@@ -1,7 +1,5 @@
 """Any smooth contour, given by points: followed at a constant feed, and what remains of it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The machines of a study on the cores of this computer."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

@@ -4,8 +4,6 @@ What is drawn is what is true of a machine: its friction, its plant. What its co
 that is fed forward, the nominal plant of the inverse model, the observer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Told before a run: whether the loop of an axis is stable, and by what margin it is not."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from math import log10

@@ -1,7 +1,5 @@
 """The voltage that a stated controller gives along a recorded motion, beside the one that was recorded."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One run of an axis in an experiment, a session of them one after the other, and what plans them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from inspect import signature

@@ -7,8 +7,6 @@
     inverse   recorded motion ──> M·z̈ + M·A·ż + friction + load ──> force
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The one function that decides, for the report, `fric auto`, `fric simulate`, `fric export` and ``--json``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a verdict says, and what to type next."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from fric.units import readable

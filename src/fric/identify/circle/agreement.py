@@ -1,7 +1,5 @@
 """Predicted beside measured: what a machine file says of a circle, and why the circle shows something else."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import log

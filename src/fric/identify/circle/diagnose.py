@@ -1,7 +1,5 @@
 """A radial trace taken apart: geometry, the loops' lag, backlash, friction at the reversals, pitch, and the rest."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi

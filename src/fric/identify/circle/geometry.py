@@ -1,7 +1,5 @@
 """What of a radial deviation is geometry: centre, scales, backlash, mismatch, squareness, pitch."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, pi

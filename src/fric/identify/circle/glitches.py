@@ -1,7 +1,5 @@
 """The friction glitch at each reversal of a circle: height, width and place of the pulse that does not stay."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi, sqrt
 

@@ -1,7 +1,5 @@
 """What a circle test cannot tell, however well it was measured."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from math import degrees
 

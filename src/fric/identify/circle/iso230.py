@@ -1,7 +1,5 @@
 """The figures of ISO 230-4 for circular tests: circular deviation, radial deviations, mean bidirectional deviation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi

@@ -1,7 +1,5 @@
 """By what time each axis of a circle is behind its reference."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from math import inf, pi
 

@@ -1,7 +1,5 @@
 """A repeated contour learned in simulation, round after round."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import pi

@@ -1,7 +1,5 @@
 """Whether a circle that was learned shows that the friction model has the wrong shape."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from fric.control.scheme import Scheme

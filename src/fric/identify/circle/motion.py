@@ -1,7 +1,5 @@
 """The motion behind encoder counts: even instants, and a tracking error that is smoothed."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What of a circle repeats along an axis: a leadscrew's pitch, a scale's periods, balls that enter and leave."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 

@@ -1,7 +1,5 @@
 """Circles found in a motion of two axes, and the whole revolutions at steady feed of a circle test."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from math import floor, log10, pi

@@ -1,7 +1,5 @@
 """Whether a prediction of a circle may be trusted: warnings of the files, and what a measured circle says."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What a controller believes, refitted to recorded circles: friction, plant, delay."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 

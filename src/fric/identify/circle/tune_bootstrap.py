@@ -5,8 +5,6 @@ residuals tells what repeats. So the motion, the friction and the plant that wer
 encoder elsewhere between two counts, and the error is what the fit makes of what these records leave at their truth.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The belief that explains the voltages of recorded circles: least squares with the plant eliminated."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What recorded circles cannot tell of friction and plant, and what in them is not as it should be."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

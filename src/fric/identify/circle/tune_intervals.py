@@ -1,7 +1,5 @@
 """How sure what circles say of friction and plant is."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

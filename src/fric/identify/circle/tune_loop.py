@@ -1,7 +1,5 @@
 """Whether the loop of a tuned axis holds its falling friction, and one that does."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What circles say of an axis, and how sure it is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from fric.arrays import Real

@@ -1,7 +1,5 @@
 """Which way of identifying the plant the records of a file allow."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal
 

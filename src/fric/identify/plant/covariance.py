@@ -1,7 +1,5 @@
 """Covariance of a linear least-squares fit whose residuals hang together in time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

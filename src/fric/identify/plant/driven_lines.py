@@ -1,7 +1,5 @@
 """Which lines of a periodic excitation are driven, and what those between them tell of distortion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import permutations
 from typing import NamedTuple

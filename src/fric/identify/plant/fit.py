@@ -1,7 +1,5 @@
 """What a fit of eq. (1) to frequency responses found."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from fric.arrays import Complex, Mask, Real

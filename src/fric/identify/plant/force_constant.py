@@ -8,8 +8,6 @@ gives too small a K_f with a narrow interval. In frequency the two come apart:
 the magnitude towards 0 Hz is K_f, the phase is the delay τ and a first-order filter T_f of the measurement.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """K_f and the lag of a logged force, fitted to the response of force to input on its lines."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

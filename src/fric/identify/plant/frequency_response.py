@@ -1,7 +1,5 @@
 """The empirical frequency response of an excited axis, and how sure it is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The plant of eq. (1) from frequency responses, and what friction has to do with it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Eq. (1) alone or with a second mass: which of them a response shows, and which of its lines belong to neither."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

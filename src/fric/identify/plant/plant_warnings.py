@@ -1,7 +1,5 @@
 """What a fit of eq. (1) to frequency responses cannot tell, or is off by, in words."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

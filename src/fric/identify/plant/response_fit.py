@@ -1,7 +1,5 @@
 """Eq. (1) fitted to measured frequency responses, by least squares on the complex logarithm."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp

@@ -1,7 +1,5 @@
 """The lines of a measured response that are sure enough for a fit."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

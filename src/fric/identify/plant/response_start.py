@@ -1,7 +1,5 @@
 """Where a search for eq. (1) begins: the best of a grid."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fric.arrays import Real

@@ -1,7 +1,5 @@
 """Mass, viscous and Coulomb friction from an ordinary motion, without special excitation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal

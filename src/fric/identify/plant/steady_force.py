@@ -9,8 +9,6 @@ The offset is what the drive adds to either channel. A line that the means do no
 measured behind the friction of the drive, or an input that saturates, is not proportional to the voltage.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Straight pieces of a motion: where position over time keeps to its chord, but for resolution and noise."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A channel that is cut off at the end of its range."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

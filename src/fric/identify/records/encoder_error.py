@@ -5,8 +5,6 @@ Below the bandwidth of the control the drive follows it, and the force shows it 
 has one frequency in time, as hum or a resonance, has another pitch at another speed, and is none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What friction costs over a cycle, and how that changes over a record."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import stdtrit
 

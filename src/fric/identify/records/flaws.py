@@ -4,8 +4,6 @@ Each flaw has its code: ``force-clipped``, ``input-clipped``, ``force-coarse``, 
 ``encoder-errs``, ``force-over-position``, ``friction-over-position``, ``force-drifts``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from math import inf, sqrt
 from typing import Literal

@@ -1,7 +1,5 @@
 """The force of the drive as it was logged, and as it acts: at another instant."""
 
-from __future__ import annotations
-
 from typing import Literal, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What was found in a record in time."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 

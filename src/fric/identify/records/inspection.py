@@ -1,7 +1,5 @@
 """What a record holds, and what it is good for."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

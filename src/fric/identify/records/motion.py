@@ -1,7 +1,5 @@
 """The motion behind a quantised position: what moved between the encoder's counts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

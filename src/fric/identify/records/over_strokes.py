@@ -6,8 +6,6 @@ does not. Over time, the size of the force rises or falls by a rate that is the 
 guideway warms up.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations

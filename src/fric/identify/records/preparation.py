@@ -1,7 +1,5 @@
 """What was made of a record before a replay, as data."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Literal
 

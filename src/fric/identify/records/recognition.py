@@ -1,7 +1,5 @@
 """What experiment a record is, where it does not say: told from the motion alone, and the force where there is one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

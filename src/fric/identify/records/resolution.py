@@ -1,7 +1,5 @@
 """How finely a channel was logged: the step of its lattice, and the level of its noise."""
 
-from __future__ import annotations
-
 from math import comb
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where a motion turns round."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fric.arrays import Indices, Real

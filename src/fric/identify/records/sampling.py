@@ -1,7 +1,5 @@
 """The sampling of a record, for methods that need it even."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

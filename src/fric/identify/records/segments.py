@@ -12,8 +12,6 @@ the distance of z from the chord between two samples is the CUSUM of the velocit
 Where only the velocity was logged, z is its integral, and the noise to be explained is that of a random walk.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where a force has settled after the start of a motion."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fric.arrays import Real

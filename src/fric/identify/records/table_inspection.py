@@ -1,7 +1,5 @@
 """What a record holds that is a table already: a measured frequency response, or mean forces at velocities."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from typing import Any
 

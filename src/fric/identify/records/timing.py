@@ -5,8 +5,6 @@ speed, which no encoder makes; and a sample that is lost, with the time counted 
 as two.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import comb
 

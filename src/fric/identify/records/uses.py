@@ -1,7 +1,5 @@
 """What a record is good for."""
 
-from __future__ import annotations
-
 from fric.identify.records.inspected import Inspection, Use
 from fric.identify.records.judgement import RISES, STEPS
 from fric.identify.records.recognition import LOOP_SHARE

@@ -1,7 +1,5 @@
 """Friction models compared on samples that none of them was fitted to."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter

@@ -1,7 +1,5 @@
 """What records tell of a model that is known: the Fisher information of the fit by replay, without a search."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

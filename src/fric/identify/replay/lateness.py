@@ -5,8 +5,6 @@ the hysteresis cycle round, which blocks of a model cannot: so a model that is f
 shape tells it from stiffness. One that is not would take its own misfit for a lag.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

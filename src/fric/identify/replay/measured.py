@@ -1,7 +1,5 @@
 """A record, measured against replayed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which samples of a record are near a reversal: in time, or within some pre-sliding lengths."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fric.arrays import Mask

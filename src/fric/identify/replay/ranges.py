@@ -1,7 +1,5 @@
 """Between which values the records could show a parameter at all."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

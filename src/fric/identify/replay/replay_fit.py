@@ -1,7 +1,5 @@
 """Any friction model fitted to any records by replaying its step along the measured motion."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

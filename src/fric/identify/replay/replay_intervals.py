@@ -1,7 +1,5 @@
 """What a fit by replay says of its parameters: intervals, and what the records cannot tell."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Which samples of some records are fitted, and which are scored."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

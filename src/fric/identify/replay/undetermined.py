@@ -1,7 +1,5 @@
 """What a fit by replay must not claim, since its records do not tell it: of break-away, and of stiffness."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ In steady sliding the contact is renewed every ``distance``, its age is ``distan
 Geophysical Research 88, 1983, p. 10359), and eq. (2) has ``F_s·(1 + growth·ln(1 + v_a/|v|))`` for F_s.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One number from a stretch of noisy samples: robust location, with a standard error that knows autocorrelation."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -4,8 +4,6 @@ A richer form is taken where its squared errors at strokes that are held out are
 of that (Breiman, Friedman, Olshen and Stone 1984): of parameters that are not needed one in two hundred passes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

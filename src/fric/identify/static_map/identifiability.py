@@ -1,7 +1,5 @@
 """What the data cannot tell about a fitted static map, in words."""
 
-from __future__ import annotations
-
 from math import isinf, log, sqrt
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Identification of the static friction map, eq. (2), from records at constant velocity (Section 3.1.1)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

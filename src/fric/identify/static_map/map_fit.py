@@ -1,7 +1,5 @@
 """Eq. (2) fitted to the forces of strokes: weights, scatter between strokes, intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal

@@ -5,8 +5,6 @@ position, w friction over position, both zero in the mean over the way that stro
 alone, and its mean is off by what c and w are there; they are told by the strokes that go far.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Literal

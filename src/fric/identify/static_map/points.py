@@ -1,7 +1,5 @@
 """One point of the map from each stroke: its velocity, its force, how sure both are; or why there is none."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

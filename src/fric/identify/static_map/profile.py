@@ -1,7 +1,5 @@
 """Profile-likelihood intervals of the static map's parameters."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import stdtrit

@@ -1,7 +1,5 @@
 """How strokes scatter about a map: beyond their own noise, and single ones that stand off all others."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import sqrt
 from typing import NamedTuple

@@ -10,8 +10,6 @@ global, by NLopt's DIRECT-L, because the projected sum can have more than one mi
 parameter, a simplex in two.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 

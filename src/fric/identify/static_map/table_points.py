@@ -1,7 +1,5 @@
 """Points of the map from a table of mean forces at velocities, as `fric ingest` reads one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ After a change of velocity friction follows eq. (5): while all blocks slip, ``F 
 One stroke alone tells that time badly; all of them share C. Each is fitted by a level and a fall of its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import compress

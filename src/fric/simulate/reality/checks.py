@@ -1,7 +1,5 @@
 """What the numbers of a flaw must be."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 from fric.errors import FricError

@@ -1,7 +1,5 @@
 """What a real axis has beyond eq. (1) and one friction model, each off by default."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from fric.errors import FricError

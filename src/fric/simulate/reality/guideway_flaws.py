@@ -1,7 +1,5 @@
 """What the friction and the motor of a real axis have beyond one friction model: a class a flaw."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from fric.errors import FricError

@@ -1,7 +1,5 @@
 """What a drive makes of a motion when it logs it: a class a flaw, each off by default."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf
 

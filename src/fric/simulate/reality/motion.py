@@ -1,7 +1,5 @@
 """The friction and the masses that an axis truly has, as the compiled loop runs them."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

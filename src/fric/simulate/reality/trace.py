@@ -1,7 +1,5 @@
 """What a drive's trace keeps of a run: averaged, late, jittered, quantised, with noise, as its flaws make it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from hashlib import sha256
