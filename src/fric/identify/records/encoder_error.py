@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 
-from fric.arrays import Real
 from fric.identify.records.resolution import lattice_step
 from fric.identify.records.segments import Segment
 from fric.log import Log
@@ -109,7 +109,7 @@ def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:
     if len(amplitude) < first + 2 * AROUND:
         return []
     inner = slice(first, len(amplitude) - 2)
-    level = _median_around(amplitude, AROUND)
+    level = median_filter(amplitude, 2 * AROUND + 1, mode="mirror")
     peak = np.zeros(len(amplitude), dtype=bool)
     peak[1:-1] = (amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] >= amplitude[2:])
     high = np.flatnonzero(peak[inner] & (amplitude[inner] > HEIGHT * level[inner])) + first
@@ -123,9 +123,3 @@ def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:
         shift = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
         found.append(_Line(float((k + shift) * width), width, float(amplitude[k]), abs(segment.velocity), n))
     return found
-
-
-def _median_around(values: Real, half_width: int) -> Real:
-    """Return the median of the values around each."""
-    padded = np.pad(values, half_width, mode="reflect")
-    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half_width + 1), axis=1))

@@ -63,8 +63,8 @@ def _common_divisor(gaps: Real, error: float) -> float | None:
         while b > error:
             a, b = b, abs(a - b * round(a / b))
         divisor = a
-    if divisor < 20.0 * error:  # of what is no lattice, the error alone is left
-        return None
+        if divisor < 20.0 * error:  # of what is no lattice, the error alone is left: it only gets smaller
+            return None
     return float(gaps.sum() / np.round(gaps / divisor).sum())
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from fric.arrays import Real
 from fric.identify.records.resolution import lattice_step
@@ -79,11 +80,13 @@ def timing(log: Log) -> Timing:
 def _lost(steps: Real, encoder: float) -> float:
     """Return the share of steps that are as long as two and lie between two of the usual length."""
     n = len(steps)
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 4, mode="edge"), 9)
-    usual = np.median(around, axis=1)
-    fast = np.abs(usual) > max(COUNTS * encoder, 1e-12 * float(np.abs(steps).max()))
-    scatter = np.median(np.abs(around - usual[:, np.newaxis]), axis=1)
-    steady = fast & (scatter < 0.1 * np.abs(usual))
+    usual = median_filter(steps, 9, mode="nearest")
+    steady = np.abs(usual) > max(COUNTS * encoder, 1e-12 * float(np.abs(steps).max()))
+    if steady.sum() < WINDOW:
+        return 0.0
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 4, mode="edge"), 9)[steady]
+    scatter = np.median(np.abs(around - usual[steady, np.newaxis]), axis=1)
+    steady[steady] = scatter < 0.1 * np.abs(usual[steady])
     if steady.sum() < WINDOW:
         return 0.0
     ratio = np.where(steady, steps / np.where(steady, usual, 1.0), 1.0)
