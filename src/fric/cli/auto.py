@@ -12,7 +12,7 @@ import typer
 
 import fric
 from fric.cli.console import ERR, finish
-from fric.cli.options import Implausible, Json
+from fric.cli.options import Implausible, Json, argument, option
 
 
 def run_here(words: Sequence[str]) -> None:
@@ -26,28 +26,20 @@ def run_here(words: Sequence[str]) -> None:
 
 
 def auto(
-    logs: Annotated[list[Path], typer.Argument(metavar="LOGS…", help="Logs and circle tests, or folders of them.")],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for all that is made.")],
+    logs: Annotated[list[Path], argument("Logs and circle tests, or folders of them.", metavar="LOGS…")],
+    output: Annotated[Path, option("Folder for all that is made.", "-o", "--output", metavar="DIR")],
     machine: Annotated[
-        Path | None,
-        typer.Option("--machine", metavar="MACHINE.yaml", help="The machine; made of what is identified, else."),
+        Path | None, option("The machine; made of what is identified, else.", metavar="MACHINE.yaml")
     ] = None,
-    circle: Annotated[
-        list[Path] | None, typer.Option("--circle", metavar="CIRCLE.h5", help="A measured circle; repeatable.")
-    ] = None,
-    tolerance: Annotated[
-        str | None, typer.Option("--tolerance", metavar="LENGTH", help='Glitch that is allowed, as "5 um".')
-    ] = None,
+    circle: Annotated[list[Path] | None, option("A measured circle; repeatable.", metavar="CIRCLE.h5")] = None,
+    tolerance: Annotated[str | None, option('Glitch that is allowed, as "5 um".', metavar="LENGTH")] = None,
     mapping: Annotated[
-        str | None, typer.Option("--map", metavar="MAP.yaml", help="What the columns of foreign logs mean.")
+        str | None, option("What the columns of foreign logs mean.", "--map", metavar="MAP.yaml")
     ] = None,
     implausible: Implausible = "error",
-    workers: Annotated[
-        int | None, typer.Option("--workers", min=1, help="Of a fleet: processes at a time; one a core, else.")
-    ] = None,
+    workers: Annotated[int | None, option("Of a fleet: processes at a time; one a core, else.", min=1)] = None,
     scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", metavar="ADDRESS", help="Of a fleet: a Dask scheduler, as tcp://host:8786."),
+        str | None, option("Of a fleet: a Dask scheduler, as tcp://host:8786.", metavar="ADDRESS")
     ] = None,
     json: Json = False,
 ) -> None:

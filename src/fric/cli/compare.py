@@ -5,47 +5,35 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import fric
 from fric.cli.completion import records
 from fric.cli.console import finish
 from fric.cli.identify.by_replay import MODELS
-from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot
+from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot, option
 
 
 def compare(
     logs: LogFiles,
-    models: Annotated[
-        str, typer.Option(metavar="all|NAME,NAME…", help=f"Models to compare, of {', '.join(MODELS)}.")
-    ] = "all",
+    models: Annotated[str, option(f"Models to compare, of {', '.join(MODELS)}.", metavar="all|NAME,NAME…")] = "all",
     fit_on: Annotated[
         list[str] | None,
-        typer.Option(
-            "--fit-on",
+        option(
+            "Fit on this record, score on those not named; repeatable.",
             metavar="RECORD",
-            help="Fit on this record, score on those not named; repeatable.",
             autocompletion=records,
         ),
     ] = None,
     cycles: Annotated[
-        int | None,
-        typer.Option(min=1, metavar="N", help="Fit on the first N cycles of a record, score on the rest."),
+        int | None, option("Fit on the first N cycles of a record, score on the rest.", metavar="N", min=1)
     ] = None,
-    folds: Annotated[
-        int, typer.Option(min=2, help="Cut each record in so many parts, each scored by a fit to the others.")
-    ] = 3,
-    static: Annotated[
-        Path | None, typer.Option(metavar="FRICTION.yaml", help="A friction file whose static map is kept.")
-    ] = None,
+    folds: Annotated[int, option("Cut each record in so many parts, each scored by a fit to the others.", min=2)] = 3,
+    static: Annotated[Path | None, option("A friction file whose static map is kept.", metavar="FRICTION.yaml")] = None,
     plant: PlantFile = None,
-    blocks: Annotated[int, typer.Option(min=1, help="Slip blocks, for models that have any.")] = 4,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the coarse search.")] = 0,
+    blocks: Annotated[int, option("Slip blocks, for models that have any.", min=1)] = 4,
+    seed: Annotated[int, option("Seed of the coarse search.", min=0)] = 0,
     circles: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--circles", metavar="RUN.h5", help="Runs of one circle, learned and with a model: what they say."
-        ),
+        option("Runs of one circle, learned and with a model: what they say.", metavar="RUN.h5"),
     ] = None,
     plot: Plot = None,
     implausible: Implausible = "error",

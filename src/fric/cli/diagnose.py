@@ -5,28 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Implausible, Json, Plot, SchemesFile
+from fric.cli.options import Force, Implausible, Json, Plot, SchemesFile, argument, option
 
 CircleFiles = Annotated[
-    list[Path], typer.Argument(metavar="CIRCLE.h5…", help="Circle tests, or run files of `fric simulate circle`.")
+    list[Path], argument("Circle tests, or run files of `fric simulate circle`.", metavar="CIRCLE.h5…")
 ]
 
 
 def diagnose(
     circles: CircleFiles,
-    machine: Annotated[
-        Path | None,
-        typer.Option("--machine", metavar="MACHINE.yaml", help="Predict the circle beside it."),
-    ] = None,
-    scheme: Annotated[
-        str | None, typer.Option("--scheme", help="Scheme of a run file; or the one that was on, for the prediction.")
-    ] = None,
+    machine: Annotated[Path | None, option("Predict the circle beside it.", metavar="MACHINE.yaml")] = None,
+    scheme: Annotated[str | None, option("Scheme of a run file; or the one that was on, for the prediction.")] = None,
     schemes: SchemesFile = None,
-    feed: Annotated[str | None, typer.Option(help="Of several tests in a file, those at this feed.")] = None,
+    feed: Annotated[str | None, option("Of several tests in a file, those at this feed.")] = None,
     plot: Plot = None,
     force: Force = False,
     implausible: Implausible = "error",

@@ -5,19 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import fric
 from fric.cli.completion import examples
 from fric.cli.console import finish
-from fric.cli.options import Force, Json
+from fric.cli.options import Force, Json, argument, option
 
 
 def example(
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder to copy it into.")],
+    output: Annotated[Path, option("Folder to copy it into.", "-o", "--output", metavar="DIR")],
     name: Annotated[
-        str,
-        typer.Argument(metavar="NAME", help="rig: logs, mapping, machine; or xy-table, …", autocompletion=examples),
+        str, argument("rig: logs, mapping, machine; or xy-table, …", metavar="NAME", autocompletion=examples)
     ] = "rig",
     json: Json = False,
     force: Force = False,

@@ -5,43 +5,46 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import fric
 from fric.cli.completion import axes
 from fric.cli.console import finish
-from fric.cli.options import Gain, Implausible, Json, Lead, MachineFile, NominalFiles, SchemesFile, lead_given
+from fric.cli.options import (
+    Gain,
+    Implausible,
+    Json,
+    Lead,
+    MachineFile,
+    NominalFiles,
+    SchemesFile,
+    argument,
+    lead_given,
+    option,
+)
 
 
 def export(
-    target: Annotated[
-        str, typer.Argument(metavar="TARGET", help="c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.")
-    ],
+    target: Annotated[str, argument("c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.", metavar="TARGET")],
     machine: MachineFile,
-    axis: Annotated[str, typer.Option("--axis", help="The axis.", autocompletion=axes)],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the files.")],
-    scheme: Annotated[str, typer.Option("--scheme", help="The scheme: friction feedforward, and blocks.")] = "f",
-    part: Annotated[
-        str, typer.Option("--part", help="compensation; or machine, the axis itself, to try a controller on.")
-    ] = "compensation",
-    single: Annotated[bool, typer.Option("--float", help="Single precision (c).")] = False,
+    axis: Annotated[str, option("The axis.", autocompletion=axes)],
+    output: Annotated[Path, option("Folder for the files.", "-o", "--output", metavar="DIR")],
+    scheme: Annotated[str, option("The scheme: friction feedforward, and blocks.")] = "f",
+    part: Annotated[str, option("compensation; or machine, the axis itself, to try a controller on.")] = "compensation",
+    single: Annotated[bool, option("Single precision (c).", "--float")] = False,
     friction: NominalFiles = None,
     gain: Gain = None,
     lead: Lead = None,
     schemes: SchemesFile = None,
     circle: Annotated[
         list[Path] | None,
-        typer.Option("--circle", metavar="CIRCLE.h5", help="A measured circle: it must be as the machine predicts."),
+        option("A measured circle: it must be as the machine predicts.", metavar="CIRCLE.h5"),
     ] = None,
     drawn: Annotated[
         list[Path] | None,
-        typer.Option("--run", metavar="RUN.h5", help="The scheme on machines drawn around this one: simulate circle."),
+        option("The scheme on machines drawn around this one: simulate circle.", "--run", metavar="RUN.h5"),
     ] = None,
-    trial: Annotated[
-        bool, typer.Option("--try", help="linuxcnc: run circles in LinuxCNC, beside their simulation.")
-    ] = False,
+    trial: Annotated[bool, option("linuxcnc: run circles in LinuxCNC, beside their simulation.", "--try")] = False,
     force: Annotated[
-        bool, typer.Option("--force", help="Replace files that exist, and export what is not to be trusted.")
+        bool, option("Replace files that exist, and export what is not to be trusted.", "--force")
     ] = False,
     implausible: Implausible = "error",
     json: Json = False,

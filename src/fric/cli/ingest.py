@@ -4,75 +4,58 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
 import fric
 from fric.cli.console import OUT, finish, print_json
-from fric.cli.options import Force, Json
+from fric.cli.options import Force, Json, argument, option
 from fric.columns import CIRCLE, KINDS
 from fric.errors import printable
+from fric.units import Motion
 
 KindChoice = StrEnum("KindChoice", [(kind, kind) for kind in (*KINDS, CIRCLE)])  # type: ignore[misc]
 
 
-class _Motion(StrEnum):
-    linear = "linear"
-    rotary = "rotary"
-
-
-class _Instrument(StrEnum):
-    encoders = "encoders"
-    grid = "grid"
-    ball_bar = "ball-bar"
-
-
-class _BadCells(StrEnum):
-    error = "error"
-    drop = "drop"
-
-
 def ingest(
     files: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="FILE…", help="Logs: text (also .gz), .mat, .mf4, …; --list tells the formats."),
+        list[Path] | None, argument("Logs: text (also .gz), .mat, .mf4, …; --list tells the formats.", metavar="FILE…")
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="LOG.h5", help="The log file to write.")
-    ] = None,
+    output: Annotated[Path | None, option("The log file to write.", "-o", "--output", metavar="LOG.h5")] = None,
     mapping: Annotated[
-        Path | None,
-        typer.Option("--map", metavar="MAP.yaml", help="What the columns mean, where the header does not say it."),
+        Path | None, option("What the columns mean, where the header does not say it.", "--map", metavar="MAP.yaml")
     ] = None,
     kind: Annotated[
-        KindChoice | None, typer.Option(metavar="KIND", help=f"What was logged: {', '.join((*KINDS, CIRCLE))}.")
+        KindChoice | None, option(f"What was logged: {', '.join((*KINDS, CIRCLE))}.", metavar="KIND")
     ] = None,
-    axis: Annotated[str | None, typer.Option(metavar="NAME", help="Name of the axis, such as x.")] = None,
-    motion: Annotated[_Motion | None, typer.Option(help="Of the axis, where the units do not tell.")] = None,
-    append: Annotated[bool, typer.Option("--append", help="Add to LOG.h5; what it holds already is skipped.")] = False,
+    axis: Annotated[str | None, option("Name of the axis, such as x.", metavar="NAME")] = None,
+    motion: Annotated[Motion | None, option("Of the axis, where the units do not tell.")] = None,
+    append: Annotated[bool, option("Add to LOG.h5; what it holds already is skipped.", "--append")] = False,
     bad_cells: Annotated[
-        _BadCells, typer.Option(help="What a cell that is no number is: an error, or a sample to drop.")
-    ] = _BadCells.error,
-    begin: Annotated[str | None, typer.Option("--from", metavar="TIME", help="First time to read, as 8.5 s.")] = None,
-    end: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Last time to read.")] = None,
+        Literal["error", "drop"], option("What a cell that is no number is: an error, or a sample to drop.")
+    ] = "error",
+    begin: Annotated[str | None, option("First time to read, as 8.5 s.", "--from", metavar="TIME")] = None,
+    end: Annotated[str | None, option("Last time to read.", "--to", metavar="TIME")] = None,
     join: Annotated[
-        bool, typer.Option("--join", help="One record of all files: its channels were logged apart, by one clock.")
+        bool, option("One record of all files: its channels were logged apart, by one clock.", "--join")
     ] = False,
     propose: Annotated[
         Path | None,
-        typer.Option("--propose", metavar="MAP.yaml", help="Write the mapping that would be guessed; read nothing in."),
+        option("Write the mapping that would be guessed; read nothing in.", metavar="MAP.yaml"),
     ] = None,
     list_formats: Annotated[
-        bool, typer.Option("--list", help="List the formats that are read, and which libraries are installed.")
+        bool, option("List the formats that are read, and which libraries are installed.", "--list")
     ] = False,
-    radius: Annotated[str | None, typer.Option(help="Circle: its nominal radius; else found.")] = None,
-    feed: Annotated[str | None, typer.Option(help="Circle: its feed; else found.")] = None,
-    sampling: Annotated[str | None, typer.Option(help="Circle: rate of a trace without time, as 4 kHz.")] = None,
-    instrument: Annotated[_Instrument | None, typer.Option(help="Circle: what told the position.")] = None,
-    scheme: Annotated[str | None, typer.Option(help="Circle: the compensation that was on, as f.")] = None,
+    radius: Annotated[str | None, option("Circle: its nominal radius; else found.")] = None,
+    feed: Annotated[str | None, option("Circle: its feed; else found.")] = None,
+    sampling: Annotated[str | None, option("Circle: rate of a trace without time, as 4 kHz.")] = None,
+    instrument: Annotated[
+        Literal["encoders", "grid", "ball-bar"] | None, option("Circle: what told the position.")
+    ] = None,
+    scheme: Annotated[str | None, option("Circle: the compensation that was on, as f.")] = None,
     clockwise: Annotated[
-        bool | None, typer.Option("--clockwise/--counter-clockwise", help="Circle: its direction; else found.")
+        bool | None, option("Circle: its direction; else found.", "--clockwise/--counter-clockwise")
     ] = None,
     force: Force = False,
     as_json: Json = False,
@@ -102,17 +85,16 @@ def ingest(
     if output is None:
         raise typer.BadParameter("say which log file to write: -o LOG.h5")
     keep_freed_memory()
-    given: dict[str, Any] = {"output": output, "mapping": mapping, "append": append, "bad_cells": bad_cells.value}
-    circle = {"radius": radius, "feed": feed, "sampling": sampling, "clockwise": clockwise}
-    circle |= {"instrument": instrument.value if instrument else None}
+    given: dict[str, Any] = {"output": output, "mapping": mapping, "append": append, "bad_cells": bad_cells}
+    circle = {"radius": radius, "feed": feed, "sampling": sampling, "clockwise": clockwise, "instrument": instrument}
     if fric.holds_circles(mapping, kind.value if kind else None):
         given |= circle | {"scheme": scheme or ""}
         make: Any = fric.ingest_circles
     elif scheme or any(value is not None for value in circle.values()):
-        told = "--radius, --feed, --sampling, --instrument, --scheme and the direction go with --kind circle"
-        raise typer.BadParameter(told)
+        misplaced = "--radius, --feed, --sampling, --instrument, --scheme and the direction go with --kind circle"
+        raise typer.BadParameter(misplaced)
     else:
-        given |= {"kind": kind.value if kind else None, "axis": axis, "motion": motion.value if motion else None}
+        given |= {"kind": kind.value if kind else None, "axis": axis, "motion": motion}
         given |= {"begin": begin, "end": end, "join": join}
         make = fric.ingest
     finish(lambda advance: make(*files, force=force, advance=advance, **given), json=as_json, doing="ingesting")

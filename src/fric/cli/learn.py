@@ -9,36 +9,28 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Implausible, Json, Plot
+from fric.cli.options import Force, Implausible, Json, Plot, argument, option
 
 
 def learn(
-    given: Annotated[Path, typer.Argument(metavar="MACHINE.yaml|CIRCLE.h5", help="A machine; or a recorded circle.")],
+    given: Annotated[Path, argument("A machine; or a recorded circle.", metavar="MACHINE.yaml|CIRCLE.h5")],
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="OUT.h5", help="Run file of the rounds; or feedforward of the next."),
+        Path | None, option("Run file of the rounds; or feedforward of the next.", "-o", "--output", metavar="OUT.h5")
     ] = None,
-    rounds: Annotated[int | None, typer.Option("--rounds", help="In simulation: circles to learn from.")] = None,
-    velocity: Annotated[str, typer.Option("--velocity", help="In simulation: feed along the circle.")] = "100 mm/s",
-    radius: Annotated[str, typer.Option("--radius", help="In simulation: radius of the circle.")] = "30 mm",
-    clockwise: Annotated[bool, typer.Option("--clockwise", help="In simulation: turn clockwise.")] = False,
+    rounds: Annotated[int | None, option("In simulation: circles to learn from.")] = None,
+    velocity: Annotated[str, option("In simulation: feed along the circle.")] = "100 mm/s",
+    radius: Annotated[str, option("In simulation: radius of the circle.")] = "30 mm",
+    clockwise: Annotated[bool, option("In simulation: turn clockwise.", "--clockwise")] = False,
     observer: Annotated[
-        bool, typer.Option("--observer/--no-observer", help="In simulation: the disturbance observer is on.")
+        bool, option("In simulation: the disturbance observer is on.", "--observer/--no-observer")
     ] = True,
     machine: Annotated[
-        Path | None,
-        typer.Option("--machine", metavar="MACHINE.yaml", help="Of a circle: its machine; a run file tells it."),
+        Path | None, option("Of a circle: its machine; a run file tells it.", metavar="MACHINE.yaml")
     ] = None,
-    before: Annotated[
-        Path | None, typer.Option("--before", metavar="TABLE.h5", help="Of a circle: the feedforward it was run with.")
-    ] = None,
-    scheme: Annotated[str | None, typer.Option("--scheme", help="Of a run file, the scheme that is taken.")] = None,
-    share: Annotated[
-        float | None, typer.Option("--share", help="Share of a round that is taken over; else by the feed.")
-    ] = None,
-    bandwidth: Annotated[
-        str | None, typer.Option("--bandwidth", help="Up to what frequency is learned; else by the feed.")
-    ] = None,
+    before: Annotated[Path | None, option("Of a circle: the feedforward it was run with.", metavar="TABLE.h5")] = None,
+    scheme: Annotated[str | None, option("Of a run file, the scheme that is taken.")] = None,
+    share: Annotated[float | None, option("Share of a round that is taken over; else by the feed.")] = None,
+    bandwidth: Annotated[str | None, option("Up to what frequency is learned; else by the feed.")] = None,
     plot: Plot = None,
     force: Force = False,
     implausible: Implausible = "error",

@@ -8,11 +8,12 @@ from typing import Annotated
 import typer
 
 from fric.cli.completion import topics
+from fric.cli.options import argument
 
 
 def manual(
     topic: Annotated[
-        str | None, typer.Argument(metavar="TOPIC", help="A page; the list of them, else.", autocompletion=topics)
+        str | None, argument("A page; the list of them, else.", metavar="TOPIC", autocompletion=topics)
     ] = None,
 ) -> None:
     """Show a page of the documentation: formats, models, schemes, limits, …; `fric COMMAND -h` tells of a command."""

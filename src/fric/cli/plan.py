@@ -9,42 +9,32 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json, Plot
+from fric.cli.options import Force, Json, Plot, argument, option
 
 
 def plan(
     last: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="[FRICTION.yaml]",
-            help="The last result: which one more record would narrow the predicted glitch most?",
+        argument(
+            "The last result: which one more record would narrow the predicted glitch most?", metavar="[FRICTION.yaml]"
         ),
     ] = None,
-    stroke: Annotated[str | None, typer.Option("--stroke", help='Travel of the axis, as "300 mm".')] = None,
-    feed: Annotated[str | None, typer.Option("--feed", help='Largest speed, as "100 mm/s".')] = None,
-    acceleration: Annotated[str, typer.Option("--acceleration", help="Largest acceleration.")] = "5 m/s^2",
-    friction: Annotated[
-        Path | None, typer.Option("--friction", metavar="PRIOR.yaml", help="What is known of its friction.")
-    ] = None,
-    plant: Annotated[
-        Path | None, typer.Option("--plant", metavar="PLANT.yaml", help="What is known of its plant, and its scatter.")
-    ] = None,
+    stroke: Annotated[str | None, option('Travel of the axis, as "300 mm".')] = None,
+    feed: Annotated[str | None, option('Largest speed, as "100 mm/s".')] = None,
+    acceleration: Annotated[str, option("Largest acceleration.")] = "5 m/s^2",
+    friction: Annotated[Path | None, option("What is known of its friction.", metavar="PRIOR.yaml")] = None,
+    plant: Annotated[Path | None, option("What is known of its plant, and its scatter.", metavar="PLANT.yaml")] = None,
     machine: Annotated[
-        str | None,
-        typer.Option("--machine", metavar="MACHINE.yaml", help="Plant, controller, encoder, noise; else typical."),
+        str | None, option("Plant, controller, encoder, noise; else typical.", metavar="MACHINE.yaml")
     ] = None,
-    axis: Annotated[str, typer.Option("--axis", help="The axis, where no friction says it.")] = "x",
-    accuracy: Annotated[
-        list[str] | None, typer.Option("--accuracy", metavar="F_s=2%", help="Half-width asked for; repeatable.")
-    ] = None,
-    noise: Annotated[str | None, typer.Option("--noise", help='Noise of a logged force (rms), as "1 N".')] = None,
-    encoder: Annotated[str | None, typer.Option("--encoder", help='Encoder step, as "0.25 um".')] = None,
-    like: Annotated[
-        Path | None, typer.Option("--like", metavar="LOG.h5", help="A typical log, which tells noise and encoder.")
-    ] = None,
-    scheme: Annotated[str, typer.Option("--scheme", help="Whose glitch is to be narrowed, after a last result.")] = "c",
+    axis: Annotated[str, option("The axis, where no friction says it.")] = "x",
+    accuracy: Annotated[list[str] | None, option("Half-width asked for; repeatable.", metavar="F_s=2%")] = None,
+    noise: Annotated[str | None, option('Noise of a logged force (rms), as "1 N".')] = None,
+    encoder: Annotated[str | None, option('Encoder step, as "0.25 um".')] = None,
+    like: Annotated[Path | None, option("A typical log, which tells noise and encoder.", metavar="LOG.h5")] = None,
+    scheme: Annotated[str, option("Whose glitch is to be narrowed, after a last result.")] = "c",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder for the plan and its programs.")
+        Path | None, option("Folder for the plan and its programs.", "-o", "--output", metavar="DIR")
     ] = None,
     plot: Plot = None,
     force: Force = False,

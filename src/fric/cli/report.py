@@ -5,34 +5,29 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Json
+from fric.cli.options import Force, Json, argument, option
 
 
 def report(
     files: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="FILE…",
-            help="Runs, measured circles, the machine (file, or bundled name) to hold them against, documents of "
+        argument(
+            "Runs, measured circles, the machine (file, or bundled name) to hold them against, documents of "
             "friction, plant, controller and observer, logs to draw points from, or earlier reports: each is "
             "recognised by its content. Of two of one kind the earlier is compared with the later.",
+            metavar="FILE…",
         ),
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="REPORT.html", help="The page to write.")],
-    title: Annotated[str, typer.Option("--title", help="Heading of the page.")] = "",
+    output: Annotated[Path, option("The page to write.", "-o", "--output", metavar="REPORT.html")],
+    title: Annotated[str, option("Heading of the page.")] = "",
     circle: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--circle", metavar="CIRCLE.h5", help="A measured circle, or a run that stands for one; repeatable."
-        ),
+        option("A measured circle, or a run that stands for one; repeatable.", metavar="CIRCLE.h5"),
     ] = None,
     tolerance: Annotated[
-        str | None,
-        typer.Option("--tolerance", metavar="LENGTH", help='Glitch that is allowed, as "5 um": pass or not.'),
+        str | None, option('Glitch that is allowed, as "5 um": pass or not.', metavar="LENGTH")
     ] = None,
     json: Json = False,
     force: Force = False,

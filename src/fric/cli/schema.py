@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 import fric
 from fric.cli.completion import types
 from fric.cli.console import print_json
+from fric.cli.options import argument
 
 
 def schema(
-    type_name: Annotated[
-        str, typer.Argument(metavar="TYPE", help="friction, mapping, plant, machine, …", autocompletion=types)
-    ],
+    type_name: Annotated[str, argument("friction, mapping, plant, machine, …", metavar="TYPE", autocompletion=types)],
 ) -> None:
     """Print the JSON Schema of a document type."""
     print_json(fric.document_schema(type_name))

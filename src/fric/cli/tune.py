@@ -10,17 +10,16 @@ import typer
 import fric
 from fric.cli.console import finish
 from fric.cli.diagnose import CircleFiles
-from fric.cli.options import Force, Implausible, Json, MachineFile
+from fric.cli.options import Force, Implausible, Json, MachineFile, option
 
 
 def tune(
     machine: MachineFile,
     circles: CircleFiles,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for what is written.")],
-    scheme: Annotated[str | None, typer.Option("--scheme", help="Of a run file, the scheme that is taken.")] = None,
+    output: Annotated[Path, option("Folder for what is written.", "-o", "--output", metavar="DIR")],
+    scheme: Annotated[str | None, option("Of a run file, the scheme that is taken.")] = None,
     loop: Annotated[
-        bool,
-        typer.Option("--loop", help="Design gains anew where friction that falls with speed makes errors grow."),
+        bool, option("Design gains anew where friction that falls with speed makes errors grow.", "--loop")
     ] = False,
     force: Force = False,
     implausible: Implausible = "error",

@@ -5,29 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Implausible, Json, LogFiles, Plot
+from fric.cli.options import Force, Implausible, Json, LogFiles, Plot, option
 
 
 def validate(
     logs: LogFiles,
-    plant: Annotated[Path, typer.Option("--plant", metavar="PLANT.yaml", help="The identified plant.")],
+    plant: Annotated[Path, option("The identified plant.", metavar="PLANT.yaml")],
     controller: Annotated[
-        Path | None,
-        typer.Option(metavar="CONTROLLER.yaml", help="The drive's own controller; without it, the open loop alone."),
+        Path | None, option("The drive's own controller; without it, the open loop alone.", metavar="CONTROLLER.yaml")
     ] = None,
     friction: Annotated[
-        Path | None,
-        typer.Option(metavar="FRICTION.yaml", help="The identified friction; else Coulomb, from the plant's own fit."),
+        Path | None, option("The identified friction; else Coulomb, from the plant's own fit.", metavar="FRICTION.yaml")
     ] = None,
-    model: Annotated[
-        str | None, typer.Option(metavar="NAME", help="The friction file's model, where it holds several.")
-    ] = None,
+    model: Annotated[str | None, option("The friction file's model, where it holds several.", metavar="NAME")] = None,
     load: Annotated[
-        str | None, typer.Option(metavar="FORCE", help='Constant load, as "-3.2 N"; else the identified offset.')
+        str | None, option('Constant load, as "-3.2 N"; else the identified offset.', metavar="FORCE")
     ] = None,
     plot: Plot = None,
     implausible: Implausible = "error",

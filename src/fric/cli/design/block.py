@@ -8,38 +8,22 @@ from typing import Annotated
 import typer
 
 import fric
-from fric.cli.completion import records
 from fric.cli.console import OUT, finish
-from fric.cli.options import Force, Implausible, Json
+from fric.cli.options import ControllerFile, Force, Implausible, Json, PeakSensitivity, RecordName, argument, option
 
 
 def block(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="The control block; list tells which there are.")],
-    plant: Annotated[Path | None, typer.Argument(metavar="PLANT.yaml", help="The plant, eq. (1): A, B, T_d.")] = None,
+    name: Annotated[str, argument("The control block; list tells which there are.", metavar="NAME")],
+    plant: Annotated[Path | None, argument("The plant, eq. (1): A, B, T_d.", metavar="PLANT.yaml")] = None,
     log: Annotated[
-        Path | None,
-        typer.Argument(metavar="[LOG.h5]", help="A frequency response, or a record to take it from."),
+        Path | None, argument("A frequency response, or a record to take it from.", metavar="[LOG.h5]")
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="BLOCK.yaml", help="The block file to write.")
-    ] = None,
-    friction: Annotated[
-        Path | None, typer.Option(metavar="FRICTION.yaml", help="The friction that was identified.")
-    ] = None,
-    controller: Annotated[
-        Path | None,
-        typer.Option(metavar="CONTROLLER.yaml", help="The controller; by `fric design controller` where not given."),
-    ] = None,
-    peak_sensitivity: Annotated[
-        str, typer.Option(metavar="GAIN", help="Ms that the whole loop may have at most.")
-    ] = "6 dB",
-    record: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="The record of LOG.h5 that holds it.", autocompletion=records),
-    ] = None,
-    joint: Annotated[
-        bool, typer.Option("--joint", help="Design the gains of the cascade together with the block.")
-    ] = False,
+    output: Annotated[Path | None, option("The block file to write.", "-o", "--output", metavar="BLOCK.yaml")] = None,
+    friction: Annotated[Path | None, option("The friction that was identified.", metavar="FRICTION.yaml")] = None,
+    controller: ControllerFile = None,
+    peak_sensitivity: PeakSensitivity = "6 dB",
+    record: RecordName = None,
+    joint: Annotated[bool, option("Design the gains of the cascade together with the block.", "--joint")] = False,
     implausible: Implausible = "error",
     as_json: Json = False,
     force: Force = False,

@@ -14,7 +14,7 @@ import typer
 
 import fric
 from fric.cli.console import finish
-from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot
+from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot, option
 
 
 def models_in(folder: Path) -> dict[str, str]:
@@ -37,22 +37,17 @@ def command(name: str | None = None) -> Callable[..., None]:
 
     def identify(
         logs: LogFiles,
-        output: Annotated[
-            Path, typer.Option("-o", "--output", metavar="FRICTION.yaml", help="Friction file to write.")
-        ],
+        output: Annotated[Path, option("Friction file to write.", "-o", "--output", metavar="FRICTION.yaml")],
         static: Annotated[
-            Path | None,
-            typer.Option("--static", metavar="FRICTION.yaml", help="A friction file whose static map is kept."),
+            Path | None, option("A friction file whose static map is kept.", metavar="FRICTION.yaml")
         ] = None,
         plant: PlantFile = None,
-        blocks: Annotated[int, typer.Option(min=1, help="Slip blocks, for a model that has any.")] = 4,
-        fix: Annotated[
-            list[str] | None, typer.Option(metavar="NAME=VALUE", help="A parameter that is not fitted: 'n=1'.")
-        ] = None,
+        blocks: Annotated[int, option("Slip blocks, for a model that has any.", min=1)] = 4,
+        fix: Annotated[list[str] | None, option("A parameter that is not fitted: 'n=1'.", metavar="NAME=VALUE")] = None,
         free: Annotated[
-            list[str] | None, typer.Option(metavar="NAME", help="Fit a parameter that is held by default: delta.")
+            list[str] | None, option("Fit a parameter that is held by default: delta.", metavar="NAME")
         ] = None,
-        seed: Annotated[int, typer.Option(min=0, help="Seed of the coarse search.")] = 0,
+        seed: Annotated[int, option("Seed of the coarse search.", min=0)] = 0,
         model: str = typer.Option(
             ... if name is None else name, metavar="NAME", hidden=name is not None, help=f"One of {', '.join(MODELS)}."
         ),

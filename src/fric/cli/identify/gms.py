@@ -5,35 +5,31 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 import fric
 from fric.cli.console import ERR, finish
-from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot
+from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot, option
 from fric.output import refuse_existing
 
 
 def gms(
     logs: LogFiles,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FRICTION.yaml", help="Friction file to write.")],
+    output: Annotated[Path, option("Friction file to write.", "-o", "--output", metavar="FRICTION.yaml")],
     static: Annotated[
-        Path | None,
-        typer.Option(metavar="FRICTION.yaml", help="Static map, from `fric identify static`; carried over."),
+        Path | None, option("Static map, from `fric identify static`; carried over.", metavar="FRICTION.yaml")
     ] = None,
     blocks: Annotated[
-        str, typer.Option(metavar="N|auto|auto:N", help="Slip blocks: N, or up to N (6) by an information criterion.")
+        str, option("Slip blocks: N, or up to N (6) by an information criterion.", metavar="N|auto|auto:N")
     ] = "auto",
     knots: Annotated[
-        str, typer.Option(metavar="LIST|auto", help="Knots of the virgin curve, as in '0.9 um, 26 um, 54 um'.")
+        str, option("Knots of the virgin curve, as in '0.9 um, 26 um, 54 um'.", metavar="LIST|auto")
     ] = "auto",
     cycles: Annotated[
-        str | None,
-        typer.Option(metavar="FIRST:LAST", help="Cycles to fit, from 1; the later ones are held out and replayed."),
+        str | None, option("Cycles to fit, from 1; the later ones are held out and replayed.", metavar="FIRST:LAST")
     ] = None,
     interactive: Annotated[
-        bool, typer.Option("--interactive", help="Move the knots by hand, on a page that this computer alone sees.")
+        bool, option("Move the knots by hand, on a page that this computer alone sees.", "--interactive")
     ] = False,
-    refine: Annotated[bool, typer.Option(help="Refine alpha, k and C by replay along the measured motion.")] = True,
+    refine: Annotated[bool, option("Refine alpha, k and C by replay along the measured motion.")] = True,
     plant: PlantFile = None,
     plot: Plot = None,
     implausible: Implausible = "error",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,6 +24,7 @@ from fric.cli.options import (
     SchemeNames,
     SchemesFile,
     lead_given,
+    option,
 )
 from fric.cli.simulate import monte_carlo as many
 
@@ -30,20 +32,18 @@ from fric.cli.simulate import monte_carlo as many
 def circle(
     machine: MachineFile,
     scheme: SchemeNames = "all",
-    velocity: Annotated[str, typer.Option("--velocity", help="Feed along the circle.")] = "100 mm/s",
-    radius: Annotated[str, typer.Option("--radius", help="Radius of the circle.")] = "30 mm",
-    revolutions: Annotated[int, typer.Option("--revolutions", help="Revolutions; the last is looked at.")] = 2,
-    clockwise: Annotated[bool, typer.Option("--clockwise", help="Turn clockwise.")] = False,
+    velocity: Annotated[str, option("Feed along the circle.")] = "100 mm/s",
+    radius: Annotated[str, option("Radius of the circle.")] = "30 mm",
+    revolutions: Annotated[int, option("Revolutions; the last is looked at.")] = 2,
+    clockwise: Annotated[bool, option("Turn clockwise.", "--clockwise")] = False,
     axis: Annotated[
-        str | None,
-        typer.Option("--axis", help="Simulate one axis alone; the other follows its reference.", autocompletion=axes),
+        str | None, option("Simulate one axis alone; the other follows its reference.", autocompletion=axes)
     ] = None,
     friction: NominalFiles = None,
     gain: Gain = None,
     lead: Lead = None,
     friction_model: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Model that the machine has, of those in its file; else the richest."),
+        str | None, option("Model that the machine has, of those in its file; else the richest.", metavar="NAME")
     ] = None,
     schemes: SchemesFile = None,
     monte_carlo: many.Machines = None,
@@ -57,8 +57,7 @@ def circle(
     output: RunFile = None,
     plot: Plot = None,
     plot_reversal: Annotated[
-        Path | None,
-        typer.Option("--plot-reversal", metavar="FIG", help="Draw error and voltages over time near a reversal."),
+        Path | None, option("Draw error and voltages over time near a reversal.", metavar="FIG")
     ] = None,
     force: Force = False,
     implausible: Implausible = "error",
@@ -84,27 +83,18 @@ def circle(
             subject: Any = fric.read_identified(machine, **nominal_files)
         else:
             subject = fric.read_machine(machine, friction_model=friction_model, **nominal_files)
-        given: dict[str, Any] = {
-            "velocity": velocity,
-            "radius": radius,
-            "revolutions": revolutions,
-            "clockwise": clockwise,
-        }
-        given |= {"axis": axis, "known": schemes, "advance": advance}
+        circles = partial(
+            fric.circle, subject, scheme, velocity=velocity, radius=radius, revolutions=revolutions,
+            clockwise=clockwise, axis=axis, known=schemes, advance=advance,
+        )  # fmt: skip
         if monte_carlo is None:
-            return fric.circle(subject, scheme, **given)
-        given |= {
-            "accuracy": accuracy,
-            "machines": monte_carlo,
-            "measured": measured or (),
-            "spread": spread,
-            "seed": seed,
-            "workers": workers,
-            "scheduler": scheduler,
-        }
+            return circles()
         with interruption() as asked:
             interrupted.append(asked)
-            return fric.circle(subject, scheme, interrupted=asked, **given)
+            return circles(
+                machines=monte_carlo, measured=measured or (), spread=spread, seed=seed, accuracy=accuracy,
+                workers=workers, scheduler=scheduler, interrupted=asked,
+            )  # fmt: skip
 
     reversal = {plot_reversal: lambda made: made.reversal_figure()}
     try:

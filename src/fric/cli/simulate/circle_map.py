@@ -20,16 +20,17 @@ from fric.cli.options import (
     SchemeNames,
     SchemesFile,
     lead_given,
+    option,
 )
 from fric.cli.simulate import monte_carlo as many
 
 
 def circle_map(
     machine: MachineFile,
-    feeds: Annotated[str, typer.Option("--feeds", help="A range, or feeds with commas.")] = "5 … 200 mm/s",
-    radii: Annotated[str, typer.Option("--radii", help="A range, or radii with commas.")] = "5 … 100 mm",
+    feeds: Annotated[str, option("A range, or feeds with commas.")] = "5 … 200 mm/s",
+    radii: Annotated[str, option("A range, or radii with commas.")] = "5 … 100 mm",
     scheme: SchemeNames = "a,b,c,f",
-    points: Annotated[int, typer.Option("--points", min=2, help="Values that a range stands for.")] = 6,
+    points: Annotated[int, option("Values that a range stands for.", min=2)] = 6,
     friction: NominalFiles = None,
     gain: Gain = None,
     lead: Lead = None,
@@ -37,9 +38,7 @@ def circle_map(
     accuracy: many.Accuracy = "0.005 um",
     workers: many.Workers = None,
     scheduler: many.Scheduler = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="MAP.yaml", help="Keep the map in this file.")
-    ] = None,
+    output: Annotated[Path | None, option("Keep the map in this file.", "-o", "--output", metavar="MAP.yaml")] = None,
     plot: Plot = None,
     force: Force = False,
     json: Json = False,

@@ -5,34 +5,26 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from fric.cli.options import option
 
 Machines = Annotated[
-    int | None,
-    typer.Option("--monte-carlo", metavar="N", min=1, help="Run N machines that are drawn around this one."),
+    int | None, option("Run N machines that are drawn around this one.", "--monte-carlo", metavar="N", min=1)
 ]
 SpreadFile = Annotated[
-    Path | None,
-    typer.Option("--spread", metavar="SPREAD.yaml", help="What is drawn how widely; else as configs/spread.yaml."),
+    Path | None, option("What is drawn how widely; else as configs/spread.yaml.", "--spread", metavar="SPREAD.yaml")
 ]
-FromIntervals = Annotated[
-    bool,
-    typer.Option("--from-intervals", help="Draw what was identified from its 95 % intervals instead."),
-]
+FromIntervals = Annotated[bool, option("Draw what was identified from its 95 % intervals instead.", "--from-intervals")]
 Measured = Annotated[
     list[Path] | None,
-    typer.Option(
+    option(
+        "A measured circle, which every machine drawn is made to agree with; can be given more than once.",
         "--measured",
         metavar="CIRCLE.h5",
-        help="A measured circle, which every machine drawn is made to agree with; can be given more than once.",
     ),
 ]
-Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of the machines that are drawn.")]
+Seed = Annotated[int, option("Seed of the machines that are drawn.", "--seed", min=0)]
 Accuracy = Annotated[
-    str,
-    typer.Option("--accuracy", help="By how much the integration may move a glitch of the machines drawn; 0 is exact."),
+    str, option("By how much the integration may move a glitch of the machines drawn; 0 is exact.", "--accuracy")
 ]
-Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Machines at a time; one a core if not given.")]
-Scheduler = Annotated[
-    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Run the machines on this Dask cluster.")
-]
+Workers = Annotated[int | None, option("Machines at a time; one a core if not given.", "--workers", min=1)]
+Scheduler = Annotated[str | None, option("Run the machines on this Dask cluster.", "--scheduler", metavar="ADDRESS")]

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import fric
 from fric.cli.console import finish
 from fric.cli.options import (
@@ -21,7 +19,9 @@ from fric.cli.options import (
     RunFile,
     SchemeNames,
     SchemesFile,
+    argument,
     lead_given,
+    option,
 )
 
 
@@ -29,16 +29,14 @@ def path(
     machine: MachineFile,
     points: Annotated[
         Path,
-        typer.Argument(
-            metavar="PATH.csv",
-            help="Points of the path, headed 'x [mm], y [mm]'; or a recorded reference, with a column 'time [s]' too, "
+        argument(
+            "Points of the path, headed 'x [mm], y [mm]'; or a recorded reference, with a column 'time [s]' too, "
             "or in a circle or run file.",
+            metavar="PATH.csv",
         ),
     ],
     scheme: SchemeNames = "all",
-    velocity: Annotated[
-        str, typer.Option("--velocity", help="Feed along the path; a recorded one has its own.")
-    ] = "100 mm/s",
+    velocity: Annotated[str, option("Feed along the path; a recorded one has its own.")] = "100 mm/s",
     friction: NominalFiles = None,
     gain: Gain = None,
     lead: Lead = None,
