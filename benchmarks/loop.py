@@ -20,7 +20,7 @@ from fric.documents.machine_files import read_machine
 from fric.documents.schemes import read_schemes
 from fric.drive.sensing import low_pass_pole
 from fric.kernels.loop import closed_loop, parts_of_a_sample
-from fric.kernels.plant import LASTING, TOLERANCE, WEIGHTS, reaches
+from fric.kernels.plant import LASTING, TOLERANCE, WEIGHTS, effective_times
 from fric.kernels.signatures import compiled_step
 from fric.reference import circle
 from fric.simulate.axis import _loop_arguments, run_axis
@@ -67,7 +67,7 @@ def _loops(folder: str, scheme: str) -> tuple[Callable[[], np.ndarray], Callable
     plant_c, n = np.array(plant[:5]), len(REFERENCE)
     asked = [command.position, command.velocity, command.model, command.friction]
     late, lengths = parts_of_a_sample(plant, board.T_s)
-    reach = np.concatenate([reaches(plant, length) for length in lengths])
+    effective = np.concatenate([effective_times(plant, length) for length in lengths])
 
     def here() -> np.ndarray:
         return closed_loop(step, state.copy(), parameters, plant, board, blocks, command)[0].position
@@ -76,7 +76,7 @@ def _loops(folder: str, scheme: str) -> tuple[Callable[[], np.ndarray], Callable
         traces = [np.empty(n) for _ in range(6)]
         run(
             state.copy(), parameters, len(AXIS.friction.alpha), plant_c, control_c, order, *filters, n, *asked,
-            late, np.array(lengths), reach, WEIGHTS, TOLERANCE, LASTING, *traces,
+            late, np.array(lengths), effective, WEIGHTS, TOLERANCE, LASTING, *traces,
         )  # fmt: skip
         return traces[0]
 

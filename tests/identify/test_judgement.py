@@ -11,7 +11,7 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.identify import identify_gms
 from fric.identify.records.inspection import inspect
-from fric.identify.records.judgement import branch_slope, excites, told_by
+from fric.identify.records.judgement import branch_slope, excites, identifiability_of
 from fric.identify.records.prepared import prepared
 from fric.identify.records.reversals import find_reversals
 from fric.identify.replay.replay_fit import identify_by_replay
@@ -70,9 +70,9 @@ def test_a_stiffness_that_gives_way_between_two_samples_is_a_lower_bound():
     z = 33e-3 * np.abs((0.9973 * fine % 1.0) - 0.5)  # a triangle, whose samples lie on no lattice
     force = lugre.replay(fine, z)
     log = Log(fine[::20], position=z[::20], force=force[::20] + np.random.default_rng(1).standard_normal(6000))
-    told = told_by(prepared([log]))
-    assert told.slides
-    assert told.resolved == pytest.approx(3 * 33e-6, rel=0.4)
+    seen = identifiability_of(prepared([log]))
+    assert seen.slides
+    assert seen.resolved == pytest.approx(3 * 33e-6, rel=0.4)
     fit = identify_by_replay("lugre", prepared([log]), start=lugre)
     low, high = fit.estimates["lugre"]["sigma_0"].ci95
     assert low < 5e7 < high == np.inf

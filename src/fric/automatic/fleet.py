@@ -127,10 +127,10 @@ class FleetStudy:
 def _glitches(diagnosis: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the glitches of a measured circle by axis and name, which says quadrant and test."""
     radius, feed = (readable(diagnosis[name]["value"], unit) for name, unit in (("radius", "m"), ("feed", "m/s")))
-    way = ", clockwise" if diagnosis["direction"]["value"] < 0 else ""
+    sense = ", clockwise" if diagnosis["direction"]["value"] < 0 else ""
     found: dict[str, dict[str, Any]] = {}
     for quadrant, one in diagnosis["glitch"].items():
-        found.setdefault(quadrant[1:], {})[f"glitch {quadrant}, {radius} at {feed}{way}"] = one
+        found.setdefault(quadrant[1:], {})[f"glitch {quadrant}, {radius} at {feed}{sense}"] = one
     return found
 
 

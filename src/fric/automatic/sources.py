@@ -159,9 +159,9 @@ def _own(path: Path) -> str | None:
 
 
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
-    text = [inspect(record) for record in records]
-    uses = frozenset(use.purpose for one in text for use in one.uses if use.good)
-    kinds = frozenset(str(one.kind) for one in text)
+    inspected = [inspect(record) for record in records]
+    uses = frozenset(use.purpose for one in inspected for use in one.uses if use.good)
+    kinds = frozenset(str(one.kind) for one in inspected)
     both = all(isinstance(one, Log) and one.force is not None and one.input is not None for one in records)
     return Source(path, records[0].axis, records[0].motion, kinds, uses, mapping, both)
 

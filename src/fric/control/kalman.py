@@ -30,11 +30,11 @@ OWN = 3
 
 @compiled_block
 def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
-    on_way = state.size - OWN
-    for i in range(on_way - 1, 0, -1):
+    delayed = state.size - OWN
+    for i in range(delayed - 1, 0, -1):
         state[OWN + i] = state[OWN + i - 1]
     state[OWN] = sample.control
-    newer, older = state[OWN + on_way - 2], state[OWN + on_way - 1]
+    newer, older = state[OWN + delayed - 2], state[OWN + delayed - 1]
     z = state[0] + parameters[0] * state[1] + parameters[2] * newer + parameters[4] * older + parameters[6] * state[2]
     v = parameters[1] * state[1] + parameters[3] * newer + parameters[5] * older + parameters[7] * state[2]
     error = sample.measured - z

@@ -29,12 +29,12 @@ SIZE = ORDER + 1
 
 @compiled_block
 def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> float:
-    inverse, low_pass, on_way = state[1:SIZE], state[SIZE : SIZE + ORDER], state[SIZE + ORDER :]
-    for i in range(on_way.size - 1, 0, -1):
-        on_way[i] = on_way[i - 1]
-    on_way[0] = sample.control
-    share, last = parameters[4 * SIZE], on_way.size - 1
-    late = (1.0 - share) * on_way[last - 1] + share * on_way[last]
+    inverse, low_pass, delayed = state[1:SIZE], state[SIZE : SIZE + ORDER], state[SIZE + ORDER :]
+    for i in range(delayed.size - 1, 0, -1):
+        delayed[i] = delayed[i - 1]
+    delayed[0] = sample.control
+    share, last = parameters[4 * SIZE], delayed.size - 1
+    late = (1.0 - share) * delayed[last - 1] + share * delayed[last]
     filtered(parameters[2 * SIZE : 3 * SIZE], parameters[3 * SIZE : 4 * SIZE], low_pass, late)
     position = sample.measured - state[0]
     estimate: float = filtered(parameters[:SIZE], parameters[SIZE : 2 * SIZE], inverse, position) - low_pass[0]

@@ -149,7 +149,7 @@ def design_cascade(
     if crossover is None:
         found = _largest(lambda f_c: _velocity_holds(plant, with_crossover(f_c), asked), range_of_crossovers)
         if found is None:
-            raise _out_of_reach(plant, [with_crossover(f_c) for f_c in range_of_crossovers], asked, "velocity")
+            raise _infeasible(plant, [with_crossover(f_c) for f_c in range_of_crossovers], asked, "velocity")
         return assess_cascade(plant, _position_gain(plant, with_crossover(found), asked))
     if not 0 < crossover < sampling / 2:
         raise FricError(
@@ -234,7 +234,7 @@ def _position_gain(plant: LinearPlant, cascade: Cascade, asked: Requirement) -> 
     K_v = _largest(holds, np.geomspace(1e-3 * cascade.K_v, cascade.K_v, TRIED))
     if K_v is None:
         slower = [replace(cascade, K_v=cascade.K_v * factor) for factor in np.geomspace(1e-3, 1.0, TRIED)]
-        raise _out_of_reach(plant, slower, asked, "position")
+        raise _infeasible(plant, slower, asked, "position")
     return replace(cascade, K_v=K_v)
 
 
@@ -264,7 +264,7 @@ def _border(holds: Callable[[float], bool], inside: float, outside: float) -> fl
     return float(inside)
 
 
-def _out_of_reach(plant: LinearPlant, tried: list[Cascade], asked: Requirement, name: str) -> FricError:
+def _infeasible(plant: LinearPlant, tried: list[Cascade], asked: Requirement, name: str) -> FricError:
     """Say which margins can be had: those of the tried cascade with the largest phase margin."""
     best: tuple[float, float] = (0.0, 1.0)
     for cascade in tried:

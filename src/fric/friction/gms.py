@@ -56,10 +56,10 @@ def _slipped(u: float, alpha: float, k: float, C: float, left: float, pull: floa
         v_x, s_x = (1.0 - x) * course.v_0 + x * course.v_1, (1.0 - x) * course.s_0 + x * course.s_1
         loads = excess_0 > 0.0  # it is stretched first, and then relaxes
         share = 1.0 - x if loads else x
-        stretch = 0.5 * k * ((course.v_0 if loads else course.v_1) + v_x) * (1.0 - share) * course.dt
+        elongation = 0.5 * k * ((course.v_0 if loads else course.v_1) + v_x) * (1.0 - share) * course.dt
         left, pull = relax(s_x if loads else course.s_0, course.s_1 if loads else s_x, C, share * course.dt)
-        end = left * (u + stretch if loads else u) + alpha * pull
-        load = min(load, end if loads else end + stretch)
+        end = left * (u + elongation if loads else u) + alpha * pull
+        load = min(load, end if loads else end + elongation)
     return load
 
 

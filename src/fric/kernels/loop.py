@@ -19,8 +19,18 @@ from numba import types
 
 from fric.arrays import Real
 from fric.kernels.block import BLOCK_FUNCTION, FRICTION, MODEL, BlockStep, Commands, Sample, absent
-from fric.kernels.plant import ARRAY, ORDERS, PLANT, TABLE, Instant, PlantConstants, advance, numba_type, reaches
-from fric.kernels.second_mass import STRETCH
+from fric.kernels.plant import (
+    ARRAY,
+    ORDERS,
+    PLANT,
+    TABLE,
+    Instant,
+    PlantConstants,
+    advance,
+    effective_times,
+    numba_type,
+)
+from fric.kernels.second_mass import ELONGATION
 from fric.kernels.sensing import FAULTLESS, SENSING, Sensing, reading
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
@@ -102,7 +112,7 @@ def _closed_loop(
     rows: Real,
     late: int,
     lengths: tuple[float, float],
-    reach: tuple[Real, Real],
+    effective: tuple[Real, Real],
     halvings: int,
     sensing: Sensing,
     trace: Traces,
@@ -115,7 +125,7 @@ def _closed_loop(
 
     for n in range(rows.shape[1]):
         # --- control blocks
-        table = z - state[STRETCH] if sensing.spring > 0.0 else z
+        table = z - state[ELONGATION] if sensing.spring > 0.0 else z
         sensed = table if sensing.spring > 1.0 else z
         measured = reading(sensed, board.resolution, sensing)
         sample = Sample(rows[0, n], rows[1, n], rows[2, n], measured, u, control, excess, estimate)
@@ -158,8 +168,8 @@ def _closed_loop(
                 sent = n - late - 1 + part
                 driven = (B * trace.input[sent] if sent >= 0 else 0.0) - plant.load / plant.M
                 now, depth = advance(
-                    step, state, parameters, plant, Instant(0.0, v, F), driven, lengths[part], reach[part], halvings,
-                    depth, ends, states_ahead,
+                    step, state, parameters, plant, Instant(0.0, v, F), driven, lengths[part], effective[part],
+                    halvings, depth, ends, states_ahead,
                 )  # fmt: skip
                 z, v, F = z + now.z, now.v, now.F
     return saturated
@@ -209,7 +219,7 @@ def closed_loop(
         step, state, parameters, plant, board, controller, first, second, third,
         (*(block.role for block in four), len(blocks)), tuple(block.state.copy() for block in four),
         tuple(block.parameters for block in four), np.array(command), late, lengths,
-        (reaches(plant, lengths[0]), reaches(plant, lengths[1])), halvings,
+        (effective_times(plant, lengths[0]), effective_times(plant, lengths[1])), halvings,
         Sensing(*map(float, sensing)), trace,
     )  # fmt: skip
     return trace, saturated

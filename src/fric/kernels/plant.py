@@ -100,7 +100,7 @@ def velocity_tolerance(accuracy: float, stiffness: float, T_s: float) -> float:
     return max(TOLERANCE, 0.5 * accuracy * stiffness * T_s)
 
 
-def reaches(plant: PlantConstants, length: float) -> Real:
+def effective_times(plant: PlantConstants, length: float) -> Real:
     """Return how far a unit acceleration brings the velocity in each step that `advance` may take.
 
     ``(1 - exp(-A·h))/A`` for ``h = length/2^depth/parts``, shape (DEPTH + 1, ORDERS) [s].
@@ -118,11 +118,11 @@ def _step(
     start: Instant,
     driven: float,
     h: float,
-    reach: float,
+    effective: float,
 ) -> Instant:
     """Take a step of second order (Verlet's in velocity form); damping and input are exact, friction is a trapezoid."""
-    v, F, push = start.v, start.F, reach / plant.M
-    free = v + reach * (driven - plant.A * v)
+    v, F, push = start.v, start.F, effective / plant.M
+    free = v + effective * (driven - plant.A * v)
     if plant.set_valued == 0.0:
         ahead = free - push * F
     else:  # friction without memory stops a body, holds it up to its level, and never turns it
@@ -166,7 +166,7 @@ def advance(
     now: Instant,
     driven: float,
     length: float,
-    reach: Real,
+    effective: Real,
     halvings: int,
     depth: int,
     ends: Real,
@@ -184,8 +184,8 @@ def advance(
         Acceleration by input and load [m/s²], constant.
     length
         Time [s].
-    reach
-        See `reaches`.
+    effective
+        See `effective_times`.
     halvings
         How often the coarsest step is halved; the tolerance is that of steps which are all as much shorter.
     depth
@@ -204,14 +204,14 @@ def advance(
             for i in range(state.size):
                 trial[i] = state[i]
             for _ in range(k + 1):
-                last = _step(friction, trial, parameters, plant, last, driven, h / (k + 1), reach[depth, k])
+                last = _step(friction, trial, parameters, plant, last, driven, h / (k + 1), effective[depth, k])
             ends[k, 0], ends[k, 1], ends[k, 2] = last.z, last.v, last.F
             end = Instant(_extrapolated(ends, k, 0), _extrapolated(ends, k, 1), _extrapolated(ends, k, 2))
             before = apart
             if k > 0:
                 apart = max(abs(end.v - best.v), lasting * abs(end.F - best.F))
             elif coarse:  # from where a step of first order ends, which takes the force as it was
-                apart = 0.5 * reach[depth, 0] / plant.M * abs(end.F - now.F)
+                apart = 0.5 * effective[depth, 0] / plant.M * abs(end.F - now.F)
             best, work = end, work + k + 1
             if apart <= allowed or (k > 1 and apart > 0.25 * before):
                 break

@@ -3,7 +3,7 @@
 ::
 
     motor ──[ spring, damper, play ]── table ──> friction, load
-      z ─────────── stretch ─────────── z - stretch
+      z ───────── elongation ───────── z - elongation
 
 The integration of the plant sees the force of the spring as friction of one mass, and holds its error as that of any
 friction; the table goes along in the state.
@@ -18,8 +18,8 @@ from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled, compiled_step
 
 AHEAD = 4
-"""State before that of the inner model: stretch [m], velocity of the table [m/s], force of spring and friction [N]."""
-STRETCH, VELOCITY, SPRING, FRICTION = range(AHEAD)
+"""State before that of the inner model: elongation [m], velocity of the table [m/s], forces of spring and friction."""
+ELONGATION, VELOCITY, SPRING, FRICTION = range(AHEAD)
 
 
 class Coupling(NamedTuple):
@@ -40,13 +40,13 @@ _COUPLING = types.float64(types.float64, types.float64, types.float64[::1])
 
 
 @compiled(_COUPLING, makes_arrays=False)
-def spring_force(stretch: float, rate: float, parameters: Real) -> float:
-    """Return the force [N] of the spring at a stretch [m] and its rate [m/s]; inside the play it has none."""
+def spring_force(elongation: float, rate: float, parameters: Real) -> float:
+    """Return the force [N] of the spring at an elongation [m] and its rate [m/s]; inside the play it has none."""
     play, beyond = parameters[_PLAY], 0.0
-    if stretch > play:
-        beyond = stretch - play
-    elif stretch < -play:
-        beyond = stretch + play
+    if elongation > play:
+        beyond = elongation - play
+    elif elongation < -play:
+        beyond = elongation + play
     elif play > 0.0:
         return 0.0
     force = parameters[_STIFFNESS] * beyond + parameters[_DAMPING] * rate
@@ -64,7 +64,7 @@ def second_mass_step(dz: float, v: float, dt: float, state: Real, parameters: Re
     if dt == 0.0:
         state[VELOCITY] = v
         state[FRICTION] = inner(0.0, v, 0.0, behind, own) if table else 0.0
-        state[SPRING] = spring_force(state[STRETCH], 0.0, parameters)
+        state[SPRING] = spring_force(state[ELONGATION], 0.0, parameters)
         return force + state[SPRING]
     mass, load, before = parameters[_MASS], parameters[_LOAD], state[VELOCITY]
     pulled = (state[SPRING] - state[FRICTION] - load) / mass
@@ -72,7 +72,7 @@ def second_mass_step(dz: float, v: float, dt: float, state: Real, parameters: Re
     travel = 0.5 * dt * (before + ahead)
     if table:
         state[FRICTION] = inner(travel, ahead, dt, behind, own)
-    state[STRETCH] += dz - travel
-    state[SPRING] = spring_force(state[STRETCH], v - ahead, parameters)
+    state[ELONGATION] += dz - travel
+    state[SPRING] = spring_force(state[ELONGATION], v - ahead, parameters)
     state[VELOCITY] = before + 0.5 * dt * (pulled + (state[SPRING] - state[FRICTION] - load) / mass)
     return force + state[SPRING]

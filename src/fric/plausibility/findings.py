@@ -38,9 +38,9 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
             step = min(8, len(log) // 4)
             moved = log.position[step:] - log.position[:-step]
             between = np.append(0.0, np.cumsum(0.5 * (log.velocity[1:] + log.velocity[:-1]) * np.diff(log.time)))
-            way = between[step:] - between[:-step]
-            if np.any(way) and np.any(moved):
-                yield Finding("travel", float(np.sqrt((moved @ moved) / (way @ way))), motion, where)
+            travel = between[step:] - between[:-step]
+            if np.any(travel) and np.any(moved):
+                yield Finding("travel", float(np.sqrt((moved @ moved) / (travel @ travel))), motion, where)
         if log.position is not None and log.reference is not None and np.ptp(log.reference) and np.ptp(log.position):
             yield Finding("following", float(np.ptp(log.position) / np.ptp(log.reference)), motion, where)
         if log.force is not None and log.input is not None:
@@ -77,19 +77,19 @@ def of_friction(static: StaticMap, motion: Motion, mass: float | None = None, wh
 
 
 def of_strokes(logs: Sequence[Log]) -> Iterator[Finding]:
-    """Yield the longest way, and the greatest speed, of the records that sliding friction is identified from."""
+    """Yield the longest travel, and the greatest speed, of the records that sliding friction is identified from."""
     import numpy as np
 
-    ways = []
+    strokes = []
     for log in logs:
         if log.position is not None and len(log):
-            ways.append((float(np.ptp(log.position)), log))
+            strokes.append((float(np.ptp(log.position)), log))
         elif log.velocity is not None and len(log):
-            ways.append((float(np.abs(log.velocity[1:]) @ np.diff(log.time)), log))
-    if ways:
-        way, log = max(ways, key=lambda one: one[0])
-        yield Finding("stroke", way, log.motion, log.where)
-        yield Finding("speed", max(_speed(log) for _, log in ways), log.motion, log.where, usual=5e-4)
+            strokes.append((float(np.abs(log.velocity[1:]) @ np.diff(log.time)), log))
+    if strokes:
+        travel, log = max(strokes, key=lambda one: one[0])
+        yield Finding("stroke", travel, log.motion, log.where)
+        yield Finding("speed", max(_speed(log) for _, log in strokes), log.motion, log.where, usual=5e-4)
 
 
 def of_amplitudes(logs: Sequence[Log]) -> Iterator[Finding]:

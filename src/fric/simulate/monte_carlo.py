@@ -265,9 +265,9 @@ def monte_carlo_document(found: MonteCarlo) -> dict[str, Any]:
     """Return the distributions as a plain document, for programs; null where a scheme ran on no machine."""
     schemes = {}
     for name, one in found.distributions().items():
-        text: dict[str, Any] = {key: None if np.isnan(value) else value for key, value in one.quantiles.items()}
-        text["ci95"] = [text.pop("low"), text.pop("high")]
-        schemes[name] = text | {"best": one.best, "failed": one.failed, "saturated": one.saturated}
+        entry: dict[str, Any] = {key: None if np.isnan(value) else value for key, value in one.quantiles.items()}
+        entry["ci95"] = [entry.pop("low"), entry.pop("high")]
+        schemes[name] = entry | {"best": one.best, "failed": one.failed, "saturated": one.saturated}
     return {
         "machines": len(found),
         "asked": found.asked,

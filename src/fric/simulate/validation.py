@@ -254,8 +254,8 @@ def _compared(
     v, a = (measured.velocity, simulated.velocity), (measured.acceleration, simulated.acceleration)
     pairs = {"position": z, "velocity": v, "acceleration": a} | ({} if force is None else {"force": force})
     signals = {name: _difference(*pair) for name, pair in pairs.items()}
-    text = signals["force" if force is not None else "velocity"]
-    return Validation(loop, log, friction, signals, settings.cutoff, _worst_second(text, rate))
+    decisive = signals["force" if force is not None else "velocity"]
+    return Validation(loop, log, friction, signals, settings.cutoff, _worst_second(decisive, rate))
 
 
 def _difference(measured: Real, simulated: Real) -> Compared:

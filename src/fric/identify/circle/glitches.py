@@ -121,7 +121,7 @@ def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Gl
     sign = 1.0 if mean[top] >= 0 else -1.0
     low, high = _half_height(phi, sign * mean, top)
     place, value, se = _parabola(pulse, phi[top], max(high - low, width), sigma, sign)
-    scatter = _between_turns(pulse, place, max((high - low) / 4, LEAST * spacing))
+    scatter = _between_revolutions(pulse, place, max((high - low) / 4, LEAST * spacing))
     count = len(np.unique(pulse.revolution))
     se = sqrt(max(se, scatter / sqrt(count)) ** 2 + base**2)
     half_width = float(stdtrit(max(4 * (count - 1), 8), 0.975)) * se
@@ -189,7 +189,7 @@ def _parabola_through(pulse: Pulse, a: int, b: int, sign: float) -> tuple[float,
     return float(middle + half * vertex), float(at @ p), error, float(np.sum((pulse.rest[a:b] - X @ p) ** 2))
 
 
-def _between_turns(pulse: Pulse, place: float, width: float) -> float:
+def _between_revolutions(pulse: Pulse, place: float, width: float) -> float:
     """Return the standard deviation between revolutions of the mean around the peak [m]; 0 of one revolution."""
     near = np.abs(pulse.phi - place) <= width / 2
     means = [

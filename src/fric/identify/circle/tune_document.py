@@ -24,8 +24,8 @@ def tuned_document(found: Tuned) -> dict[str, Any]:
         }
     predicted: dict[str, dict[str, Any]] = {}
     for ahead in found.predicted:
-        text = {"glitch": ahead.glitch, "ci95": list(ahead.ci95), "radius": ahead.radius}
-        predicted.setdefault(f"{ahead.feed:g}", {})[ahead.scheme] = text
+        entry = {"glitch": ahead.glitch, "ci95": list(ahead.ci95), "radius": ahead.radius}
+        predicted.setdefault(f"{ahead.feed:g}", {})[ahead.scheme] = entry
     measured = {f"{test.feed:g}": measured_glitch(test) for test in found.tests}
     return {
         "axes": axes,

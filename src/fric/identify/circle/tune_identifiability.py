@@ -23,7 +23,7 @@ LATE = 0.25
 ALIKE = 0.5
 """Distance of two blocks' slip displacements, in the logarithm, below which they are not told apart: what is left has
 several least points there, whose alpha and k differ by up to 20 %."""
-REACH = 2.31
+HALF_WIDTH = 2.31
 """Half-width of a 95 % interval in standard deviations that a bootstrap of eight draws tells (Student's t)."""
 MISFIT = 3.0
 """Times the noise that a result may leave."""
@@ -175,7 +175,7 @@ def alike_warnings(axis: Axis, found: Fitted, estimates: TunedEstimates) -> Iter
             if name == "alpha":  # shares of all
                 own = [coordinates.names.index(f"alpha_{n + 1}") for n in range(len(values))]
                 slope[own] -= np.array(values)
-            half = REACH * max(float(slope @ covariance @ slope), 0.0) ** 0.5
+            half = HALF_WIDTH * max(float(slope @ covariance @ slope), 0.0) ** 0.5
             texts.append(f"{name} = {total:.4g} ({total * np.exp(-half):.4g} to {total * np.exp(half):.4g}){unit}")
         together.append(f"{', '.join(str(n + 1) for n in group)} together have {' and '.join(texts)}")
     yield Notice(

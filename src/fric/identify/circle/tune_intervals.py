@@ -84,7 +84,7 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
         static, negative = sided[0], sided[1]
     static["offset"] = Estimate(load, "N", (load - error, load + error))
     gms = {name: sections[name] for name in ("alpha", "k", "C")}
-    text = {
+    of_plant = {
         "A": Estimate(plant.A, "1/s", within("A", plant.A) if plant.A > 0 else None),
         "B": Estimate(plant.B, "m/(s^2*V)", within("B", plant.B)),
         "T_d": Estimate(plant.T_d, "s", within("T_d", plant.T_d)),
@@ -92,7 +92,7 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
     }
     of_friction = [n for n, label in enumerate(labels) if label not in ("A", "B", "T_d") and label in fitted]
     joint = Covariance.of([labels[n] for n in of_friction], spread[np.ix_(of_friction, of_friction)], "log")
-    return TunedEstimates(static, negative, gms, text, joint, covariance[:p, :p])
+    return TunedEstimates(static, negative, gms, of_plant, joint, covariance[:p, :p])
 
 
 def _scaled(one: Estimate, shift: float, wider: float) -> Estimate:

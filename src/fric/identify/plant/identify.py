@@ -81,9 +81,9 @@ def identify_plant(
     clocks = [record_flaws([given], "plant") if isinstance(given, Log) else [] for given in records]
     even, uneven = list[Log | FrequencyResponse](), list[str]()
     for given in records:
-        record, told_of_clock = evened(given) if isinstance(given, Log) else (given, [])
+        record, clock_notices = evened(given) if isinstance(given, Log) else (given, [])
         even.append(record)
-        uneven += told_of_clock
+        uneven += clock_notices
     logs = [record for record in even if isinstance(record, Log)]
     fits, sets = [], []
     for measured, clock in zip(_measured(even, clocks, period, segment), clocks, strict=True):
@@ -104,7 +104,7 @@ def identify_plant(
     estimates = solution.estimates(motion)
     scale = force_constant(logs, given_force_constant, motion, period=period, segment=segment, strokes=strokes)
     estimates |= scale.estimates()
-    text = [*uneven, *scale.warnings, *against_mass(estimates, mass, motion)]
+    others = [*uneven, *scale.warnings, *against_mass(estimates, mass, motion)]
     transport = estimates["T_d"]
     if rate is not None:
         low, high = transport.ci95 or (0.0, 0.0)
@@ -117,7 +117,7 @@ def identify_plant(
         estimates["A"] = replace(estimates["A"], value=0.0, ci95=(0.0, high), assumed=True)
     return PlantFit(
         fits[0].measured.table.axis, motion, estimates, solution, tuple(fits), influence, rate, transport,
-        _second_mass(solution), (*notices, *text, *chain.from_iterable(clocks)),
+        _second_mass(solution), (*notices, *others, *chain.from_iterable(clocks)),
     )  # fmt: skip
 
 
@@ -154,11 +154,11 @@ def _second_mass(solution: Solution) -> dict[str, Estimate] | None:
         return None
     half = solution.half_widths()[3 + solution.form.friction :]
     f, zeta, ratio = found.frequency, found.damping, found.ratio
-    text = len(half) > 2
-    limits = (ratio - float(half[2]), ratio + float(half[2])) if text else None
+    known = len(half) > 2
+    limits = (ratio - float(half[2]), ratio + float(half[2])) if known else None
     return {
         "frequency": Estimate(f, "Hz", (f * float(np.exp(-half[0])), f * float(np.exp(half[0])))),
-        "ratio": Estimate(ratio, "1", limits, assumed=not text),
+        "ratio": Estimate(ratio, "1", limits, assumed=not known),
         "damping": Estimate(zeta, "1", (zeta * float(np.exp(-half[1])), zeta * float(np.exp(min(half[1], 20.0))))),
     }
 

@@ -25,7 +25,7 @@ AROUND = 40
 """Lines to each side that it is compared with."""
 PEAKS = 3
 """Lines of a stretch that are looked at: its highest."""
-STRETCHES = 3
+SEGMENTS = 3
 """Stretches that show one pitch, at least."""
 FASTER = 1.4
 """Ratio of the greatest to the least of their speeds, at least."""
@@ -71,7 +71,7 @@ def encoder_error(strokes: Sequence[tuple[Log, Segment]]) -> EncoderError | None
         speeds = [other.speed for other in alike]
         if max(speeds) >= FASTER * min(speeds) and len({o.segment for o in alike}) > len({o.segment for o in best}):
             best = alike
-    if len({line.segment for line in best}) < STRETCHES:
+    if len({line.segment for line in best}) < SEGMENTS:
         return None
     number = float(np.average([line.number for line in best], weights=[1.0 / line.width for line in best]))
     logs = {id(log): log for log, _ in strokes}.values()
@@ -90,7 +90,7 @@ def _hums(line: _Line, lines: Sequence[_Line]) -> bool:
         if abs(other.number * other.speed - line.number * line.speed)
         <= 0.5 * (other.width * other.speed + line.width * line.speed)
     ]
-    return len(alike) >= STRETCHES and max(alike) >= FASTER * min(alike)
+    return len(alike) >= SEGMENTS and max(alike) >= FASTER * min(alike)
 
 
 def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:

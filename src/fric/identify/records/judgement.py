@@ -32,7 +32,7 @@ CONDITION = 1e3
 
 
 @dataclass(frozen=True)
-class Told:
+class Identifiability:
     """What records can tell of friction, all taken together.
 
     Parameters
@@ -53,7 +53,7 @@ class Told:
     resolved: float
 
 
-def told_by(records: Sequence[Prepared]) -> Told:
+def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
     """Return what prepared records can tell of friction."""
     slopes, peaks, resolved = [], [], []
     for record in records:
@@ -64,9 +64,9 @@ def told_by(records: Sequence[Prepared]) -> Told:
         z, force = record.motion.position, record.force
         slopes.append(branch_slope(z, force, reversals))
         peaks.append(0.5 * float(np.median([np.ptp(force[a : b + 1]) for a, b in pairwise(reversals)])))
-        resolved.append(max(record.motion.step, resolved_way(z, reversals)))
+        resolved.append(max(record.motion.step, resolved_travel(z, reversals)))
     slope = min(slopes, default=0.0)
-    return Told(slope < RISES, slope, max(peaks, default=0.0), min(resolved, default=0.0))
+    return Identifiability(slope < RISES, slope, max(peaks, default=0.0), min(resolved, default=0.0))
 
 
 def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
@@ -77,8 +77,8 @@ def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
         inside = record.reversals[record.reversals < len(z)]
         if record.slides or not record.motion.step:
             continue
-        ways = np.abs(np.diff(z[inside])) if len(inside) > 2 else np.ptp(z)  # so small that no reversal is seen
-        steps = 0.5 * float(np.median(ways)) / record.motion.step
+        strokes = np.abs(np.diff(z[inside])) if len(inside) > 2 else np.ptp(z)  # so small that no reversal is seen
+        steps = 0.5 * float(np.median(strokes)) / record.motion.step
         if steps < STEPS:
             text = f"record '{record.name}': the amplitude is {steps:.1f} steps of the encoder: three are needed"
             found.append(Notice(text, "encoder-too-coarse", "wrong"))
@@ -117,7 +117,7 @@ def least_slope(displacement: Real, force: Real) -> float:
     return float(min(slopes, default=np.inf) * displacement[-1] / force[-1])
 
 
-def resolved_way(position: Real, reversals: Indices) -> float:
+def resolved_travel(position: Real, reversals: Indices) -> float:
     """Return the way that the axis goes in `SAMPLES` samples after a reversal, the median of all [m]."""
     after = np.minimum(reversals + SAMPLES, len(position) - 1)
     return float(np.median(np.abs(position[after] - position[reversals])))

@@ -114,7 +114,12 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
 
 
 def recognised_kind(
-    log: Log, segments: list[Segment], rests: list[tuple[int, int]], sine: Sine | None, rise: float | None, turns: int
+    log: Log,
+    segments: list[Segment],
+    rests: list[tuple[int, int]],
+    sine: Sine | None,
+    rise: float | None,
+    reversals: int,
 ) -> Kind:
     """Return the kind of a record by what it does.
 
@@ -131,7 +136,7 @@ def recognised_kind(
         What `fitted_sine` found.
     rise
         What `force_rise` found: it tells pre-sliding from sliding. Without a force, pre-sliding is supposed.
-    turns
+    reversals
         How many reversals it has.
     """
     steady = sum(segment.stop - segment.onset for segment in segments)
@@ -140,7 +145,7 @@ def recognised_kind(
     if _is_broad_band(log):
         return "frequency-response"
     least = LOOP_SHARE if steady < STROKE_SHARE * len(log) else LOOP_OF_STROKES
-    if rise is not None and rise > least and turns >= LOOPS:
+    if rise is not None and rise > least and reversals >= LOOPS:
         return "presliding-sine"
     moving = max(len(log) - sum(stop - start for start, stop in rests), 1)
     strokes = all(

@@ -83,9 +83,9 @@ def _rounded_step(gaps: Real, needed: int, rounding: float, *, often: bool) -> f
             counts = np.maximum(np.round(near / step), 1.0)
             step = float(near.sum() / counts.sum())
         misfit = np.abs(near - step * counts)
-        text = often or np.count_nonzero(counts == counts[0]) < 0.9 * len(counts)
+        proved = often or np.count_nonzero(counts == counts[0]) < 0.9 * len(counts)
         # two rounded counts make a gap: each is off by up to a fifth where the log kept few decimals
-        if text and len(near) >= needed and np.quantile(misfit, 0.99) < 0.25 * step and misfit.mean() < 0.21 * step:
+        if proved and len(near) >= needed and np.quantile(misfit, 0.99) < 0.25 * step and misfit.mean() < 0.21 * step:
             return step
     return None
 

@@ -14,7 +14,7 @@ from fric.friction import FrictionModel
 from fric.friction.stribeck import StaticMap
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.near_reversals import near_reversals, presliding_length
-from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay, records_told
+from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay, record_notices
 from fric.identify.replay.splits import Masks, Split
 from fric.notice import Notice
 from fric.threads import one_blas_thread
@@ -144,7 +144,7 @@ def compare_models(
     scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.rms)
     leads = {other.name: _lead(records, scores[0], other) for other in scores[1:]}
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
-    amiss = records_told(records)  # of all records, and once: what a fit tells of its own is of some
+    amiss = record_notices(records)  # of all records, and once: what a fit tells of its own is of some
     of_records = {one.code for one in amiss}
     warnings = [
         Notice(f"{score.name}: {text}", one.code, one.severity)

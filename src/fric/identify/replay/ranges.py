@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fric.errors import FricError
-from fric.identify.records.judgement import told_by
+from fric.identify.records.judgement import identifiability_of
 from fric.identify.records.prepared import Prepared
 from fric.identify.records.resolution import noise_level
 from fric.identify.replay.coordinates import Ranges
@@ -26,14 +26,14 @@ def search_ranges(records: Sequence[Prepared]) -> Ranges:
     grain = [
         max(r.motion.step, 4.0 * noise_level(r.log.position)) if r.log.position is not None else 0.0 for r in records
     ]
-    text = told_by(records)
+    seen = identifiability_of(records)
     finest = min(max(g, 1e-4 * s) for g, s in zip(grain, strokes, strict=True))
     duration = max(float(r.motion.time[-1] - r.motion.time[0]) for r in records)
     dt = min(float(np.median(np.diff(r.motion.time))) for r in records)
     if not (force > 0 and fastest > 0):
         raise FricError("the records hold no force or no motion", where=records[0].log.where)
     return {
-        "force": (0.01 * force, 2.0 * force) if text.slides else (text.peak, 20.0 * force),
+        "force": (0.01 * force, 2.0 * force) if seen.slides else (seen.peak, 20.0 * force),
         "velocity": (1e-4 * fastest, 3.0 * fastest),
         "viscous": (0.0, 100.0 * force / fastest),
         "position": (finest, stroke),

@@ -172,7 +172,7 @@ def identify_by_replay(
     return _described(search, best, warnings, assumed, static)
 
 
-def records_told(records: Sequence[Prepared]) -> list[Notice]:
+def record_notices(records: Sequence[Prepared]) -> list[Notice]:
     """Return what is amiss with records for any fit by replay, whatever the model."""
     return [*too_coarse(records), *record_flaws([record.log for record in records], "gms")]
 
@@ -252,7 +252,7 @@ def _described(
             search, x, slopes
         )
     values = coordinates.values(x)
-    within, untold_of = opened(coordinates, values, limits(coordinates, x, covariance, seen, quantile), records)
+    within, notices = opened(coordinates, values, limits(coordinates, x, covariance, seen, quantile), records)
     blocks = order(coordinates, values)
     estimates: dict[str, dict[str, Estimate]] = {}
     scaled: dict[str, dict[str, Estimate]] = {}
@@ -274,7 +274,7 @@ def _described(
     level = Estimate(1.0, "1")
     if (of_level := ("static", LEVEL.name)) in within:
         level = Estimate(values["static"][LEVEL.name], "1", within[of_level][0])
-    warnings += [*untold_of, *records_told(records)]
+    warnings += [*notices, *record_notices(records)]
     warnings += edges(coordinates, x, seen, covariance) + correlated(coordinates, covariance)
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fric.identify.records.judgement import SAMPLES, told_by, too_coarse
+from fric.identify.records.judgement import SAMPLES, identifiability_of, too_coarse
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import Coordinates
 from fric.notice import Notice
@@ -34,19 +34,19 @@ def opened(
     records
         The records.
     """
-    text, motion, notices, found = told_by(records), records[0].log.motion, [], dict(within)
+    seen, motion, notices, found = identifiability_of(records), records[0].log.motion, [], dict(within)
     declared = {(s, p.name): p for s, parameters in coordinates.model.declared().items() for p in parameters}
     forces = [key for key in within if key in declared and declared[key].dimension == "force"]
-    if not text.slides and forces:
+    if not seen.slides and forces:
         for key in forces:
-            found[key] = tuple((text.peak if len(within[key]) == 1 else low, np.inf) for low, _ in within[key])
+            found[key] = tuple((seen.peak if len(within[key]) == 1 else low, np.inf) for low, _ in within[key])
         for key in (key for key in within if key in declared and declared[key].dimension == "velocity"):
             found[key] = tuple((0.0, np.inf) for _ in within[key])  # how friction falls once it slides
         names = " and ".join(name for _, name in forces)
         notices.append(
             Notice(
-                f"the records never slide: the force still rises at the reversals, with {text.slope:.0%} of its mean "
-                f"slope, so {readable(text.peak, si_unit('force', motion))} is no more than a lower bound of {names}; "
+                f"the records never slide: the force still rises at the reversals, with {seen.slope:.0%} of its mean "
+                f"slope, so {readable(seen.peak, si_unit('force', motion))} is no more than a lower bound of {names}; "
                 "log a larger amplitude",
                 "never-slides", "wrong",
             )
@@ -61,14 +61,14 @@ def opened(
             continue
         k = np.atleast_1d(np.asarray(values[key[0]][key[1]], float))
         slips = np.broadcast_to(level, k.shape) / k
-        if (slips < text.resolved).any():
+        if (slips < seen.resolved).any():
             found[key] = tuple(
-                (low, np.inf if slip < text.resolved else high) for (low, high), slip in zip(limits, slips, strict=True)
+                (low, np.inf if slip < seen.resolved else high) for (low, high), slip in zip(limits, slips, strict=True)
             )
             notices.append(
                 Notice(
                     f"{key[1]} is a lower bound: its spring gives way within {readable(float(slips.min()), length)}, "
-                    f"and after a reversal the motion is seen again {readable(text.resolved, length)} later (the "
+                    f"and after a reversal the motion is seen again {readable(seen.resolved, length)} later (the "
                     f"encoder's step, and {SAMPLES} samples); log slower, or with a finer encoder",
                     "stiffness-unresolved", "wrong",
                 )

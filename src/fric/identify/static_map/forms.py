@@ -20,7 +20,7 @@ CLEARLY = 0.8
 FEWEST = 8
 """Strokes from which on a richer form is asked for."""
 
-TOLD = {
+DESCRIPTIONS = {
     "stribeck": "by eq. (2)",
     "coulomb": "without its fall",
     "delta": "with delta free",
@@ -63,7 +63,7 @@ class HeldOut:
 
     def as_dict(self) -> dict[str, float]:
         """Return the errors of all that was tried [N], by what it is called."""
-        return {text: self[form] for form, text in TOLD.items() if form in self.errors} | self.also
+        return {text: self[form] for form, text in DESCRIPTIONS.items() if form in self.errors} | self.also
 
 
 def left_out_errors(problem: StribeckProblem, solution: Solution) -> Real:

@@ -151,10 +151,10 @@ def directions_differ(fit: MapFit, motion: Motion) -> list[str]:
     most = float(np.max(np.abs(even @ found * problem.standard_error)))
     if fdtrc(2, n, ratio) > DIFFERENT or most < 0.01 * float(np.median(np.abs(problem.F))):
         return []
-    size_told = readable(2 * most, si_unit("force", motion), 2)
+    difference = readable(2 * most, si_unit("force", motion), 2)
     return [
         Notice(
-            f"the directions differ by more than an offset, by up to {size_told}: this map is that of neither. "
+            f"the directions differ by more than an offset, by up to {difference}: this map is that of neither. "
             "Identify again with --direction each, and with --load where you know the weight.",
             "directions-differ", "wrong",
         )

@@ -209,7 +209,7 @@ def identify_static(
         fit, negative = _wider(fit, 0.5 * step), negative and _wider(negative, 0.5 * step)
     warnings += _flaws(strokes, place, fit, taken_off=any(p.over_position for p in points))
     method = (
-        f"{fit.form_told(motion, forms)}; separable least squares; weights {weights}; average {average}; "
+        f"{fit.describe_form(motion, forms)}; separable least squares; weights {weights}; average {average}; "
         f"direction {'each' if negative else 'both'}"
         + ("; what comes again at the same places taken off" if any(p.over_position for p in points) else "")
         + "; 95 % intervals by profile likelihood"

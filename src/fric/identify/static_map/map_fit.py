@@ -99,7 +99,7 @@ class MapFit:
         known = {name: value for name, value in self.solution.theta.items() if name != "offset"}
         return StaticMap(**known | {"sigma": max(known["sigma"], 0.0)})
 
-    def form_told(self, motion: Motion, held_out: HeldOut | None = None) -> str:
+    def describe_form(self, motion: Motion, held_out: HeldOut | None = None) -> str:
         """Say which form the map has, and why: how well others do, of this map or as given."""
         form = "eq. (2)" if self.problem.fall else "Coulomb plus viscous friction"
         form += " with delta free" if "delta" in self.problem.free else ""

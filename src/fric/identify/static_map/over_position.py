@@ -39,13 +39,13 @@ class Profile:
 
     def __init__(self, strokes: Sequence[tuple[int, Log, Segment]], points: Sequence[SpeedPoint]) -> None:
         self.numbers = [number for number, *_ in strokes]
-        ways = [log.require("position", "a force over position")[s.start : s.stop] for _, log, s in strokes]
-        low, high = min(z.min() for z in ways), max(z.max() for z in ways)
+        travels = [log.require("position", "a force over position")[s.start : s.stop] for _, log, s in strokes]
+        low, high = min(z.min() for z in travels), max(z.max() for z in travels)
         edges = np.linspace(low, high, FINER * PLACES + 1)
         level = float(np.median([abs(points[number].force) for number in self.numbers])) or 1.0
         normal, right, self._means = [], [], []
         covered = np.zeros(PLACES + 1)
-        for (number, log, segment), z in zip(strokes, ways, strict=True):
+        for (number, log, segment), z in zip(strokes, travels, strict=True):
             cell = np.clip(np.digitize(z, edges) - 1, 0, len(edges) - 2)
             count = np.bincount(cell, minlength=len(edges) - 1)
             there = np.flatnonzero(count)
@@ -140,9 +140,9 @@ def without_places(
     profile = Profile(strokes, points)
     if asked == "on":
         return *profile.taken_off(points), {}
-    both_ways = len({np.sign(p.velocity) for p in points}) == 2
+    both_directions = len({np.sign(p.velocity) for p in points}) == 2
     (plain, raw), (fitted, placed) = (
-        solving(some, with_offset=both_ways and offset_open) for some in (points, profile.held_out(points))
+        solving(some, with_offset=both_directions and offset_open) for some in (points, profile.held_out(points))
     )
     both = plain.kept & fitted.kept
     as_logged, without = raw.errors[raw.form][both[plain.kept]], placed.errors[placed.form][both[fitted.kept]]

@@ -48,11 +48,11 @@ def table_points(tables: Sequence[ForceVelocity], plant: Plant | None = None) ->
         if still := int(np.count_nonzero(table.velocity == 0.0)):
             text = f"{still} rows of '{table.name}' are at rest, where friction has no one value: they are left out"
             notices.append(Notice(text, "rows-at-rest", "note"))
-        notices += _errors_told(table)
+        notices += _error_notices(table)
     return points, notices
 
 
-def _errors_told(table: ForceVelocity) -> list[Notice]:
+def _error_notices(table: ForceVelocity) -> list[Notice]:
     if table.error is not None:
         return []
     if table.deviation is None:

@@ -118,7 +118,7 @@ def settled_points(
             points[one.number], force=points[one.number].force + mean.value - average(force, method).value,
             standard_error=float(np.hypot(mean.standard_error, error)), settled=False,
         )  # fmt: skip
-    return found, together, [_told(taken[worth], number[worth], shared, points, motion)]
+    return found, together, [_notice(taken[worth], number[worth], shared, points, motion)]
 
 
 class _Shared(NamedTuple):
@@ -158,7 +158,7 @@ def _shared(known: Sequence[_Stroke]) -> _Shared | None:
     return _Shared(log_C, max(plain, among) ** 0.5, chi2**0.5)
 
 
-def _told(
+def _notice(
     taken: Real, number: NDArray[np.int_], shared: _Shared, points: Sequence[SpeedPoint], motion: Motion
 ) -> Notice:
     speeds = sorted(abs(points[n].velocity) for n in number)
@@ -175,8 +175,8 @@ def _told(
 
 
 def _batched(points: Sequence[SpeedPoint], strokes: Sequence[tuple[int, Log, Segment]]) -> list[_Stroke]:
-    ways = [[p.force for p in points if p.velocity * sense > 0] for sense in (1, -1)]
-    offset = sum(float(np.median(way)) for way in ways) / 2 if all(ways) else 0.0
+    levels = [[p.force for p in points if p.velocity * sense > 0] for sense in (1, -1)]
+    offset = sum(float(np.median(level)) for level in levels) / 2 if all(levels) else 0.0
     found = []
     for number, log, segment in strokes:
         n = segment.stop - segment.onset
