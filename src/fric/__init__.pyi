@@ -48,6 +48,7 @@ from .results.diagnose import DiagnosisResult as DiagnosisResult
 from .results.diagnose import diagnose as diagnose
 from .results.example import ExampleResult as ExampleResult
 from .results.example import example as example
+from .results.experiment import experiment as experiment
 from .results.export import ExportResult as ExportResult
 from .results.export import export_axis as export_axis
 from .results.formats import FormatsResult as FormatsResult
@@ -76,7 +77,6 @@ from .results.plant import PlantResult as PlantResult
 from .results.plant import identify_plant as identify_plant
 from .results.records import InspectionResult as InspectionResult
 from .results.records import Records as Records
-from .results.records import experiment as experiment
 from .results.records import inspect as inspect
 from .results.records import read as read
 from .results.static import StaticResult as StaticResult
