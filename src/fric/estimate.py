@@ -41,6 +41,17 @@ class Estimate:
     assumed: bool = False
     source: str = ""
 
+    @classmethod
+    def around(cls, value: float, unit: str, half_width: float, *, source: str = "") -> Estimate:
+        """Return a value with a 95 % interval of the same half-width to either side."""
+        return cls(value, unit, (value - half_width, value + half_width), source=source)
+
+    @property
+    def half_width(self) -> float:
+        """Half the width of the 95 % interval of one number; 0 of a number without one."""
+        low, high = self.ci95 or (0.0, 0.0)
+        return 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
+
     def __float__(self) -> float:
         if isinstance(self.value, tuple):
             raise TypeError(f"{len(self.value)} values in {self.unit} are not one number")

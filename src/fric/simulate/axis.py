@@ -102,19 +102,7 @@ def run_axis(
         commands = arguments[-1]._replace(friction=np.ascontiguousarray(against, float))
         arguments = (*arguments[:-1], commands)
     traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))
-    return Trace(
-        time=reference.time,
-        reference=reference.position,
-        position=traces.position,
-        measured=traces.measured,
-        velocity=traces.velocity,
-        input=traces.input,
-        friction=traces.friction,
-        feedforward=traces.feedforward,
-        disturbance=traces.disturbance,
-        saturated=saturated,
-        sensed=traces.sensed,
-    )
+    return Trace(time=reference.time, reference=reference.position, saturated=saturated, **traces._asdict())
 
 
 def _loop_arguments(

@@ -58,7 +58,7 @@ class Geometry:
         n = self.names.index(name)
         half_width = float(stdtrit(max(self.freedom, 1), 0.975)) * float(np.sqrt(self.covariance[n, n])) * abs(scale)
         value = offset + scale * float(self.values[n])
-        return Estimate(value, unit, (value - half_width, value + half_width))
+        return Estimate.around(value, unit, half_width)
 
     def estimates(self, tests: Sequence[MeasuredCircle], both: bool) -> dict[str, Estimate]:
         """Return the geometry with its intervals."""

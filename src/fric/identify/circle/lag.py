@@ -40,7 +40,7 @@ def lags(tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], fi
         half_width = float(stdtrit(sum(freedom), 0.975)) * float(np.linalg.norm(errors)) / len(tests)
         if len(tests) == 1 and tests[0].test.instrument != "encoders":
             half_width = inf
-        found[name] = Estimate(value, "s", (value - half_width, value + half_width))
+        found[name] = Estimate.around(value, "s", half_width)
     return found
 
 

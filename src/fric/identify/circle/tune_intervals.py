@@ -82,7 +82,7 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
             for sign in (1, -1)
         ]
         static, negative = sided[0], sided[1]
-    static["offset"] = Estimate(load, "N", (load - error, load + error))
+    static["offset"] = Estimate.around(load, "N", error)
     gms = {name: sections[name] for name in ("alpha", "k", "C")}
     of_plant = {
         "A": Estimate(plant.A, "1/s", within("A", plant.A) if plant.A > 0 else None),

@@ -128,7 +128,7 @@ def force_constant(
     )
     if filtered:  # of a filter, continuous or of samples, and of which rate, is not told: the lag bears a little of it
         half_width_lag = float(np.hypot(half_width_lag, FORM / sampling))
-    late = Estimate(lag, si_unit("time", motion), (lag - half_width_lag, lag + half_width_lag))
+    late = Estimate.around(lag, si_unit("time", motion), half_width_lag)
     corner = None
     if filtered:
         T_low, T_high = (float(values[2] + side * half[2]) for side in (-1, 1))
@@ -155,8 +155,7 @@ def _measured(log: Log, period: float | None, segment: float | None) -> Measured
 
 
 def _matters(lag: Estimate, sampling: float) -> bool:
-    low, high = lag.ci95 or (0.0, 0.0)
-    return abs(float(lag)) > max(DESCRIBED / sampling, 0.5 * (float(high) - float(low)))  # type: ignore[arg-type]
+    return abs(float(lag)) > max(DESCRIBED / sampling, lag.half_width)
 
 
 def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Motion) -> list[str]:
@@ -182,19 +181,13 @@ def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Mot
         )
         return []
     found = float(estimates["K_f"]) / float(B)
-    if abs(found / mass - 1) <= max(DIFFERS, float(np.hypot(_relative(estimates["K_f"]), _relative(B)))):
+    relative = [one.half_width / float(one) for one in (estimates["K_f"], B)]
+    if abs(found / mass - 1) <= max(DIFFERS, float(np.hypot(relative[0], relative[1]))):
         return []
-    return [
-        Notice(
-            f"K_f/B is {found:.4g} {unit}, and the moving mass was stated as {mass:.4g} {unit}: the scale of force, "
-            "input or position is wrong, or the mass", "mass-differs", "wrong",
-        )
-    ]  # fmt: skip
-
-
-def _relative(estimate: Estimate) -> float:
-    low, high = estimate.ci95 or (float(estimate), float(estimate))
-    return 0.5 * (float(high) - float(low)) / float(estimate)  # type: ignore[arg-type]
+    return [Notice(
+        f"K_f/B is {found:.4g} {unit}, and the moving mass was stated as {mass:.4g} {unit}: the scale of force, "
+        "input or position is wrong, or the mass", "mass-differs", "wrong",
+    )]  # fmt: skip
 
 
 def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> list[str]:
@@ -203,10 +196,8 @@ def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> l
     samples = float(lag) * sampling
     how = f", {readable(float(corner), 'Hz')} of it a filter's corner" if corner is not None else ""
     sense = "later" if samples > 0 else "earlier"
-    return [
-        Notice(
-            f"the force is logged {readable(abs(float(lag)), 's')} ({abs(samples):.2g} samples) {sense} than the "
-            f"input{how}: K_f allows for it, and what takes this plant moves the force back by it",
-            "force-lags", "note",
-        )
-    ]  # fmt: skip
+    return [Notice(
+        f"the force is logged {readable(abs(float(lag)), 's')} ({abs(samples):.2g} samples) {sense} than the "
+        f"input{how}: K_f allows for it, and what takes this plant moves the force back by it",
+        "force-lags", "note",
+    )]  # fmt: skip

@@ -21,7 +21,6 @@ from fric.identify.plant.response_lines import Lines, select
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.sampling import evened
 from fric.log import FrequencyResponse, Log
-from fric.notice import Notice
 from fric.threads import one_blas_thread
 
 APART = 0.05
@@ -110,8 +109,8 @@ def identify_plant(
         low, high = transport.ci95 or (0.0, 0.0)
         half = 0.5 / rate
         transport = replace(transport, value=float(transport) - half, ci95=(low - half, high - half))  # type: ignore[operator]
-    notices = described(fits, solution, influence, estimates, rate)
-    if {("A-open", "doubt"), ("A-holds-friction", "wrong")} <= {(n.code, n.severity) for n in map(Notice.of, notices)}:
+    notices = list(described(fits, solution, influence, estimates, rate))
+    if {("A-open", "doubt"), ("A-holds-friction", "wrong")} <= {(n.code, n.severity) for n in notices}:
         # what is left of it is friction: strokes show all that is viscous, where no damping is taken off them
         high = float(estimates["A"]) + float(solution.half_widths()[0])
         estimates["A"] = replace(estimates["A"], value=0.0, ci95=(0.0, high), assumed=True)
@@ -189,7 +188,7 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
     split = replace(split, covariance=split.covariance * alike + np.outer(rest, rest) / quantile**2)
     half_width = quantile * deviation * float(np.sqrt(alike))
     length = "rad" if fits[0].measured.table.motion == "rotary" else "m"
-    coulomb = Estimate(value, f"{length}/s^2", (value - half_width, value + half_width))
+    coulomb = Estimate.around(value, f"{length}/s^2", half_width)
     differs = abs(value) > float(stdtrit(split.freedom, (1 + SURE) / 2)) * deviation
     found = FrictionInfluence(gains, seen, half, differs=differs, compared=True, coulomb=coulomb)
     return (split if differs and value > 0 else together), found

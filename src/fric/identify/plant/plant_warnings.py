@@ -1,6 +1,6 @@
 """What a fit of eq. (1) to frequency responses cannot tell, or is off by, in words."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -24,8 +24,8 @@ QUIET = 20.0
 def described(
     fits: Sequence[ResponseFit], solution: Solution, friction: FrictionInfluence, estimates: dict[str, Estimate],
     hold: float | None,
-) -> list[str]:  # fmt: skip
-    """Return the warnings of a fit.
+) -> Iterator[Notice]:  # fmt: skip
+    """Yield the warnings of a fit.
 
     Parameters
     ----------
@@ -40,44 +40,35 @@ def described(
     hold
         Sampling rate of the hold [Hz].
     """
-    warnings: list[str] = []
     for fit in fits:
         name = fit.measured.table.name
-        warnings += [_named(name, warning) for warning in fit.measured.warnings]
-        warnings += _of_lines(name, fit)
-    warnings += _of_mode(solution) + _of_friction(fits, friction, estimates)
+        yield from (_named(name, warning) for warning in fit.measured.warnings)
+        yield from _of_lines(name, fit)
+    yield from _of_mode(solution)
+    yield from _of_friction(fits, friction, estimates)
     if float(estimates["A"]) <= float(solution.half_widths()[0]):
         lowest = min(float(fit.measured.table.frequency[fit.used].min()) for fit in fits)
-        warnings.append(
-            Notice(
-                "A is not told from 0: excite below its corner (the lowest frequency used is "
-                f"{lowest:.3g} Hz), and harder; where friction is in it too, 0 is assumed, and strokes tell what is "
-                "viscous as sigma", "A-open", "doubt",
-            )
+        yield Notice(
+            "A is not told from 0: excite below its corner (the lowest frequency used is "
+            f"{lowest:.3g} Hz), and harder; where friction is in it too, 0 is assumed, and strokes tell what is "
+            "viscous as sigma", "A-open", "doubt",
         )  # fmt: skip
     edge = 0.5 / hold if hold else 0.0
     if float(estimates["T_d"]) <= edge * (1 + 1e-6):
-        warnings.append(
-            Notice(
-                f"T_d ended at its bound, {'the hold alone' if hold else 'zero'}: input and position are not logged at "
-                "one instant, or the response is not behind the hold that is assumed (--hold)", "T_d-at-bound", "doubt",
-            )
+        yield Notice(
+            f"T_d ended at its bound, {'the hold alone' if hold else 'zero'}: input and position are not logged at "
+            "one instant, or the response is not behind the hold that is assumed (--hold)", "T_d-at-bound", "doubt",
         )  # fmt: skip
-    warnings.append(
-        Notice(
-            "A holds the guideway's viscous friction, over the moving mass, besides the drive's own damping",
-            "A-holds-viscous", "note",
-        )
+    yield Notice(
+        "A holds the guideway's viscous friction, over the moving mass, besides the drive's own damping",
+        "A-holds-viscous", "note",
     )  # fmt: skip
     if "K_f" not in estimates:
-        warnings.append(
-            Notice(
-                "K_f is not known: no record has force and input both; give strokes beside it that have, or "
-                "--force-constant",
-                "K_f-missing", "note",
-            )
+        yield Notice(
+            "K_f is not known: no record has force and input both; give strokes beside it that have, or "
+            "--force-constant",
+            "K_f-missing", "note",
         )  # fmt: skip
-    return warnings
 
 
 def _named(name: str, warning: str) -> Notice:
@@ -85,15 +76,12 @@ def _named(name: str, warning: str) -> Notice:
     return Notice(f"{name}: {notice}", notice.code, notice.severity)
 
 
-def _of_lines(name: str, fit: ResponseFit) -> list[str]:
-    warnings: list[str] = []
+def _of_lines(name: str, fit: ResponseFit) -> Iterator[Notice]:
     if fit.stand_off:
         lines = ", ".join(f"{f:.4g}" for f in fit.stand_off[:8]) + (", …" if len(fit.stand_off) > 8 else "")
-        warnings.append(
-            Notice(
-                f"{name}: {len(fit.stand_off)} lines stand off all others and are left out, as friction's harmonics at "
-                f"lines that are not driven do ({lines} Hz)", "lines-stand-off", "note",
-            )
+        yield Notice(
+            f"{name}: {len(fit.stand_off)} lines stand off all others and are left out, as friction's harmonics at "
+            f"lines that are not driven do ({lines} Hz)", "lines-stand-off", "note",
         )  # fmt: skip
     if fit.solution.misfit > 0:
         f = fit.measured.table.frequency[fit.used]
@@ -105,54 +93,47 @@ def _of_lines(name: str, fit: ResponseFit) -> list[str]:
             if size >= FALSE
             else ""
         )
-        warnings.append(
-            Notice(
-                f"{name}: eq. (1) leaves {100 * size:.2g} % that noise does not explain, most at {worst:.4g} Hz; the "
-                f"intervals allow for it{hint}", "response-misfit", severity,
-            )
+        yield Notice(
+            f"{name}: eq. (1) leaves {100 * size:.2g} % that noise does not explain, most at {worst:.4g} Hz; the "
+            f"intervals allow for it{hint}", "response-misfit", severity,
         )  # fmt: skip
-    return warnings
 
 
-def _of_mode(solution: Solution) -> list[str]:
+def _of_mode(solution: Solution) -> Iterator[Notice]:
     mode = solution.form.resonance(solution.values)
     if mode is None:
-        return []
+        return
     where = f"with {mode.ratio:.0%} of the moving mass " if mode.encoder == "motor" else ""
-    found = [
-        Notice(
-            f"a second mass is seen from the {mode.encoder}: a resonance at {readable(mode.frequency, 'Hz')} {where}"
-            f"on a spring; A and B are those of the rigid axis below it", "second-mass", "note",
-        )
-    ]  # fmt: skip
+    yield Notice(
+        f"a second mass is seen from the {mode.encoder}: a resonance at {readable(mode.frequency, 'Hz')} {where}"
+        f"on a spring; A and B are those of the rigid axis below it", "second-mass", "note",
+    )  # fmt: skip
     if mode.encoder == "motor":
-        found.append(
-            Notice(
-                "the encoder on the motor does not see the spring stretch: stiffnesses and C that it shows in "
-                "pre-sliding hold the spring in series with friction. Measure at the table for friction alone",
-                "spring-in-series", "wrong",
-            )
+        yield Notice(
+            "the encoder on the motor does not see the spring stretch: stiffnesses and C that it shows in "
+            "pre-sliding hold the spring in series with friction. Measure at the table for friction alone",
+            "spring-in-series", "wrong",
         )  # fmt: skip
-    return list(found)
 
 
-def _of_friction(fits: Sequence[ResponseFit], friction: FrictionInfluence, estimates: dict[str, Estimate]) -> list[str]:
+def _of_friction(
+    fits: Sequence[ResponseFit], friction: FrictionInfluence, estimates: dict[str, Estimate]
+) -> Iterator[Notice]:
     gains = friction.gains
     if friction.differs and friction.coulomb is not None:
         if float(friction.coulomb) < 0:
             text = "A rises with the amplitude, which Coulomb friction does not do; the records differ in another way"
-            return [Notice(text, "amplitudes-disagree", "doubt")]
-        return [
-            Notice(
-                f"friction is seen: A is {friction.seen.min():.4g} to {friction.seen.max():.4g} 1/s at these "
-                f"amplitudes; without the describing function of a Coulomb friction of {float(friction.coulomb):.3g} "
-                f"{friction.coulomb.unit} times the moving mass it is {float(estimates['A']):.4g} 1/s",
-                "friction-in-response",
-                "note",
-            )
-        ]
+            yield Notice(text, "amplitudes-disagree", "doubt")
+            return
+        yield Notice(
+            f"friction is seen: A is {friction.seen.min():.4g} to {friction.seen.max():.4g} 1/s at these amplitudes; "
+            f"without the describing function of a Coulomb friction of {float(friction.coulomb):.3g} "
+            f"{friction.coulomb.unit} times the moving mass it is {float(estimates['A']):.4g} 1/s",
+            "friction-in-response", "note",
+        )  # fmt: skip
+        return
     if friction.compared or not np.any(np.nan_to_num(gains) > 0):
-        return []
+        return
     gain = float(np.nanmax(gains))
     B = float(estimates["B"])
     each = f"each volt of Coulomb friction adds {gain * B:.3g} 1/s to it"
@@ -166,12 +147,10 @@ def _of_friction(fits: Sequence[ResponseFit], friction: FrictionInfluence, estim
         if small
         else "log a second amplitude, or excite around a steady motion"
     )
-    return [
-        Notice(
-            f"the axis reverses while it is excited, and A holds friction: {each}; {hint}",
-            "A-holds-friction", "note" if small else "wrong",
-        )
-    ]  # fmt: skip
+    yield Notice(
+        f"the axis reverses while it is excited, and A holds friction: {each}; {hint}",
+        "A-holds-friction", "note" if small else "wrong",
+    )  # fmt: skip
 
 
 def _friction_seen(fit: ResponseFit) -> float | None:

@@ -115,9 +115,9 @@ class Solution:
         half = [float(h) for h in self.half_widths()[:3]]
         B = exp(log_B)
         return {
-            "A": Estimate(A, si_unit("rate", motion), (A - half[0], A + half[0])),
+            "A": Estimate.around(A, si_unit("rate", motion), half[0]),
             "B": Estimate(B, si_unit("acceleration per input", motion), (B * exp(-half[1]), B * exp(half[1]))),
-            "T_d": Estimate(T_d, "s", (T_d - half[2], T_d + half[2])),
+            "T_d": Estimate.around(T_d, "s", half[2]),
         }
 
 

@@ -1,6 +1,6 @@
 """Mass, viscous and Coulomb friction from an ordinary motion, without special excitation."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -141,7 +141,7 @@ def identify_motion(
     half = quantile * np.sqrt(np.diag(covariance))
     units = [_unit(name, channel, motion) for name in names]
     estimates = {
-        name: Estimate(float(v), unit, (float(v - h), float(v + h)))
+        name: Estimate.around(float(v), unit, float(h))
         for name, v, h, unit in zip(names, values, half, units, strict=True)
     }
 
@@ -209,15 +209,15 @@ def _plant(
     gradient = np.zeros(len(values))
     A = float(share @ values[viscous] / M)
     gradient[0], gradient[viscous] = -A / M, share / M
-    half_width_A = quantile * float(np.sqrt(gradient @ covariance @ gradient))
-    found = {"A": Estimate(A, si_unit("rate", motion), (A - half_width_A, A + half_width_A))}
+    found = {
+        "A": Estimate.around(A, si_unit("rate", motion), quantile * float(np.sqrt(gradient @ covariance @ gradient)))
+    }
     k = 1.0 if channel == "input" else None if K_f is None else float(K_f)
     if k is not None:
         B = k / M
         relative = quantile * np.sqrt(covariance[0, 0]) / abs(M)
         if channel == "force" and K_f is not None and isinstance(K_f.ci95, tuple):
-            low, high = K_f.ci95
-            relative = float(np.hypot(relative, (high - low) / 2 / k))  # type: ignore[operator]
+            relative = float(np.hypot(relative, K_f.half_width / k))
         found["B"] = Estimate(
             float(B), si_unit("acceleration per input", motion), (float(B * (1 - relative)), float(B * (1 + relative)))
         )
@@ -231,37 +231,35 @@ def _plant(
 def _warnings(
     records: Sequence[Prepared], estimates: dict[str, Estimate], lag: float, plain: Real,
     honest: Real, K_f: Estimate | None, delay: float | None,
-) -> list[str]:  # fmt: skip
-    warnings: list[str] = []
+) -> Iterator[Notice]:  # fmt: skip
     if lag > 0.3:
-        warnings.append(Notice(
+        yield Notice(
             f"neighbouring residuals are alike (autocorrelation {lag:.2f}): the fit leaves something out, and the "
             f"intervals are up to {np.max(honest / plain):.1f} times those of independent residuals",
             "residuals-alike", "note",
-        ))  # fmt: skip
+        )  # fmt: skip
     speed = np.concatenate([np.abs(one.motion.velocity[one.used]) for one in records])
     resting = float(np.mean(speed < REST * speed.max()))
     if resting > 0.1:
-        warnings.append(Notice(
+        yield Notice(
             f"the axis rests in {resting:.0%} of the samples, where Coulomb friction takes any value: "
             "F_c is drawn towards zero", "axis-rests", "doubt",
-        ))  # fmt: skip
+        )  # fmt: skip
     for name, estimate in estimates.items():
         if (name == "M" or name.startswith(("F_v", "F_c"))) and float(estimate) <= 0:
             text = f"{name} is {float(estimate):.3g} {estimate.unit}, which no axis has; check the force's sign"
-            warnings.append(Notice(text, "not-physical", "wrong"))
-    warnings.append(Notice(
+            yield Notice(text, "not-physical", "wrong")
+    yield Notice(
         "A holds all viscous friction: a motion does not tell the drive's own damping from the guideway's",
         "A-holds-viscous", "note",
-    ))  # fmt: skip
+    )  # fmt: skip
     if delay is None:
-        warnings.append(Notice(
+        yield Notice(
             "T_d is not seen in a motion: half a sample, the hold alone, is assumed; give it with --delay",
             "T_d-assumed", "doubt",
-        ))  # fmt: skip
+        )  # fmt: skip
     if K_f is None:
-        warnings.append(Notice(
+        yield Notice(
             "K_f is not known: no record has force and input both; give it with --force-constant",
             "K_f-missing", "note",
-        ))  # fmt: skip
-    return warnings
+        )  # fmt: skip

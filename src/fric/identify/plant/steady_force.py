@@ -57,7 +57,7 @@ def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate
     error = float(np.sqrt(off @ off / (len(u) - 2) / (level @ level)))
     half_width = float(stdtrit(len(u) - 2, 0.975)) * error
     source = f"mean force over mean input of {len(u)} steady segments"
-    found = Estimate(slope, si_unit("force per input", motion), (slope - half_width, slope + half_width), source=source)
+    found = Estimate.around(slope, si_unit("force per input", motion), half_width, source=source)
     share = float(np.sqrt(off @ off / len(u))) / float(np.ptp(F))
     if share <= BENT:
         return found, ()

@@ -30,7 +30,7 @@ def energy_per_cycle(energies: Real) -> Estimate | None:
         return None
     mean, n = float(energies.mean()), len(energies)
     half = float(stdtrit(n - 1, 0.975) * energies.std(ddof=1) / np.sqrt(n))
-    return Estimate(mean, "J", (mean - half, mean + half))
+    return Estimate.around(mean, "J", half)
 
 
 def drift(values: Real) -> tuple[float, float]:

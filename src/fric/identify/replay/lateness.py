@@ -50,7 +50,7 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
     half = quantile * np.hypot(deviation, [records[n].done.timing for n in cycled])
     unit = si_unit("time", records[0].log.motion)
     return {
-        records[n].name: Estimate(float(value), unit, (float(value - width), float(value + width)))
+        records[n].name: Estimate.around(float(value), unit, float(width))
         for n, value, width in zip(cycled, step, half, strict=False)
     }
 

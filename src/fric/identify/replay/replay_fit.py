@@ -275,7 +275,8 @@ def _described(
     if (of_level := ("static", LEVEL.name)) in within:
         level = Estimate(values["static"][LEVEL.name], "1", within[of_level][0])
     warnings += [*notices, *record_notices(records)]
-    warnings += edges(coordinates, x, seen, covariance) + correlated(coordinates, covariance)
+    warnings += edges(coordinates, x, seen, covariance)
+    warnings += correlated(coordinates, covariance)
     residual = replace(search, weights=None).residual(x)
     force = np.concatenate([record.force[record.used] for record in records])
     rmse = float(np.sqrt(np.mean(residual**2)))

@@ -1,6 +1,6 @@
 """What a fit by replay says of its parameters: intervals, and what the records cannot tell."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -199,32 +199,27 @@ def order(coordinates: Coordinates, values: Mapping[str, Mapping[str, float | tu
     return list(range(coordinates.blocks))
 
 
-def edges(coordinates: Coordinates, x: Real, seen: Mask, covariance: Real) -> list[Notice]:
+def edges(coordinates: Coordinates, x: Real, seen: Mask, covariance: Real) -> Iterator[Notice]:
     """Say which parameters sit at the edge of what was searched, and which blocks are not seen."""
-    warnings = []
     for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
         if not is_seen:
-            warnings.append(
-                Notice(f"the gradient over {c.label} is flat: these records do not tell it", "parameter-untold")
-            )
+            yield Notice(f"the gradient over {c.label} is flat: these records do not tell it", "parameter-untold")
         elif at - c.lower < min(near, 0.02) and c.scale == "ratio":
             text = f"{c.label} is as low as {c.parameter.at_least}: these records show no difference"
-            warnings.append(Notice(text, "parameter-at-bound", "note"))
+            yield Notice(text, "parameter-at-bound", "note")
         elif at - c.lower < near and c.scale == "linear" and c.lower == c.parameter.lower:
-            warnings.append(Notice(f"{c.label} is at its lower bound, {c.lower:g}", "parameter-at-bound", "note"))
+            yield Notice(f"{c.label} is at its lower bound, {c.lower:g}", "parameter-at-bound", "note")
         elif c.scale == "share":
             continue
         elif min(at - c.lower, c.upper - at) < near:
-            warnings.append(Notice(f"{c.label} sits at the edge of what these records could show", "parameter-at-edge"))
-    return warnings
+            yield Notice(f"{c.label} sits at the edge of what these records could show", "parameter-at-edge")
 
 
-def correlated(coordinates: Coordinates, covariance: Real) -> list[Notice]:
+def correlated(coordinates: Coordinates, covariance: Real) -> Iterator[Notice]:
     """Say which two parameters the records hardly tell apart; those of one block among the others are not named."""
     error = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / np.outer(error, error)
-    warnings = []
     for i, first in enumerate(coordinates.free):
         for j, second in enumerate(coordinates.free[:i]):
             if abs(correlation[i, j]) > 0.95 and first.block is None and second.block is None:
@@ -232,5 +227,4 @@ def correlated(coordinates: Coordinates, covariance: Real) -> list[Notice]:
                     f"{second.label} and {first.label} are correlated by {correlation[i, j]:.3f}: these records hardly "
                     "tell them apart"
                 )
-                warnings.append(Notice(text, "parameters-correlated", "note"))
-    return warnings
+                yield Notice(text, "parameters-correlated", "note")

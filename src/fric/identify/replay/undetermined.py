@@ -43,14 +43,11 @@ def opened(
         for key in (key for key in within if key in declared and declared[key].dimension == "velocity"):
             found[key] = tuple((0.0, np.inf) for _ in within[key])  # how friction falls once it slides
         names = " and ".join(name for _, name in forces)
-        notices.append(
-            Notice(
-                f"the records never slide: the force still rises at the reversals, with {seen.slope:.0%} of its mean "
-                f"slope, so {readable(seen.peak, si_unit('force', motion))} is no more than a lower bound of {names}; "
-                "log a larger amplitude",
-                "never-slides", "wrong",
-            )
-        )  # fmt: skip
+        notices.append(Notice(
+            f"the records never slide: the force still rises at the reversals, with {seen.slope:.0%} of its mean "
+            f"slope, so {readable(seen.peak, si_unit('force', motion))} is no more than a lower bound of {names}; "
+            "log a larger amplitude", "never-slides", "wrong",
+        ))  # fmt: skip
     if len(too_coarse(records)) == len(records):
         for key in (key for key in within if key in declared and declared[key].dimension == "stiffness"):
             found[key] = tuple((0.0, np.inf) for _ in within[key])
@@ -65,14 +62,12 @@ def opened(
             found[key] = tuple(
                 (low, np.inf if slip < seen.resolved else high) for (low, high), slip in zip(limits, slips, strict=True)
             )
-            notices.append(
-                Notice(
-                    f"{key[1]} is a lower bound: its spring gives way within {readable(float(slips.min()), length)}, "
-                    f"and after a reversal the motion is seen again {readable(seen.resolved, length)} later (the "
-                    f"encoder's step, and {SAMPLES} samples); log slower, or with a finer encoder",
-                    "stiffness-unresolved", "wrong",
-                )
-            )  # fmt: skip
+            notices.append(Notice(
+                f"{key[1]} is a lower bound: its spring gives way within {readable(float(slips.min()), length)}, "
+                f"and after a reversal the motion is seen again {readable(seen.resolved, length)} later (the "
+                f"encoder's step, and {SAMPLES} samples); log slower, or with a finer encoder",
+                "stiffness-unresolved", "wrong",
+            ))  # fmt: skip
     return found, notices
 
 

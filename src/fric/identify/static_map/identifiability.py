@@ -1,5 +1,6 @@
 """What the data cannot tell about a fitted static map, in words."""
 
+from collections.abc import Iterator
 from math import isinf, log, sqrt
 
 import numpy as np
@@ -32,105 +33,85 @@ def _fall_left(fit: MapFit) -> float:
     return float(np.exp(-((float(np.abs(fit.problem.v).min()) / theta["v_s"]) ** theta["delta"])))
 
 
-def identifiability_warnings(fit: MapFit, motion: Motion) -> list[str]:
+def identifiability_warnings(fit: MapFit, motion: Motion) -> Iterator[Notice]:
     """Say what the data cannot tell about a fitted map."""
     problem, theta = fit.problem, fit.solution.theta
-    notices: list[str] = []
     slowest = readable(float(np.abs(problem.v).min()), si_unit("velocity", motion))
     flat = not problem.fall or theta["F_s"] <= theta["F_c"] * (1 + 1e-9)
     if not problem.fall and "stribeck" in fit.held_out.errors:
         plain, falling = (readable(fit.held_out[form], si_unit("force", motion), 3) for form in ("coulomb", "stribeck"))
-        notices.append(
-            Notice(
-                f"friction is not seen to fall with speed down to {slowest}: Coulomb plus viscous friction predicts "
-                f"strokes that are held out to {plain}, eq. (2) to {falling}. F_s = F_c and v_s are assumed; to see "
-                "the fall log slower strokes, or force it with --form stribeck.", "fall-not-seen", "doubt",
-            )
+        yield Notice(
+            f"friction is not seen to fall with speed down to {slowest}: Coulomb plus viscous friction predicts "
+            f"strokes that are held out to {plain}, eq. (2) to {falling}. F_s = F_c and v_s are assumed; to see "
+            "the fall log slower strokes, or force it with --form stribeck.", "fall-not-seen", "doubt",
         )  # fmt: skip
     elif flat and problem.fall:
-        notices.append(
-            Notice(
-                f"F_s sits at its bound F_c: friction does not fall with speed down to {slowest}; v_s means nothing "
-                "here.",
-                "fall-not-seen", "doubt",
-            )
+        yield Notice(
+            f"F_s sits at its bound F_c: friction does not fall with speed down to {slowest}; v_s means nothing "
+            "here.",
+            "fall-not-seen", "doubt",
         )  # fmt: skip
     elif not flat and any(isinf(limit) or limit == 0.0 for name in ("F_s", "v_s") for limit in _interval(fit, name)):
-        notices.append(
-            Notice(
-                f"the data do not reach the Stribeck range: F_s and v_s are not settled by strokes from {slowest} up. "
-                "Log slower strokes.", "fall-open", "doubt",
-            )
+        yield Notice(
+            f"the data do not reach the Stribeck range: F_s and v_s are not settled by strokes from {slowest} up. "
+            "Log slower strokes.", "fall-open", "doubt",
         )  # fmt: skip
     elif not flat and (seen := _fall_left(fit)) < SEEN:
         lowest = readable(float(fit.static_map.level(np.abs(problem.v).min())), si_unit("force", motion))
-        notices.append(
-            Notice(
-                f"{1 - seen:.0%} of the fall lies below the slowest stroke that was used ({slowest}): F_s is no more "
-                f"than how eq. (2) goes on from {lowest} there. Log slower strokes, or a finer encoder.",
-                "F_s-extrapolated", "wrong",
-            )
+        yield Notice(
+            f"{1 - seen:.0%} of the fall lies below the slowest stroke that was used ({slowest}): F_s is no more "
+            f"than how eq. (2) goes on from {lowest} there. Log slower strokes, or a finer encoder.",
+            "F_s-extrapolated", "wrong",
         )  # fmt: skip
     if not flat and theta["F_c"] <= 0.0:
-        notices.append(
-            Notice(
-                "F_c ends at its bound of 0: the fall reaches beyond the fastest stroke. Log faster strokes, or take "
-                "Coulomb plus viscous friction with --form coulomb.", "F_c-at-bound", "wrong",
-            )
+        yield Notice(
+            "F_c ends at its bound of 0: the fall reaches beyond the fastest stroke. Log faster strokes, or take "
+            "Coulomb plus viscous friction with --form coulomb.", "F_c-at-bound", "wrong",
         )  # fmt: skip
     if (rise := fit.held_out.ages) is not None:
         newton, slow = si_unit("force", motion), float(np.abs(problem.v).min())
         plain, ageing = (readable(fit.held_out[form], newton, 3) for form in ("stribeck", "ages"))
-        notices.append(
-            Notice(
-                f"static friction ages: it grows by {readable(rise * log(10.0), newton, 2)} with each tenfold of the "
-                f"time of contact (errors at strokes held out: {ageing} so, {plain} by eq. (2)). F_s is that of "
-                f"strokes down to {readable(slow, si_unit('velocity', motion))}, and too little for an axis that has "
-                "rested: log strokes as slow as it moves at work, and look at break-away after rests.",
-                "friction-ages", "wrong",
-            )
+        yield Notice(
+            f"static friction ages: it grows by {readable(rise * log(10.0), newton, 2)} with each tenfold of the "
+            f"time of contact (errors at strokes held out: {ageing} so, {plain} by eq. (2)). F_s is that of "
+            f"strokes down to {readable(slow, si_unit('velocity', motion))}, and too little for an axis that has "
+            "rested: log strokes as slow as it moves at work, and look at break-away after rests.",
+            "friction-ages", "wrong",
         )  # fmt: skip
     if fit.left_out:
         unit = si_unit("velocity", motion)
         strokes = ", ".join(f"{p.record} ({readable(p.velocity, unit)})" for p in fit.left_out)
-        notices.append(
-            Notice(
-                f"left out, because they stand off all others: the strokes at {strokes}. Look at their records.",
-                "strokes-left-out", "doubt",
-            )
+        yield Notice(
+            f"left out, because they stand off all others: the strokes at {strokes}. Look at their records.",
+            "strokes-left-out", "doubt",
         )  # fmt: skip
     if fit.standing_off:
         unit, newton = si_unit("velocity", motion), si_unit("force", motion)
         strokes = ", ".join(f"{p.record} ({readable(p.velocity, unit)})" for p, _ in fit.standing_off)
         most = readable(max(by for _, by in fit.standing_off), newton, 2)
-        notices.append(
-            Notice(
-                f"the strokes at {strokes} stand off what all others show by up to {most}, and weigh by that: between "
-                "two counts of its encoder a slow axis may stick and slip unseen. Look at their records.",
-                "strokes-stand-off", "note",
-            )
+        yield Notice(
+            f"the strokes at {strokes} stand off what all others show by up to {most}, and weigh by that: between "
+            "two counts of its encoder a slow axis may stick and slip unseen. Look at their records.",
+            "strokes-stand-off", "note",
         )  # fmt: skip
-    notices += _correlations(fit, without=("v_s", "delta") if flat else ())
+    yield from _correlations(fit, without=("v_s", "delta") if flat else ())
     own = problem.standard_error**2 - fit.between**2  # of each stroke's noise, which may be lost beside the scatter
     single_scatter = float(np.sum(fit.residual**2 / own)) if own.min() > 0 else np.inf
     if fit.between and chdtrc(problem.degrees_of_freedom, single_scatter) < 0.01:
         spread = readable(fit.between, si_unit("force", motion), 2)
         text = f"strokes scatter by {spread} beyond their own noise; weights and intervals allow for it."
-        notices.append(Notice(text, "strokes-scatter", "note"))
-    notices += directions_differ(fit, motion)
+        yield Notice(text, "strokes-scatter", "note")
+    yield from directions_differ(fit, motion)
     visible = fit.rmse > 1e-6 * float(np.abs(problem.F).max())
     if visible and _patterned(problem.v, fit.residual / problem.standard_error):
-        notices.append(
-            Notice(
-                "the residuals are not noise, they follow the speed: eq. (2) does not describe these strokes wholly; "
-                "`method` in the file tells which forms were tried. Look at the figure.",
-                "residuals-follow-speed", "doubt",
-            )
+        yield Notice(
+            "the residuals are not noise, they follow the speed: eq. (2) does not describe these strokes wholly; "
+            "`method` in the file tells which forms were tried. Look at the figure.",
+            "residuals-follow-speed", "doubt",
         )  # fmt: skip
-    return notices
 
 
-def directions_differ(fit: MapFit, motion: Motion) -> list[str]:
+def directions_differ(fit: MapFit, motion: Motion) -> list[Notice]:
     """Say where the directions differ by more than an offset: half their sum then changes with speed."""
     problem, v = fit.problem, np.abs(fit.problem.v)
     n = len(v) - len(problem.free) - 2
@@ -152,13 +133,11 @@ def directions_differ(fit: MapFit, motion: Motion) -> list[str]:
     if fdtrc(2, n, ratio) > DIFFERENT or most < 0.01 * float(np.median(np.abs(problem.F))):
         return []
     difference = readable(2 * most, si_unit("force", motion), 2)
-    return [
-        Notice(
-            f"the directions differ by more than an offset, by up to {difference}: this map is that of neither. "
-            "Identify again with --direction each, and with --load where you know the weight.",
-            "directions-differ", "wrong",
-        )
-    ]  # fmt: skip
+    return [Notice(
+        f"the directions differ by more than an offset, by up to {difference}: this map is that of neither. "
+        "Identify again with --direction each, and with --load where you know the weight.",
+        "directions-differ", "wrong",
+    )]  # fmt: skip
 
 
 def _interval(fit: MapFit, name: str) -> Interval:
@@ -168,7 +147,7 @@ def _interval(fit: MapFit, name: str) -> Interval:
     return low, high
 
 
-def _correlations(fit: MapFit, without: tuple[str, ...]) -> list[str]:
+def _correlations(fit: MapFit, without: tuple[str, ...]) -> list[Notice]:
     size = np.sqrt(np.diag(fit.covariance))
     free = fit.problem.free
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -194,7 +173,7 @@ def _patterned(v: Real, residual: Real) -> bool:
     return (ratio - 2.0) / sqrt(4.0 * (n - 2) / (n**2 - 1)) < -2.33
 
 
-def damping_warning(fit: MapFit, plant: Plant, motion: Motion) -> list[str]:
+def damping_warning(fit: MapFit, plant: Plant, motion: Motion) -> list[Notice]:
     """Say when more than the drive's own damping was taken off with a plant, or all viscous friction with it.
 
     A response shows the sum of both in A; sigma is then what is left of it, and 0 within its error.

@@ -182,24 +182,20 @@ def identify_static(
             for own, sense in ((positive, 1.0), (mirrored, -1.0))
         )  # fmt: skip
         for name, one in (("positive", fit), ("negative", negative)):
-            notices = [Notice.of(text) for text in identifiability_warnings(one, motion)]
-            warnings += [Notice(f"{name} direction: {text}", text.code, text.severity) for text in notices]
+            notices = identifiability_warnings(one, motion)
+            warnings += (Notice(f"{name} direction: {text}", text.code, text.severity) for text in notices)
     else:
         if not (positive and backward) and load is None:
-            warnings.append(
-                Notice(
-                    "only one direction was measured: an offset of the force channel cannot be told from Coulomb "
-                    "friction, and 0 is assumed. Log strokes in both directions.", "one-direction", "doubt",
-                )
-            )  # fmt: skip
+            warnings.append(Notice(
+                "only one direction was measured: an offset of the force channel cannot be told from Coulomb "
+                "friction, and 0 is assumed. Log strokes in both directions.", "one-direction", "doubt",
+            ))  # fmt: skip
         elif plant is None and load is None and _turned(positive, backward):
-            warnings.append(
-                Notice(
-                    "forward strokes took less force than backward ones: by these signs friction drives the axis, and "
-                    "this map means nothing. Turn the force's `sign:` in the mapping and ingest again.",
-                    "force-turned", "wrong",
-                )
-            )  # fmt: skip
+            warnings.append(Notice(
+                "forward strokes took less force than backward ones: by these signs friction drives the axis, and "
+                "this map means nothing. Turn the force's `sign:` in the mapping and ingest again.",
+                "force-turned", "wrong",
+            ))  # fmt: skip
         if known is not None:
             fit = replace(fit, estimates=dict(fit.estimates) | {"offset": known})
         if plant is not None:
@@ -240,8 +236,7 @@ def _stated(load: float | None, motion: Motion) -> Estimate | None:
 
 def _with_shared(fit: MapFit, offset: Estimate) -> MapFit:
     """Return a direction's map with the shared offset, its error in that of the levels."""
-    low, high = offset.ci95 or (0.0, 0.0)  # none where it was stated
-    wider = _wider(fit, 0.5 * (float(high) - float(low)))  # type: ignore[arg-type]
+    wider = _wider(fit, offset.half_width)
     return replace(wider, estimates=dict(wider.estimates) | {"offset": offset})
 
 
@@ -261,8 +256,7 @@ def _flaws(
     strokes: Sequence[tuple[int, Log, Segment]], place: OverPlace | None, fit: MapFit, *, taken_off: bool
 ) -> list[Notice]:
     """Return what is amiss with the strokes, held against the map that was fitted to them."""
-    limits = [fit.estimates[name].ci95 or (0.0, 0.0) for name in ("F_c", "offset") if name in fit.estimates]
-    half = min(0.5 * (high - low) for low, high in limits)  # type: ignore[operator]
+    half = min(fit.estimates[name].half_width for name in ("F_c", "offset") if name in fit.estimates)
     level = float(np.median(np.abs(fit.problem.F)))
     both = [(log, segment) for _, log, segment in strokes]
     return stroke_flaws(both, place, force=level, half_width=half, taken_off=taken_off)
@@ -286,7 +280,7 @@ def _one_speed(points: Sequence[SpeedPoint], motion: Motion) -> tuple[dict[str, 
     half = max(1.96 * within, float(stdtrit(len(F) - 1, 0.975)) * across if len(F) > 1 else 0.0)
     at_speed = {
         "velocity": Estimate(speed, si_unit("velocity", motion)),
-        "force": Estimate(value, si_unit("force", motion), (value - half, value + half)),
+        "force": Estimate.around(value, si_unit("force", motion), half),
     }
     words = readable(speed, si_unit("velocity", motion))
     text = f"one speed alone was logged ({words}): the friction there is given, and no map."

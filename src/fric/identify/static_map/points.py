@@ -68,24 +68,20 @@ def stroke_points(
             hint="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
         )  # fmt: skip
     if without:
-        warnings.append(
-            Notice(
-                f"{len(without)} of {len(stated or logs)} records give no stroke: {'; '.join(without)}",
-                "records-without-stroke", "doubt" if 4 * len(without) > len(stated or logs) else "note",
-            )
-        )  # fmt: skip
+        warnings.append(Notice(
+            f"{len(without)} of {len(stated or logs)} records give no stroke: {'; '.join(without)}",
+            "records-without-stroke", "doubt" if 4 * len(without) > len(stated or logs) else "note",
+        ))  # fmt: skip
     unit = si_unit("velocity", records[0].motion)
     swinging = sorted({abs(p.velocity) for p in points if p.swing})
     if swinging:
         most = max(p.swing for p in points)
-        warnings.append(
-            Notice(
-                f"the velocity of {sum(p.swing > 0 for p in points)} strokes swings by up to {most:.0%} (rms) between "
-                f"{readable(swinging[0], unit)} and {readable(swinging[-1], unit)}: what averaging over a falling "
-                "curve does to their forces is allowed for" + ("; some stick and slip" if most > STICKS else ""),
-                "strokes-swing", "doubt" if most > STICKS else "note",
-            )
-        )  # fmt: skip
+        warnings.append(Notice(
+            f"the velocity of {sum(p.swing > 0 for p in points)} strokes swings by up to {most:.0%} (rms) between "
+            f"{readable(swinging[0], unit)} and {readable(swinging[-1], unit)}: what averaging over a falling "
+            "curve does to their forces is allowed for" + ("; some stick and slip" if most > STICKS else ""),
+            "strokes-swing", "doubt" if most > STICKS else "note",
+        ))  # fmt: skip
     return sorted(points, key=lambda point: point.velocity), warnings
 
 
