@@ -10,8 +10,7 @@ from fric.friction import models
 from fric.identify.records.inspection import inspect
 from fric.identify.records.judgement import too_coarse
 from fric.identify.records.prepared import prepared
-from fric.identify.replay.compare import compare_models
-from fric.identify.replay.near_reversals import near_reversals, presliding_length
+from fric.identify.replay.compare import compare_models, near_reversals, presliding_length
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.hdf5 import read_logs

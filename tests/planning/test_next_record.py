@@ -12,8 +12,8 @@ import fric
 from fric.documents.friction import FrictionDocument
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.records.prepared import prepared
+from fric.identify.replay.coordinates import search_ranges
 from fric.identify.replay.information import replay_information
-from fric.identify.replay.ranges import search_ranges
 from fric.planning.choose import choose
 from fric.planning.plan import Limits
 from fric.results.expected import identified

@@ -11,8 +11,8 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.simulate import cluster
 from fric.simulate.circle import Circle
-from fric.simulate.cluster import cluster_outcomes
 from fric.simulate.monte_carlo import Study, monte_carlo
+from fric.simulate.processes import cluster_outcomes
 
 STUDY = Study(
     read_machine(Path("configs/xy-table.yaml")),

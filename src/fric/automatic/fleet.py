@@ -13,8 +13,7 @@ from fric.automatic.sources import find_sources
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
 from fric.results.diagnose import diagnose
-from fric.simulate.cluster import cluster_outcomes
-from fric.simulate.processes import outcomes
+from fric.simulate.processes import cluster_outcomes, outcomes
 from fric.units import readable
 
 DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")

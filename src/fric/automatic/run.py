@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from fric.automatic.fleet import find_fleet
-from fric.automatic.machine import machine_tree
 from fric.automatic.result import FleetResult, fleet
 from fric.automatic.session import Run, Session, identify_axes, run_apart
 from fric.automatic.sources import Sources, find_sources
-from fric.automatic.steps import circle_step, diagnosis_step, step, trace_step, tune_step
+from fric.automatic.steps import circle_step, diagnosis_step, machine_tree, step, trace_step, tune_step
 from fric.documents.bundled import located
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from fric.apart import run_python
-from fric.automatic.machine import PARTS
 from fric.automatic.sources import Sources
-from fric.automatic.steps import Step, axis_steps, ingest_steps
+from fric.automatic.steps import PARTS, Step, axis_steps, ingest_steps
 from fric.documents.yaml import dump, plain, read_tree, write_document
 from fric.errors import FricError
 from fric.output import staged

@@ -19,9 +19,8 @@ from fric.estimate import Covariance
 from fric.friction.gms import GMS
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.records.prepared import prepared
-from fric.identify.replay.coordinates import Ranges
+from fric.identify.replay.coordinates import Ranges, search_ranges
 from fric.identify.replay.information import replay_information
-from fric.identify.replay.ranges import search_ranges
 from fric.identify.static_map.points import stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log

@@ -19,11 +19,10 @@ from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
 from fric.results.verdict import evidence_of, facts
 from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
-from fric.simulate.cluster import cluster_outcomes
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo, Study, monte_carlo_document
-from fric.simulate.processes import outcomes
+from fric.simulate.processes import cluster_outcomes, outcomes
 from fric.units import readable
 from fric.verdict.candidates import candidates_of
 from fric.verdict.decide import decide

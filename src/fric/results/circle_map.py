@@ -15,10 +15,9 @@ from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
-from fric.simulate.cluster import cluster_outcomes
 from fric.simulate.contour_run import pair
 from fric.simulate.over_circles import CircleMap, Grid
-from fric.simulate.processes import outcomes
+from fric.simulate.processes import cluster_outcomes, outcomes
 from fric.units import readable
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ from fric.documents.circle_findings import TuningDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.tuned import tuned_files, write_tuned
 from fric.estimate import estimate_rows
+from fric.identify.circle.document import tuned_document
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.tune import Tuned, steps_of_tuning
 from fric.identify.circle.tune import tune as refit
-from fric.identify.circle.tune_document import tuned_document
 from fric.io.circle import choose_circles
 from fric.output import refuse_existing, together
 from fric.results.base import Result

@@ -11,7 +11,7 @@ from fric.documents.given_friction import friction_and_load
 from fric.documents.plant import PlantDocument
 from fric.documents.validation import validation_tree
 from fric.errors import FricError
-from fric.identify.records.sampling import even_sampling as sampling_of
+from fric.identify.records.timing import even_sampling as sampling_of
 from fric.log import Log
 from fric.notice import Notice
 from fric.results.base import Result

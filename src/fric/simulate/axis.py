@@ -1,12 +1,17 @@
 """One axis in closed loop along a reference."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import log10
 
 import numpy as np
 
 from fric.arrays import Real
+from fric.control import ControlBlock, Setting
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import NONE, Scheme
+from fric.design.loop import SampledLoop
+from fric.design.repeating import learned_share
 from fric.errors import FricError
 from fric.kernels.block import Commands
 from fric.kernels.loop import Block, Board, closed_loop
@@ -16,8 +21,13 @@ from fric.reference import Reference
 from fric.simulate.blocks import blocks_of, jointly_designed, setting_of
 from fric.simulate.machine import Axis
 from fric.simulate.reality.motion import sensing_of, true_axis
-from fric.simulate.stability import require_stable
 from fric.threads import one_blas_thread
+
+GAINS = np.geomspace(0.95, 1e-3, 140)
+"""Gains at which a loop that is not stable is tried anew, 0.43 dB apart."""
+
+EDGE = 1.0 + 1e-7
+"""Largest eigenvalue that is let pass: an axis that is left alone drifts at 1, and rounding decides on which side."""
 
 
 @dataclass(frozen=True)
@@ -97,10 +107,7 @@ def run_axis(
     FricError
         When the scheme asks for a model or a block that the axis does not have, or the loop is not stable.
     """
-    arguments = _loop_arguments(axis, reference, scheme, excitation, accuracy, began)
-    if against is not None:
-        commands = arguments[-1]._replace(friction=np.ascontiguousarray(against, float))
-        arguments = (*arguments[:-1], commands)
+    arguments = _loop_arguments(axis, reference, scheme, excitation, accuracy, began, against)
     traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))
     return Trace(time=reference.time, reference=reference.position, saturated=saturated, **traces._asdict())
 
@@ -112,6 +119,7 @@ def _loop_arguments(
     excitation: Real | None = None,
     accuracy: float = 0.0,
     began: float = 0.0,
+    against: Real | None = None,
 ) -> tuple[Step, Real, Real, PlantConstants, Board, list[Block], Commands]:
     """Check what is asked of an axis, and return it as the compiled loop reads it."""
     axis = jointly_designed(axis, scheme, reference)
@@ -128,9 +136,12 @@ def _loop_arguments(
     ahead = reference.ahead(setting.lead)
     model = inverse_model(setting.plant, ahead)
     tolerance = velocity_tolerance(accuracy, cascade.K_v * cascade.K_p * plant.B, cascade.T_s)
-    against = np.zeros(len(reference))
-    if setting.friction is not None:
+    if against is not None:
+        against = np.ascontiguousarray(against, float)
+    elif setting.friction is not None:
         against = friction_feedforward(setting.friction, ahead, setting.K_f, setting.gain)
+    else:
+        against = np.zeros(len(reference))
     return (
         step,
         state,
@@ -143,3 +154,51 @@ def _loop_arguments(
             model if excitation is None else model + excitation, against, ahead.position, ahead.velocity,
         ),
     )  # fmt: skip
+
+
+def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, blocks: Sequence[ControlBlock] = ()) -> None:
+    """Raise a `FricError` with the gain margin where the loop of an axis, without friction, is not stable.
+
+    Parameters
+    ----------
+    axis
+        The axis, with its true plant.
+    setting
+        What its controller believes.
+    controller, blocks
+        The blocks of its scheme. Where one of them is not linear the loop has no poles, and is not judged.
+
+    Raises
+    ------
+    FricError
+        When an eigenvalue of the sampled loop is outside the unit circle.
+    """
+    inside = tuple(block for block in blocks if block.in_loop() and not block.repeats)
+    if not all(block.linear for block in (controller, *inside)):
+        return
+    loop = SampledLoop(axis.plant, axis.cascade, inside, controller, setting)
+    largest = float(abs(loop.poles()[0]))
+    if largest < EDGE:
+        for block in blocks:
+            if block.repeats:
+                require_learning(axis, block, loop, setting)
+        return
+    part = "with its observer " if any(block.kind == "observer" for block in blocks) else ""
+    stable_at = (gain for gain in GAINS if replace(loop, plant=replace(axis.plant, B=axis.plant.B * gain)).stable)
+    gain = next(stable_at, None)
+    margin = f"its gain margin is {20 * log10(gain):.1f} dB" if gain else "at no gain"
+    raise FricError(
+        f"the loop of axis {axis.name} {part}is not stable: {margin} (largest eigenvalue {largest:.4f} a sample)",
+        hint="Lower the gains or the observer's cutoff; fric design finds values that hold.",
+    )
+
+
+def require_learning(axis: Axis, block: ControlBlock, loop: SampledLoop, setting: Setting) -> None:
+    """Raise a `FricError` where what a block learns of one period does not shrink in the next."""
+    share, frequency = learned_share(block, loop, setting)
+    if share >= 1.0:
+        raise FricError(
+            f"what '{block.name}' learns on axis {axis.name} grows from period to period, by {share:.3g} at "
+            f"{frequency:.4g} Hz",
+            hint="Lower its cutoff, or identify the plant again: the one that is believed is not the axis' own.",
+        )

@@ -21,7 +21,7 @@ from fric.friction import FrictionModel
 from fric.identify.records.conditioning import Conditioning, filtered_motion, thinned
 from fric.identify.records.force_lag import acting_force, drive_force
 from fric.identify.records.prepared import prepared
-from fric.identify.records.sampling import even_sampling
+from fric.identify.records.timing import even_sampling
 from fric.kernels.block import Commands
 from fric.kernels.loop import Board, closed_loop
 from fric.kernels.plant import PlantConstants

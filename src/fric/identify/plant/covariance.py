@@ -63,6 +63,23 @@ def _andrews(rho: Real, n: int) -> float:
     return float(1.1447 * (alpha * n) ** (1 / 3))
 
 
+def smoother_than_noise(residual: Real, quantile: float) -> bool:
+    """Test whether residuals in their order are smoother than noise, by von Neumann's ratio; never of fewer than 8.
+
+    Parameters
+    ----------
+    residual
+        Residuals, shape (n,).
+    quantile
+        Quantile of the standard normal distribution, below which they are: -2.33 for a level of 1 %.
+    """
+    n = len(residual)
+    if n < 8:
+        return False
+    ratio = float(np.sum(np.diff(residual) ** 2) / max(float(np.sum((residual - residual.mean()) ** 2)), 1e-300))
+    return bool((ratio - 2.0) / np.sqrt(4.0 * (n - 2) / (n**2 - 1)) < quantile)
+
+
 def widened(covariance: Real, *others: Real) -> Real:
     """Return a covariance (p, p) with each deviation as large as in the one of others that has it largest."""
     own, *beside = (np.sqrt(np.maximum(np.diag(one), 0.0)) for one in (covariance, *others))

@@ -8,6 +8,7 @@ from scipy import optimize
 
 from fric.arrays import Complex, Real
 from fric.errors import FricError
+from fric.identify.plant.covariance import smoother_than_noise
 from fric.identify.plant.frequency_response import MeasuredResponse
 from fric.identify.plant.response_lines import COARSEST
 
@@ -61,18 +62,9 @@ def lag_in_band(lines: ForceLines, filtered: bool = True) -> FittedLag:
         part = ForceLines(lines.frequency[used], lines.response[used], lines.deviation[used], lines.correlation)
         fitted = _fit(part, filtered)
         fewer = np.count_nonzero(lines.frequency <= top / 2)
-        if fewer < FEWEST or not (_patterned(fitted.residual[0]) or _patterned(fitted.residual[1])):
+        if fewer < FEWEST or not any(smoother_than_noise(part, -3.09) for part in fitted.residual):
             return fitted
         top /= 2
-
-
-def _patterned(residual: Real) -> bool:
-    """Test whether residuals by frequency are smoother than noise (von Neumann's ratio, 0.1 % level)."""
-    n = len(residual)
-    if n < FEWEST:
-        return False
-    ratio = float(np.sum(np.diff(residual) ** 2) / max(float(np.sum((residual - residual.mean()) ** 2)), 1e-300))
-    return bool((ratio - 2.0) / np.sqrt(4.0 * (n - 2) / (n**2 - 1)) < -3.09)
 
 
 def _fit(lines: ForceLines, filtered: bool) -> FittedLag:

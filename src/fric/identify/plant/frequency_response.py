@@ -22,7 +22,7 @@ from fric.identify.plant.spectra import (
     swept,
 )
 from fric.identify.records.conditioning import butterworth, zero_phase
-from fric.identify.records.sampling import even_sampling
+from fric.identify.records.timing import even_sampling
 from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
 

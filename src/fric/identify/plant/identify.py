@@ -19,7 +19,7 @@ from fric.identify.plant.plant_warnings import described
 from fric.identify.plant.response_fit import Solution, solve
 from fric.identify.plant.response_lines import Lines, select
 from fric.identify.records.flaws import record_flaws
-from fric.identify.records.sampling import evened
+from fric.identify.records.timing import evened
 from fric.log import FrequencyResponse, Log
 from fric.threads import one_blas_thread
 

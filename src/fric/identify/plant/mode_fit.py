@@ -8,8 +8,7 @@ from fric.arrays import Complex, Mask, Real
 from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
 from fric.identify.plant.response_fit import UNDETERMINED, Solution, solve
-from fric.identify.plant.response_lines import Lines
-from fric.identify.plant.response_start import near
+from fric.identify.plant.response_lines import Lines, near
 
 UNLIKE = 0.02
 """Misfit of eq. (1) from which on a second mass is looked for [1]."""

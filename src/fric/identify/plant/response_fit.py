@@ -15,8 +15,7 @@ from fric.drive.resonance import Encoder, Resonance
 from fric.drive.sampled import SampledPlant
 from fric.estimate import Estimate
 from fric.identify.plant.covariance import jackknife, widened
-from fric.identify.plant.response_lines import Lines
-from fric.identify.plant.response_start import near
+from fric.identify.plant.response_lines import Lines, near
 from fric.units import Motion, si_unit
 
 UNDETERMINED = 0.5

@@ -18,7 +18,7 @@ from fric.identify.records.flaws import record_flaws
 from fric.identify.records.force_lag import Drive
 from fric.identify.records.judgement import CONDITION
 from fric.identify.records.prepared import Prepared, prepared
-from fric.identify.records.sampling import even_sampling
+from fric.identify.records.timing import even_sampling
 from fric.log import Log
 from fric.notice import Notice
 from fric.units import Motion, si_unit

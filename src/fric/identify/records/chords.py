@@ -1,6 +1,6 @@
 """Straight pieces of a motion: where position over time keeps to its chord, but for resolution and noise."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +51,24 @@ class Path:
         return float(rise / (self.time[stop - 1] - self.time[start]))
 
 
+def travelled(log: Log) -> Real:
+    """Return the position of a record [m]; where it was not logged, the integral of the velocity from 0; shape (n,)."""
+    if log.position is not None:
+        return log.position
+    v = log.require("velocity", "a motion")
+    return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(log.time))])
+
+
+def require_numbers(log: Log, channels: Mapping[str, Real | None]) -> None:
+    """Raise a `FricError` where a channel holds what is no number."""
+    for name, values in channels.items():
+        if values is not None and not np.isfinite(values).all():
+            raise FricError(
+                f"the {name} is no number at sample {int(np.argmin(np.isfinite(values)))}", where=log.where,
+                hint="Ingest the log again with --bad-cells drop.",
+            )  # fmt: skip
+
+
 def path_of(log: Log) -> Path:
     """Return the position of a record over time, from its velocity where no position was logged.
 
@@ -60,15 +78,7 @@ def path_of(log: Log) -> Path:
         When position, velocity or time is not a number somewhere.
     """
     time = log.time
-    for channel in ("time", "position", "velocity"):
-        values = getattr(log, channel)
-        if values is not None and not np.isfinite(values).all():
-            bad = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise FricError(
-                f"the {channel} is no number at sample {bad}",
-                where=log.where,
-                hint="Ingest the log again with --bad-cells drop.",
-            )
+    require_numbers(log, {"time": time, "position": log.position, "velocity": log.velocity})
     if log.position is not None:
         count = lattice_step(log.position) or 0.0
         resolution = max(count, 4.0 * noise_level(log.position))
@@ -77,11 +87,10 @@ def path_of(log: Log) -> Path:
     assert log.velocity is not None  # a Log holds one of them
     v = log.velocity
     dt = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    position = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(time))])
     noise = max(float(np.median(np.abs(np.diff(v)))) * 1.4826 / np.sqrt(2.0), (lattice_step(v) or 0.0) / np.sqrt(12.0))
     noise = max(noise, 1e-9 * float(np.ptp(v)))
     # a Brownian bridge over n samples leaves 2·sigma·sqrt(n)/2 once in a thousand pieces
-    return Path(time, position, v, 0.0, noise * dt, lambda samples: 2.0 * noise * dt * float(np.sqrt(samples)))
+    return Path(time, travelled(log), v, 0.0, noise * dt, lambda samples: 2.0 * noise * dt * float(np.sqrt(samples)))
 
 
 def straight_pieces(path: Path) -> list[tuple[int, int]]:

@@ -16,6 +16,7 @@ import numpy as np
 from fric.arrays import Indices, Mask, Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.identify.records.chords import require_numbers, travelled
 from fric.identify.records.clipping import clipped
 from fric.identify.records.conditioning import Conditioning, filtered_motion
 from fric.identify.records.force_lag import Drive, acting_force, drive_force
@@ -235,18 +236,8 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         raise FricError(
             "the force does not change", where=log.where, hint="Is it the right column? Friction changes its sign."
         )
-    position = log.position
-    if position is None:
-        assert log.velocity is not None  # a Log holds one of them
-        v = log.velocity
-        position = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(log.time))])
-    for channel, values in (("force", force), ("position", position)):
-        if not np.isfinite(values).all():
-            raise FricError(
-                f"the {channel} is no number at sample {int(np.argmin(np.isfinite(values)))}",
-                where=log.where,
-                hint="Ingest the log again with --bad-cells drop.",
-            )
+    position = travelled(log)
+    require_numbers(log, {"force": force, "position": position})
     try:
         motion = smooth_motion(log.time, position) if filters is None else filtered_motion(log, filters)
     except FricError as error:

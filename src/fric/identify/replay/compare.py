@@ -2,22 +2,55 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 
 import numpy as np
 from scipy.special import stdtrit
 
-from fric.arrays import Real
+from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction import FrictionModel
 from fric.friction.stribeck import StaticMap
 from fric.identify.records.prepared import Prepared
-from fric.identify.replay.near_reversals import near_reversals, presliding_length
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay, record_notices
 from fric.identify.replay.splits import Masks, Split
 from fric.notice import Notice
 from fric.threads import one_blas_thread
+
+NEAR = 0.3
+"""Time after a reversal that counts as near it [s]."""
+LENGTHS = 10.0
+"""Pre-sliding lengths after a reversal that count as near it."""
+
+
+def presliding_length(record: Prepared) -> float:
+    """Return the way after a reversal [m] on which the force has made nine tenths of its turn, the median of all.
+
+    Where a record has no two reversals, a hundredth of its way.
+    """
+    z, found = record.motion.position, []
+    for begin, end in zip(record.reversals[:-1], record.reversals[1:], strict=True):
+        force = record.force[begin:end]
+        if len(force) < 8:
+            continue
+        tail = float(np.median(force[len(force) // 2 :]))
+        share = (force - force[0]) / (tail - force[0]) if tail != force[0] else np.zeros_like(force)
+        passed = np.flatnonzero(share >= 0.9)
+        if len(passed):
+            found.append(abs(float(z[begin + passed[0]] - z[begin])))
+    return float(np.median(found)) if found else 0.01 * float(np.ptp(z))
+
+
+def near_reversals(record: Prepared, presliding: float) -> Mask:
+    """Return which samples come within 0.3 s or ten pre-sliding lengths [m] after a reversal, shape (n,)."""
+    near = np.zeros(len(record.force), bool)
+    t, z = record.motion.time, record.motion.position
+    for begin, end in zip(record.reversals, [*record.reversals[1:], len(t)], strict=True):
+        part = slice(int(begin), int(end))
+        near[part] = (t[part] - t[begin] < NEAR) | (np.abs(z[part] - z[begin]) < LENGTHS * presliding)
+    return near
 
 
 @dataclass(frozen=True)
@@ -138,7 +171,8 @@ def compare_models(
         raise FricError("there is no sample to score", where=records[0].log.where)
     scores = []
     for name in names:
-        scores.append(_scored(name, records, splits, near, static, negative, blocks, seed))
+        fitting = partial(identify_by_replay, name, static=static, negative=negative, blocks=blocks, seed=seed)
+        scores.append(_scored(name, fitting, records, splits, near))
         advance()
     independent = max(score.fits[0].independent for score in scores)
     scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.rms)
@@ -157,22 +191,14 @@ def compare_models(
 
 
 def _scored(
-    name: str,
-    records: Sequence[Prepared],
-    splits: Sequence[Split],
-    near: Masks,
-    static: Mapping[str, Estimate] | None,
-    negative: StaticMap | None,
-    blocks: int,
-    seed: int,
+    name: str, fitting: Callable[..., ReplayFit], records: Sequence[Prepared], splits: Sequence[Split], near: Masks
 ) -> Score:
     fits: list[ReplayFit] = []
     residual = [np.full(len(record.force), np.nan) for record in records]
     fitted: list[Real] = []
     for split in splits:
         chosen = [record.restricted(mask) for record, mask in zip(records, split.fitted, strict=True)]
-        start = fits[0].model if fits else None
-        fit = identify_by_replay(name, chosen, static=static, negative=negative, blocks=blocks, seed=seed, start=start)
+        fit = fitting(chosen, start=fits[0].model if fits else None)
         fits.append(fit)
         for record, of_fit, to_score, rest in zip(records, chosen, split.scored, residual, strict=True):
             left = record.force - record.replay(fit.model)

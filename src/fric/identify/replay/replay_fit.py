@@ -16,9 +16,8 @@ from fric.identify.records.flaws import record_flaws
 from fric.identify.records.judgement import too_coarse
 from fric.identify.records.preparation import DIMENSIONS, Own
 from fric.identify.records.prepared import Prepared
-from fric.identify.replay.coordinates import LEVEL, Coordinates
+from fric.identify.replay.coordinates import LEVEL, Coordinates, search_ranges
 from fric.identify.replay.lateness import lateness, of_timing
-from fric.identify.replay.ranges import search_ranges
 from fric.identify.replay.replay_intervals import correlated, edges, joint, limits, order, replay_covariance
 from fric.identify.replay.replay_search import Point, Search
 from fric.identify.replay.undetermined import opened

@@ -1,14 +1,14 @@
 """What the data cannot tell about a fitted static map, in words."""
 
 from collections.abc import Iterator
-from math import isinf, log, sqrt
+from math import isinf, log
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.estimate import Interval
+from fric.identify.plant.covariance import smoother_than_noise
 from fric.identify.static_map.map_fit import MapFit
 from fric.notice import Notice
 from fric.units import Motion, readable, si_unit
@@ -103,7 +103,7 @@ def identifiability_warnings(fit: MapFit, motion: Motion) -> Iterator[Notice]:
         yield Notice(text, "strokes-scatter", "note")
     yield from directions_differ(fit, motion)
     visible = fit.rmse > 1e-6 * float(np.abs(problem.F).max())
-    if visible and _patterned(problem.v, fit.residual / problem.standard_error):
+    if visible and smoother_than_noise((fit.residual / problem.standard_error)[np.argsort(problem.v)], -2.33):
         yield Notice(
             "the residuals are not noise, they follow the speed: eq. (2) does not describe these strokes wholly; "
             "`method` in the file tells which forms were tried. Look at the figure.",
@@ -161,16 +161,6 @@ def _correlations(fit: MapFit, without: tuple[str, ...]) -> list[Notice]:
     ]
     text = f"correlated, the data tell them apart badly: {', '.join(pairs)}."
     return [Notice(text, "correlated", "note")] if pairs else []
-
-
-def _patterned(v: Real, residual: Real) -> bool:
-    """Test whether residuals in the order of velocity are smoother than noise (von Neumann's ratio, 1 % level)."""
-    n = len(v)
-    if n < 8:
-        return False
-    r = residual[np.argsort(v)]
-    ratio = float(np.sum(np.diff(r) ** 2) / np.sum((r - r.mean()) ** 2))
-    return (ratio - 2.0) / sqrt(4.0 * (n - 2) / (n**2 - 1)) < -2.33
 
 
 def damping_warning(fit: MapFit, plant: Plant, motion: Motion) -> list[Notice]:

@@ -7,7 +7,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.identify.records.chords import SHORTEST
+from fric.identify.records.chords import SHORTEST, travelled
 from fric.identify.records.flaws import coarse_step
 from fric.identify.records.resolution import lattice_step
 from fric.identify.records.segments import Segment, steady_segments
@@ -115,12 +115,7 @@ def _inner_part(log: Log) -> Segment | str:
     """Return the inner part of a stroke whose velocity ripples, or why it is none."""
     if len(log) < 2 * SHORTEST:
         return f"{len(log)} samples"
-    if log.position is not None:
-        z = log.position
-    else:
-        v = log.require("velocity", "the friction map")
-        z = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(log.time))])
-    unit = si_unit("velocity", log.motion)
+    z, unit = travelled(log), si_unit("velocity", log.motion)
     travel = float(z[-1] - z[0])
     count = (lattice_step(log.position) or 0.0) if log.position is not None else 0.0
     if abs(travel) <= SHORTEST * count or travel == 0.0:
