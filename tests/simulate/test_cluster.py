@@ -9,7 +9,7 @@ import pytest
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.simulate import cluster
+from fric.simulate import processes
 from fric.simulate.circle import Circle
 from fric.simulate.monte_carlo import Study, monte_carlo
 from fric.simulate.processes import cluster_outcomes
@@ -63,7 +63,7 @@ def test_a_cluster_without_workers_or_with_another_fric_is_told(scheduler, monke
         cluster_outcomes(STUDY, 1, empty.scheduler_address, timeout=0.5),
     ):
         pass
-    monkeypatch.setattr(cluster, "_version", _other_version)
+    monkeypatch.setattr(processes, "_version", _other_version)
     with pytest.raises(FricError, match=r"has fric 0\.0"), cluster_outcomes(STUDY, 1, scheduler):
         pass
 

@@ -1,13 +1,13 @@
 """Design of a control block: its tuned parameter as large as the peak sensitivity of the whole loop allows."""
 
 from dataclasses import dataclass
-from math import floor, inf, log10
+from math import inf
 
 import numpy as np
 
 from fric.control import ControlBlock, Setting
 from fric.control.cascade import Cascade
-from fric.design.margins import Loop, Margins, OpenLoop, decibel
+from fric.design.margins import Loop, Margins, OpenLoop, decibel, three_digits
 from fric.design.observer import PEAK_SENSITIVITY, WholeLoop, largest_that_keeps
 from fric.design.perturbation import Perturbation, model_perturbation
 from fric.errors import FricError
@@ -77,12 +77,10 @@ def design_block(
         return BlockDesign(kind.designed(setting), None, "from plant, friction and motion")
     Delta = perturbation or model_perturbation(setting.plant, setting.sampling / 2)
 
-    def whole(block: ControlBlock) -> tuple[WholeLoop, tuple[ControlBlock, ...]]:
-        controller, blocks = (block, ()) if block.kind == "controller" else (None, (block,))
-        return WholeLoop(setting.plant, Cascade.designed(setting), Delta, controller, setting), blocks
+    cascade = Cascade.designed(setting)
 
     def keeps(value: float) -> bool:
-        loop, blocks = whole(kind.tuned_to(value, setting))
+        loop, blocks = loop_with(kind.tuned_to(value, setting), cascade, Delta, setting)
         return loop.peak(blocks) <= peak_sensitivity
 
     own = next(one for one in kind.parameters if one.name == kind.tuned)
@@ -94,13 +92,17 @@ def design_block(
             hint="Lower the gains of the controller, or ask for a larger peak sensitivity.",
         )
     value, reason = (
-        (own.upper, "limited by no margin, but by its bound") if found == inf else (_down(found), f"limited by {text}")
+        (own.upper, "limited by no margin, but by its bound")
+        if found == inf
+        else (three_digits(found), f"limited by {text}")
     )
-    loop, blocks = whole(block := kind.tuned_to(value, setting))
+    loop, blocks = loop_with(block := kind.tuned_to(value, setting), cascade, Delta, setting)
     return BlockDesign(block, loop.margins(blocks), reason, loop.response(blocks))
 
 
-def _down(value: float) -> float:
-    """Return a value with three digits, rounded down."""
-    digits = 2 - floor(log10(value))
-    return float(floor(value * 10.0**digits) / 10.0**digits)
+def loop_with(
+    block: ControlBlock, cascade: Cascade, Delta: Perturbation, setting: Setting
+) -> tuple[WholeLoop, tuple[ControlBlock, ...]]:
+    """Return the whole loop with a block as its controller, or else the blocks to go with it."""
+    controller, blocks = (block, ()) if block.kind == "controller" else (None, (block,))
+    return WholeLoop(setting.plant, cascade, Delta, controller, setting), blocks

@@ -8,7 +8,7 @@ import numpy as np
 
 from fric.control.cascade import Cascade
 from fric.design.loop import SampledLoop
-from fric.design.margins import Loop, Margins, decibel, margins, rounded_down
+from fric.design.margins import Loop, Margins, border, decibel, margins, rounded_down
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 
@@ -242,7 +242,7 @@ def _largest(holds: Callable[[float], bool], tried: np.ndarray) -> float | None:
     """Return the largest value that holds, between those tried; None where none does."""
     for n in range(tried.size - 1, -1, -1):
         if holds(tried[n]):
-            return float(tried[n]) if n == tried.size - 1 else _border(holds, tried[n], tried[n + 1])
+            return float(tried[n]) if n == tried.size - 1 else border(holds, tried[n], tried[n + 1])
     return None
 
 
@@ -252,16 +252,8 @@ def _nearest(holds: Callable[[float], bool], tried: np.ndarray, wanted: float) -
         return wanted
     for value in sorted(tried, key=lambda value: abs(np.log(value / wanted))):
         if holds(value):
-            return _border(holds, value, wanted)
+            return border(holds, value, wanted)
     return None
-
-
-def _border(holds: Callable[[float], bool], inside: float, outside: float) -> float:
-    """Return the last value that holds on the way to one that does not, to eight digits."""
-    while abs(outside / inside - 1.0) > 1e-8:
-        middle = float(np.sqrt(inside * outside))
-        inside, outside = (middle, outside) if holds(middle) else (inside, middle)
-    return float(inside)
 
 
 def _infeasible(plant: LinearPlant, tried: list[Cascade], asked: Requirement, name: str) -> FricError:

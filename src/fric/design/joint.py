@@ -19,7 +19,8 @@ import numpy as np
 from fric.arrays import Real
 from fric.control import ControlBlock, Setting
 from fric.control.cascade import Cascade
-from fric.design.blocks import BlockDesign, design_block
+from fric.design.blocks import BlockDesign, design_block, loop_with
+from fric.design.margins import three_digits
 from fric.design.observer import PEAK_SENSITIVITY, WholeLoop
 from fric.design.perturbation import Perturbation, model_perturbation
 from fric.errors import FricError
@@ -112,8 +113,7 @@ def design_jointly(
 
     def loop(x: Real, block: ControlBlock) -> tuple[WholeLoop, tuple[ControlBlock, ...]]:
         chosen = cascade(x)
-        controller, blocks = (block, ()) if block.kind == "controller" else (None, (block,))
-        return WholeLoop(setting.plant, chosen, Delta, controller, replace(setting, cascade=chosen)), blocks
+        return loop_with(block, chosen, Delta, replace(setting, cascade=chosen))
 
     def cost(x: Real, _: Real) -> float:
         block = kind.tuned_to(float(np.exp(x[3])), replace(setting, cascade=cascade(x)))
@@ -137,9 +137,7 @@ def design_jointly(
     found = np.asarray(optimizer.optimize(np.clip(start, low + 1e-9, high - 1e-9)))
     chosen = _digits(cascade(found))
     block = design_block(kind, replace(setting, cascade=chosen), peak_sensitivity=peak_sensitivity, perturbation=Delta)
-    whole, blocks = loop(np.zeros(4), block.block)
-    controller = block.block if kind.kind == "controller" else None
-    whole = WholeLoop(setting.plant, chosen, Delta, controller, replace(setting, cascade=chosen))
+    whole, blocks = loop_with(block.block, chosen, Delta, replace(setting, cascade=chosen))
     before = step_compliance(WholeLoop(setting.plant, own, Delta))
     return JointDesign(chosen, block, (step_compliance(whole, blocks), before))
 
@@ -155,9 +153,5 @@ def _first(kind: type[ControlBlock], setting: Setting, peak_sensitivity: float, 
 
 def _digits(cascade: Cascade) -> Cascade:
     """Return the cascade with gains of three digits, rounded down."""
-    cut = {}
-    for name in ("K_p", "K_i", "K_v", "velocity_filter"):
-        value = float(getattr(cascade, name))
-        scale = 10.0 ** (2 - np.floor(np.log10(value))) if value > 0 else 1.0
-        cut[name] = float(np.floor(value * scale) / scale)
-    return replace(cascade, **cut)
+    names = ("K_p", "K_i", "K_v", "velocity_filter")
+    return replace(cascade, **{name: three_digits(float(getattr(cascade, name))) for name in names})

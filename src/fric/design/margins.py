@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -89,6 +90,20 @@ def rounded_down(value: float) -> str:
     """Return a positive number cut, not rounded, to four digits: what is named as allowed must be allowed."""
     scale = 10.0 ** (3 - int(np.floor(np.log10(value))))
     return f"{np.floor(value * scale) / scale:.4g}"
+
+
+def border(holds: Callable[[float], bool], inside: float, outside: float, precision: float = 1e-8) -> float:
+    """Return the last value that holds on the way from one that does to one that does not, to a relative precision."""
+    while abs(outside / inside - 1.0) > precision:
+        middle = float(np.sqrt(inside * outside))
+        inside, outside = (middle, outside) if holds(middle) else (inside, middle)
+    return float(inside)
+
+
+def three_digits(value: float) -> float:
+    """Return a value with three digits, rounded down; 0 stays 0."""
+    scale = 10.0 ** (2 - floor(log10(value))) if value > 0 else 1.0
+    return floor(value * scale) / scale
 
 
 def grid(nyquist: float) -> Real:

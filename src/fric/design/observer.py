@@ -12,7 +12,7 @@ from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
 from fric.design.loop import SampledLoop
-from fric.design.margins import Loop, Margins, OpenLoop, decibel, grid, margins, rounded_down
+from fric.design.margins import Loop, Margins, OpenLoop, border, decibel, grid, margins, rounded_down
 from fric.design.perturbation import SURE, Perturbation, RobustLimit, model_perturbation, robust_limit
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
@@ -261,10 +261,7 @@ def largest_that_keeps(keeps: Callable[[float], bool], tried: Real, precision: f
         below = above
     else:
         return inf
-    while below and above / below - 1.0 > precision:
-        middle = float(np.sqrt(above * below))
-        below, above = (middle, above) if keeps(middle) else (below, middle)
-    return below
+    return border(keeps, below, above, precision) if below else 0.0
 
 
 def _warnings(Delta: Perturbation, q: QFilter) -> tuple[str, ...]:
