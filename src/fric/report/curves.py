@@ -19,7 +19,7 @@ from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import HysteresisCycles, find_cycles
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
 from fric.identify.records.prepared import prepared
-from fric.identify.static_map.identify import steady_points
+from fric.identify.static_map.points import stroke_points
 from fric.log import ForceVelocity, Log
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     points: tuple[SpeedPoint, ...] = ()
     if static and strokes and not notes:
         offset = float(sections["static"]["offset"]) if "offset" in sections["static"] else 0.0
-        found = steady_points(strokes, plant=plant)
+        found, _ = stroke_points(strokes, plant=plant)
         points = tuple(replace(point, force=point.force - offset) for point in found)
     together = {name: block.covariance() for name in static if (block := item.document.fit_of(name).covariance)}
     maps = {

@@ -197,7 +197,7 @@ def _cause(found: Glitch, said: Glitch, own: Pulse, other: Pulse) -> str:
         return "sign"
     width = np.radians(0.5)
     grid = np.radians(np.arange(-10.0, 30.0, 0.25))
-    seen, said_at = _on(grid, own, width), smoothed(other, width)
+    seen, said_at = np.interp(grid, *smoothed(own, width)), smoothed(other, width)
     best = (np.inf, 1.0, 1.0, 0.0)
     half = max(np.radians(1.0), _fwhm_angle(said_at))
     for w in np.geomspace(0.3, 3.0, 25):
@@ -211,10 +211,6 @@ def _cause(found: Glitch, said: Glitch, own: Pulse, other: Pulse) -> str:
     _, g, w, d = best
     sizes = {"level": abs(log(max(abs(g), 1e-3))), "width": abs(log(w)), "place": abs(d)}
     return max(sizes, key=lambda name: sizes[name])
-
-
-def _on(grid: Real, pulse: Pulse, width: float) -> Real:
-    return np.interp(grid, *smoothed(pulse, width))
 
 
 def _fwhm_angle(curve: tuple[Real, Real]) -> float:

@@ -153,9 +153,10 @@ def diagnose(tests: Sequence[MeasuredCircle]) -> Diagnosis:
     periodic = tuple((line, fit.amplitude(n)) for n, line in enumerate(lines))
     noises = [noise_of(pulse) for n, one in enumerate(tested) for pulse in _pulses_of(one, fit, n).values()]
     noise = float(np.median(noises))
+    rest = float(np.sqrt(np.mean(outside**2))) if len(outside) else 0.0
     notices = identifiability_warnings(tests, tested, geometry, both, behind, float(LARGEST))
     return Diagnosis(
-        tested, geometry, lags(tested, behind, fit), found, periodic, iso230(tested), _rms_of_parts(outside),
+        tested, geometry, lags(tested, behind, fit), found, periodic, iso230(tested), rest,
         float(np.mean(known)) if known else None, noise, tuple(fit.model(one, n) for n, one in enumerate(tested)),
         notices,
     )  # fmt: skip
@@ -246,10 +247,6 @@ def _outside(
         rests.append(mean[good])
         columns.append(columns_of(centre, n, fit.many, fit.both, fit.lines)[good])
     return np.concatenate(angles), np.concatenate(rests), np.vstack(columns)
-
-
-def _rms_of_parts(rest: Real) -> float:
-    return float(np.sqrt(np.mean(rest**2))) if len(rest) else 0.0
 
 
 def _scatter(tested: Revolutions) -> float | None:

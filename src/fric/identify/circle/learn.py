@@ -123,7 +123,10 @@ def learn(
         found.append(Round(run, dict(feedforward)))
         done()
         if n < rounds:
-            feedforward = _all_learned(axes, references, run, feedforward, how)
+            feedforward = {
+                name: _learned(axis, references[name], run.traces[name], feedforward[name], how)
+                for name, axis in axes.items()
+            }
     carried = []
     for of_radius, of_feed in OTHERS:
         other = replace(test, radius=test.radius * of_radius, feed=test.feed * of_feed)
@@ -197,16 +200,6 @@ def _believed(axis: Axis, reference: Reference) -> Real:
     return friction_feedforward(model, reference.ahead(lead_of(axis)), plant.K_f, axis.nominal_friction.gain)
 
 
-def _all_learned(
-    axes: Mapping[str, Axis],
-    references: Mapping[str, Reference],
-    run: CircleRun,
-    before: Mapping[str, Real],
-    how: Learning,
-) -> dict[str, Real]:
-    return {name: _learned(axis, references[name], run.traces[name], before[name], how) for name, axis in axes.items()}
-
-
 def _learned(axis: Axis, reference: Reference, trace: Trace, before: Real, how: Learning) -> Real:
     plant = axis.nominal or axis.plant
     model = inverse_model(plant, reference.ahead(lead_of(axis)))
@@ -219,7 +212,9 @@ def _carried(
 ) -> float:
     """Return the glitch of another circle with what was learned, taken over by the angle [m]."""
     new = _references(other, axes)
-    old_angle, new_angle = (_angle(*of.values()) for of in (references, new))
+    old_angle, new_angle = (
+        np.unwrap(np.arctan2(y.position, x.position)) for x, y in (references.values(), new.values())
+    )
     latest = np.abs(old_angle[-1] - old_angle) <= 2 * pi
     carried = {}
     for name, voltage in last.feedforward.items():
@@ -230,7 +225,3 @@ def _carried(
         return _run(axes, new, scheme, other, carried).circularity.glitch
     except FricError:
         return float("nan")
-
-
-def _angle(x: Reference, y: Reference) -> Real:
-    return np.asarray(np.unwrap(np.arctan2(y.position, x.position)))

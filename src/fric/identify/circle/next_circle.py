@@ -95,11 +95,6 @@ def next_circles(
     return found
 
 
-def circles_ahead(tests: Sequence[MeasuredCircle]) -> int:
-    """Return how often `next_circles` tells that it is a step further."""
-    return 2 * len(tests)
-
-
 def _true(tuned: TunedAxis) -> Axis:
     """Return the axis as it truly is, if what was found holds."""
     load = float(np.mean(tuned.after.plant[2:])) * tuned.nominal.K_f

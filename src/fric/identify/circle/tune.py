@@ -12,7 +12,7 @@ from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
 from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.measured import MeasuredCircle
-from fric.identify.circle.next_circle import NextCircle, circles_ahead, next_circles, worse_ahead
+from fric.identify.circle.next_circle import NextCircle, next_circles, worse_ahead
 from fric.identify.circle.tune_bootstrap import explained
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
 from fric.identify.circle.tune_identifiability import alike_warnings, identifiability_warnings, timing_warnings
@@ -104,11 +104,6 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     improves = found.rms < before.rms
     new = with_belief(axis, friction, plant) if improves else axis
     return TunedAxis(new, friction, plant, before, found, estimates, full, improves, tuple(warnings))
-
-
-def stages(axes: int) -> int:
-    """Return how often `tune_axis` tells that it is a step further, for so many axes."""
-    return 3 * axes
 
 
 def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
@@ -251,4 +246,4 @@ def tune(
 
 def steps_of_tuning(tests: Sequence[MeasuredCircle]) -> int:
     """Return how often `tune` tells that it is a step further; for a progress bar."""
-    return stages(2) + circles_ahead(tests)
+    return 3 * 2 + 2 * len(tests)  # of each axis three stages, and two schemes on each circle ahead

@@ -63,7 +63,7 @@ def solve_with_modes(lines: Lines) -> Found:
     found = _best_mode(lines)
     if found is None:
         return rigid
-    scale = max(_usual(lines, found), 1e-3)
+    scale = max(1.4826 * float(np.median(np.abs(_off(lines, found.solution)[found.kept]))), 1e-3)
     bounded = [float(np.sum(np.minimum(np.abs(_off(lines, one.solution)) / scale, OFF) ** 2)) for one in (rigid, found)]
     return found if bounded[0] - bounded[1] > GAIN and _is_determined(found.solution, at(lines, found.kept)) else rigid
 
@@ -135,10 +135,6 @@ def _without_outliers(lines: Lines, resonance: Resonance | None, start: Real | N
 
 def _off(lines: Lines, solution: Solution) -> Complex:
     return np.asarray(np.log(lines.response / solution.response(lines.frequency, lines.hold)))
-
-
-def _usual(lines: Lines, found: Found) -> float:
-    return 1.4826 * float(np.median(np.abs(_off(lines, found.solution)[found.kept])))
 
 
 def at(lines: Lines, kept: Mask) -> Lines:

@@ -94,7 +94,7 @@ def inspect(record: Record) -> Inspected:
         found, kind=kind, segments=tuple(segments), speeds=distinct_speeds(segments), sine=sine,
         reversals=tuple(int(k) for k in at[reversals]), rise=rise, warnings=tuple(warnings),
     )  # fmt: skip
-    return replace(found, uses=found_uses(found))
+    return replace(found, uses=(_static_use(found), _gms_use(found), _plant_use(found)))
 
 
 def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
@@ -135,11 +135,6 @@ def _clock(time: Real) -> tuple[float | None, float, tuple[Gap, ...]]:
     wide = intervals > GAP * usual
     gaps = tuple(Gap(float(time[k]), float(intervals[k] / usual)) for k in np.flatnonzero(wide))
     return 1.0 / float(intervals[~wide].mean()), float(intervals[~wide].std()), gaps
-
-
-def found_uses(found: Inspection) -> tuple[Use, ...]:
-    """Return what a record is good for, judged by what was found in it."""
-    return _static_use(found), _gms_use(found), _plant_use(found)
 
 
 def _static_use(found: Inspection) -> Use:

@@ -152,7 +152,8 @@ def identify_static(
         raise FricError(
             "only one direction was measured", hint="Log strokes in both directions, or use --direction both."
         )
-    known, negative = _stated(load, motion), None
+    known = None if load is None else Estimate(load, si_unit("force", motion), fixed=True)
+    negative = None
     fit = fitting(
         points, with_offset=bool(positive and backward) and known is None, offset=load or 0.0, together=together,
     )  # fmt: skip
@@ -190,7 +191,7 @@ def identify_static(
                 "only one direction was measured: an offset of the force channel cannot be told from Coulomb "
                 "friction, and 0 is assumed. Log strokes in both directions.", "one-direction", "doubt",
             ))  # fmt: skip
-        elif plant is None and load is None and _turned(positive, backward):
+        elif plant is None and load is None and _median_force(positive) < _median_force(backward):
             warnings.append(Notice(
                 "forward strokes took less force than backward ones: by these signs friction drives the axis, and "
                 "this map means nothing. Turn the force's `sign:` in the mapping and ingest again.",
@@ -213,25 +214,8 @@ def identify_static(
     return StaticFit(axis, motion, tuple(points), fit, negative, {}, tuple(warnings), method, plant)
 
 
-def steady_points(
-    logs: Sequence[Log | ForceVelocity], *, average: Average = "robust", plant: Plant | None = None
-) -> list[SpeedPoint]:
-    """Return one point for each stroke of the records, by velocity, as `identify_static` takes them.
-
-    Raises
-    ------
-    FricError
-        When a record logged no force, or none holds a stroke.
-    """
-    return stroke_points(logs, average=average, plant=plant)[0]
-
-
-def _turned(positive: Sequence[SpeedPoint], backward: Sequence[SpeedPoint]) -> bool:
-    return bool(np.median([p.force for p in positive]) < np.median([p.force for p in backward]))
-
-
-def _stated(load: float | None, motion: Motion) -> Estimate | None:
-    return None if load is None else Estimate(load, si_unit("force", motion), fixed=True)
+def _median_force(points: Sequence[SpeedPoint]) -> float:
+    return float(np.median([p.force for p in points]))
 
 
 def _with_shared(fit: MapFit, offset: Estimate) -> MapFit:
