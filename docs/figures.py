@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 import fric
 from docs import examples
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure, save_figure
-from fric.identify.static_map.identify import steady_points
+from fric.identify.static_map.points import stroke_points
 from fric.io.hdf5 import read_logs
 from fric.log import Log
 from fric.simulate.experiment import experiment
@@ -126,7 +126,7 @@ def _beside(name: str, across: str, up: str, *panels: tuple[str, Callable[[Axes]
 
 
 def _map(axes: Axes, logs: list[Log], xlim: tuple[float, float] | None = None) -> None:
-    points = steady_points(logs)
+    points, _ = stroke_points(logs)
     axes.plot([1e3 * p.velocity for p in points], [p.force for p in points], "o", ms=4, color=BLUE)
     if xlim is not None:
         axes.set_xlim(xlim)
