@@ -62,12 +62,7 @@ def falling_margin(plant: Plant, cascade: Cascade, friction: GMS, blocks: tuple[
 
 
 def hold_falling(
-    plant: Plant,
-    cascade: Cascade,
-    friction: GMS,
-    observer: DisturbanceObserver | None = None,
-    *,
-    peak_sensitivity: float = PEAK_SENSITIVITY,
+    plant: Plant, cascade: Cascade, friction: GMS, observer: DisturbanceObserver | None = None
 ) -> tuple[Cascade, DisturbanceObserver | None]:
     """Return cascade and observer with the smallest change of their gains that holds the falling branch by `MARGIN`.
 
@@ -80,8 +75,6 @@ def hold_falling(
         As `falling_margin`.
     observer
         The disturbance observer of the axis, if it has one.
-    peak_sensitivity
-        Largest M_s of the whole loop, a factor above 1.
     """
     Delta = model_perturbation(plant, cascade.sampling / 2)
     fastest = max(FASTEST * cascade.sampling, cascade.velocity_filter)
@@ -99,7 +92,7 @@ def hold_falling(
         )
         blocks = () if watch is None else (watch,)
         margin = falling_margin(plant, other, friction, blocks)
-        if margin > most and (most == 0.0 or WholeLoop(plant, other, Delta).peak(blocks) <= peak_sensitivity):
+        if margin > most and (most == 0.0 or WholeLoop(plant, other, Delta).peak(blocks) <= PEAK_SENSITIVITY):
             best, most = (other, watch), margin
             if most >= MARGIN:
                 break

@@ -8,9 +8,24 @@ import numpy as np
 from fric.arrays import Real
 from fric.friction.base import FrictionModel, Parameter, Property
 from fric.friction.stribeck import OnStaticMap, StaticMap
-from fric.kernels.direction import directed_step
-from fric.kernels.inner import address_of
-from fric.kernels.signatures import Step
+from fric.kernels.inner import address_of, step_at
+from fric.kernels.signatures import Step, compiled_step
+
+
+@compiled_step
+def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> float:
+    """Advance the inner model with the parameters of this direction.
+
+    ``parameters`` is the address of the inner step, its parameters for the positive direction, and as many for the
+    negative one; ``state`` is the inner model's.
+    """
+    own = (parameters.size - 1) // 2
+    inner = step_at(parameters[0])
+    if dz < 0.0 or (dz == 0.0 and v < 0.0):
+        force: float = inner(dz, v, dt, state, parameters[1 + own :])
+    else:
+        force = inner(dz, v, dt, state, parameters[1 : 1 + own])
+    return force
 
 
 @dataclass(frozen=True)
@@ -33,7 +48,7 @@ class Directed(FrictionModel):
 
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     properties: ClassVar[frozenset[Property]] = frozenset()
-    step: ClassVar[Step] = directed_step
+    step: ClassVar[Step] = _step
     identified: ClassVar[bool] = False
 
     @property
