@@ -201,3 +201,23 @@ def test_a_stretch_that_friction_builds_up_in_is_no_stroke_where_a_longer_one_go
     assert not _leads_into(path, force, first, [])
     rested = path_of(Log(time=t, position=encoder(5e-5 * (t - np.clip(t - 0.4, 0.0, 0.04)), 5e-8, 0.0)))
     assert not _leads_into(rested, force, first, [second])
+
+
+def moved(*speeds):
+    """Return a record of 2 kHz that goes from speed [µm/s] to speed, each held for its time [s], by ramps of 0.1 s."""
+    parts = [np.zeros(600)]
+    for speed, held in speeds:
+        parts += [np.linspace(parts[-1][-1], speed, 200), np.full(round(2000 * held), speed)]
+    position = np.cumsum(np.concatenate(parts)) / 2000.0
+    noise = 0.1 * np.random.default_rng(0).standard_normal(len(position))
+    return Log(time=np.arange(len(position)) / 2000.0, position=np.round((position + noise) / 0.5) * 0.5e-6)
+
+
+def test_the_moment_in_which_a_slow_axis_catches_up_is_no_stroke():
+    speeds = [1e6 * s.velocity for s in steady_segments(moved((95.0, 0.12), (45.0, 5.0)))]
+    assert speeds == pytest.approx([45.0], rel=0.01)
+
+
+def test_a_short_fast_stroke_beside_a_long_slow_one_is_one():
+    speeds = [1e6 * s.velocity for s in steady_segments(moved((2000.0, 0.3), (50.0, 8.0)))]
+    assert speeds == pytest.approx([2000.0, 50.0], rel=0.01)

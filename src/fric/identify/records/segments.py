@@ -22,6 +22,8 @@ from fric.identify.records.settling import settled_from
 from fric.log import Log
 from fric.threads import one_blas_thread
 
+MOMENT = 0.1
+"""Share of the stretch beside it, in time and way, under which one is no stroke."""
 TREND = 0.01
 """Change of velocity over a stretch, as a share of it, that is not taken for an acceleration."""
 
@@ -174,6 +176,13 @@ def _lasts(
         for start, stop, travel, rest, duration in pieces
         if travel <= max(rest, 0.02 * abs(segment.velocity) * duration)
     ]
+    rests = [start for start, _, travel, rest, _ in pieces if travel <= rest]
+    for other in found:  # what goes over into one that is far longer, in time and way, is its ramp, or how it catches up
+        low, high = sorted((segment.start, other.start))
+        way = segment.velocity * len(segment), other.velocity * len(other)
+        short = len(segment) < MOMENT * len(other) and 0.0 < way[0] / way[1] < MOMENT
+        if short and not any(low <= rest < high for rest in rests):
+            return False
     before = max((stop for _, stop in bounds if stop <= segment.start), default=0)
     after = min((start for start, _ in bounds if start >= segment.stop), default=samples)
     return len(segment) >= 0.5 * max(segment.start - before, after - segment.stop)
