@@ -177,7 +177,7 @@ def _lasts(
         if travel <= max(rest, 0.02 * abs(segment.velocity) * duration)
     ]
     rests = [start for start, _, travel, rest, _ in pieces if travel <= rest]
-    for other in found:  # what goes over into one that is far longer, in time and way, is its ramp, or how it catches up
+    for other in found:  # what goes over into one far longer, in time and way, is its ramp, or how it catches up
         low, high = sorted((segment.start, other.start))
         way = segment.velocity * len(segment), other.velocity * len(other)
         short = len(segment) < MOMENT * len(other) and 0.0 < way[0] / way[1] < MOMENT
