@@ -11,8 +11,17 @@ import numpy as np
 from benchmarks.reality.session import MACHINES, machine_with
 from fric.documents.spread import read_spreads
 from fric.simulate.reality.flaws import Excitation, Reality, SecondMass
-from fric.simulate.reality.guideway_flaws import Cogging, Direction, Drift, Dwell, Wave
-from fric.simulate.reality.log_flaws import Clock, ColouredNoise, ForceChannel, Interpolation
+from fric.simulate.reality.parts import (
+    Clock,
+    Cogging,
+    ColouredNoise,
+    Direction,
+    Drift,
+    Dwell,
+    ForceChannel,
+    Interpolation,
+    Wave,
+)
 from fric.simulate.spread import draw_machine
 
 if TYPE_CHECKING:

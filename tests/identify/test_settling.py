@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fric.identify.records.settling import settled_from
+from fric.identify.records.segments import settled_from
 
 
 @pytest.mark.parametrize("samples", [32, 40, 48, 60, 64, 200])

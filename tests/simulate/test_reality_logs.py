@@ -15,7 +15,7 @@ from fric.errors import FricError
 from fric.log import Log
 from fric.simulate.experiment import constant_velocity, experiment, frequency_response, presliding_sine
 from fric.simulate.reality.flaws import Reality
-from fric.simulate.reality.log_flaws import Clock, ColouredNoise, ForceChannel, Interpolation
+from fric.simulate.reality.parts import Clock, ColouredNoise, ForceChannel, Interpolation
 from fric.simulate.reality.trace import _between, _driven, encoder_tells
 
 MACHINES = Path("configs/reality")

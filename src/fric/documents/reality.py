@@ -9,8 +9,17 @@ from pydantic import Field
 from fric.documents.base import Physical, Quantity
 from fric.estimate import Estimate
 from fric.simulate.reality.flaws import Excitation, Reality, SecondMass
-from fric.simulate.reality.guideway_flaws import Cogging, Direction, Drift, Dwell, Wave
-from fric.simulate.reality.log_flaws import Clock, ColouredNoise, ForceChannel, Interpolation
+from fric.simulate.reality.parts import (
+    Clock,
+    Cogging,
+    ColouredNoise,
+    Direction,
+    Drift,
+    Dwell,
+    ForceChannel,
+    Interpolation,
+    Wave,
+)
 from fric.units import Motion
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.figures.style import BLUE, GREY, ORANGE, VERMILION, new_figure
-from fric.identify.static_map.table_points import standard_errors
+from fric.identify.static_map.points import standard_errors
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.units import prefixed, si_unit
 

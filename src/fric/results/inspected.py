@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fric.estimate import estimate_rows
-from fric.identify.records.inspected import Channel, Inspection
+from fric.identify.records.inspected import Channel, Inspection, ResponseInspection, TableInspection
 from fric.identify.records.inspection import Inspected
-from fric.identify.records.table_inspection import ResponseInspection, TableInspection
 from fric.results.text import Piece, Table
 from fric.units import readable
 

@@ -1,9 +1,10 @@
-"""The plant of eq. (1) from frequency responses, and what friction has to do with it."""
+"""The plant of eq. (1) from frequency responses, and what friction has to do with it; which records serve."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
+from typing import Literal
 
 import numpy as np
 from scipy.special import stdtrit
@@ -20,7 +21,7 @@ from fric.identify.plant.response_fit import Solution, solve
 from fric.identify.plant.response_lines import Lines, select
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.timing import evened
-from fric.log import FrequencyResponse, Log
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.threads import one_blas_thread
 
 APART = 0.05
@@ -28,6 +29,9 @@ APART = 0.05
 
 SURE = 0.99
 """Probability from which on two responses count as different."""
+
+
+Method = Literal["response", "motion"]
 
 
 @one_blas_thread()
@@ -206,3 +210,43 @@ def _alike(solution: Solution, lines: Lines, misfit: float) -> float:
     likeness = np.array([np.vdot(off[: n - k], off[k:]).real for k in range(n)]) / max(np.vdot(off, off).real, 1e-300)
     ends = np.flatnonzero(likeness < 0)
     return 1.0 + 2.0 * float(np.sum(likeness[1 : ends[0] if ends.size else n]))
+
+
+def plant_records(
+    records: Sequence[Record], method: Method | None = None
+) -> tuple[Method, list[Log | FrequencyResponse]]:
+    """Return the method, and the records that serve it: frequency responses where there are any, or motions.
+
+    Parameters
+    ----------
+    records
+        Records of one axis.
+    method
+        The method, where the user asks for one; a record of any kind then serves.
+
+    Raises
+    ------
+    FricError
+        When no record serves, or the records are of different axes.
+    """
+    axes = {(record.axis, record.motion) for record in records}
+    if len(axes) > 1:
+        text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
+        raise FricError(f"the logs are of different axes: {text}", hint="Identify one axis at a time.")
+    dynamic = [r for r in records if not isinstance(r, ForceVelocity)]
+    responses = [r for r in dynamic if isinstance(r, FrequencyResponse) or r.kind == "frequency-response"]
+    in_time: list[Log | FrequencyResponse] = [r for r in records if isinstance(r, Log)]
+    motions = [r for r in in_time if isinstance(r, Log) and r.kind in {"motion", None}]
+    asked = method is not None
+    method = method or ("response" if responses else "motion")
+    chosen: list[Log | FrequencyResponse] = list(responses if method == "response" else motions)
+    if asked and not chosen:
+        chosen = in_time
+    if not chosen:
+        kinds = ", ".join(sorted({str(r.kind) for r in in_time if isinstance(r, Log)})) or "tables"
+        raise FricError(
+            f"no record is of kind frequency-response or motion (there are {kinds})",
+            where=records[0].source,
+            hint="Say --method response or --method motion to take them as such.",
+        )
+    return method, chosen

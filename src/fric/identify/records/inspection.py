@@ -9,19 +9,22 @@ from fric.arrays import Real
 from fric.identify.records.clipping import STUCK, clipped_samples, counts
 from fric.identify.records.energy import cycle_energies, energy_per_cycle, energy_warnings
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
-from fric.identify.records.inspected import Channel, Gap, Inspection, Use
+from fric.identify.records.inspected import (
+    Channel,
+    Gap,
+    Inspection,
+    ResponseInspection,
+    TableInspection,
+    Use,
+    inspect_response,
+    inspect_table,
+)
 from fric.identify.records.judgement import RISES, STEPS, branch_slope, excites
 from fric.identify.records.over_strokes import over_place
 from fric.identify.records.recognition import LOOP_SHARE, fitted_sine, force_rise, recognised_kind
 from fric.identify.records.resolution import encoder_step
 from fric.identify.records.reversals import find_reversals
 from fric.identify.records.segments import Segment, segments_and_rests
-from fric.identify.records.table_inspection import (
-    ResponseInspection,
-    TableInspection,
-    inspect_response,
-    inspect_table,
-)
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 
 GAP = 1.5

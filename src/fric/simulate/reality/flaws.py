@@ -3,9 +3,19 @@
 from dataclasses import dataclass, field
 
 from fric.errors import FricError
-from fric.simulate.reality.checks import not_negative, positive
-from fric.simulate.reality.guideway_flaws import Cogging, Direction, Drift, Dwell, Wave
-from fric.simulate.reality.log_flaws import Clock, ColouredNoise, ForceChannel, Interpolation
+from fric.simulate.reality.parts import (
+    Clock,
+    Cogging,
+    ColouredNoise,
+    Direction,
+    Drift,
+    Dwell,
+    ForceChannel,
+    Interpolation,
+    Wave,
+    not_negative,
+    positive,
+)
 
 
 @dataclass(frozen=True)
