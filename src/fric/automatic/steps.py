@@ -13,7 +13,6 @@ from fric.documents.yaml import plain, read_tree
 MACHINES = 24
 """Machines that are drawn from the intervals of what was identified."""
 
-
 PARTS = ("plant", "controller", "observer", "friction")
 
 TWIN = {"x": "y", "y": "x"}

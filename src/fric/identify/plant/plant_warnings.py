@@ -13,7 +13,6 @@ from fric.units import readable
 UNSURE, FALSE = 0.02, 0.1
 """Misfit from which on a fit is in doubt, and from which on it is wrong [1]."""
 
-
 SMALL = 0.03
 """Share of A that friction may be before A is wrong."""
 

@@ -30,7 +30,6 @@ SEGMENTS = 3
 FASTER = 1.4
 """Ratio of the greatest to the least of their speeds, at least."""
 
-
 LONGEST = {"linear": 0.5e-3, "rotary": 0.02}
 """Pitch of a scale [m, rad] at most; what ripples with a longer one is a screw or a motor, and moves."""
 SMALLEST = 0.5

@@ -26,7 +26,6 @@ MOMENT = 0.1
 TREND = 0.01
 """Change of velocity over a stretch, as a share of it, that is not taken for an acceleration."""
 
-
 SETTLING = 0.5
 """Share of the samples that is given up at most until the force has settled."""
 

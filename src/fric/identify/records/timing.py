@@ -38,7 +38,6 @@ COUNTS = 8.0
 LOST = 3
 """Steps twice as long that make a case; one may be a jerk of the drive."""
 
-
 MISSING = 0.05
 """Share of the samples that may be missing in an uneven record that is made even."""
 

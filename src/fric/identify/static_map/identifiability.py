@@ -22,7 +22,6 @@ DIFFERENT = 1e-3
 CORRELATED = 0.95
 """Correlation of two parameters from which on the data tell them apart badly."""
 
-
 SEEN = 0.5
 """Share of the fall from F_s to F_c that lies above the slowest stroke at least, for F_s to be told by strokes."""
 
