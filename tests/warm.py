@@ -1,9 +1,10 @@
 """A warm fric: a process that has imported everything, and becomes, by a fork, each command that a shell runs.
 
 `python -m tests.warm` imports every module of fric: what is compiled is compiled then, and kept for all that follows.
-`python -m tests.warm ADDRESS` listens there as well. In a shell with `on_path` in front, `fric` and `python -c` are
-clients of it: the command runs in a child of the warm process with the client's words, folder, environment, files 0, 1
-and 2 and limit of the size of files; the client hands on Ctrl-C and a polite kill, and ends with its status.
+`python -m tests.warm ADDRESS` listens there as well. In a shell with `on_path` in front, `fric`, `python -c` and
+`python FILE.py` are clients of it: the command runs in a child of the warm process with the client's words, folder,
+environment, files 0, 1 and 2 and limit of the size of files; the client hands on Ctrl-C and a polite kill, and ends
+with its status.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import json
 import os
 import pkgutil
 import resource
+import runpy
 import socket
 import subprocess
 import sys
@@ -25,7 +27,7 @@ from pathlib import Path
 
 CLIENT = """#!{python} -IS
 import json, os, resource, signal, socket, sys
-if os.path.basename(sys.argv[0]) == "python" and sys.argv[1:2] != ["-c"]:
+if os.path.basename(sys.argv[0]) == "python" and not "".join(sys.argv[1:2]).endswith(("-c", ".py")):
     os.execv({python!r}, [{python!r}, *sys.argv[1:]])
 signals = signal.SIGINT, signal.SIGTERM
 signal.pthread_sigmask(signal.SIG_BLOCK, signals)
@@ -139,6 +141,9 @@ def _run() -> int:
             from fric.cli.main import main as fric
 
             fric()
+        elif sys.argv[1] != "-c":
+            sys.argv.pop(0)
+            runpy.run_path(sys.argv[0], run_name="__main__")
         else:
             code = sys.argv[2]
             sys.argv[:] = ["-c", *sys.argv[3:]]

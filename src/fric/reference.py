@@ -285,11 +285,13 @@ def multisine(
     rng
         Where the phases come from.
     """
+    every = np.append(sampling, frequencies) / np.min(frequencies)
+    repeats = every[0] <= samples and bool(np.all(np.abs(every - np.rint(every)) < 1e-9))
+    length = round(every[0]) if repeats else samples  # one period tells the others
     omega = 2 * pi * np.asarray(frequencies, float)
-    lines = np.exp(1j * np.outer(np.arange(samples) / sampling, omega))
+    lines = np.exp(1j * np.outer(np.arange(length) / sampling, omega))
     draws = np.exp(2j * pi * rng.uniform(size=(len(omega), 64)))
     peaks = np.abs((lines @ draws).real).max(axis=0)
     best = draws[:, np.argmin(peaks)] * peak / peaks.min()
-    return Reference(
-        sampling, (lines @ (best / (1j * omega))).real, (lines @ best).real, (lines @ (best * 1j * omega)).real
-    )
+    moved = (np.resize((lines @ (best * factor)).real, samples) for factor in (1 / (1j * omega), 1.0, 1j * omega))
+    return Reference(sampling, *moved)

@@ -68,6 +68,7 @@ def fmi_files(part: Part) -> Files:
     """Return two units of a part: NAME-fmi2.fmu and NAME-fmi3.fmu."""
     values = c_values(part)
     variables = _variables(part, values["unit"], values["force_unit"])
+    plain = {str(name): str(text) for name, text in c_files(part).items()}
     made: dict[str, str | bytes] = {}
     for version in (2, 3):
         token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, f"{version}{values['definitions']}")) + "}"
@@ -78,8 +79,7 @@ def fmi_files(part: Part) -> Files:
             "inputs": sum(one.causality == "input" for one in variables),
             "guid": token,
         }
-        sources = {str(name): str(text) for name, text in c_files(part).items()}
-        sources[f"{values['name']}_fmi{version}.c"] = render(f"fmi{version}.c.j2", **more)
+        sources = plain | {f"{values['name']}_fmi{version}.c": render(f"fmi{version}.c.j2", **more)}
         made[f"{values['name']}-fmi{version}.fmu"] = _zipped(version, values["name"], sources, more)
     return made
 

@@ -118,7 +118,8 @@ def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Funct
 def first_class(function: Function, made: Function, signature: object) -> Function:
     """Return a compiled function that keeps its address, by Numba's protocol for first-class functions.
 
-    A loop asks for the address of a step at each call: to keep it takes a third off a replay of a few samples.
+    A loop asks for both addresses of a step, that for C and that for compiled code, at each call: to keep them takes
+    two thirds off a replay of a few samples.
     """
     step: Any = made
     if made is not function:  # it is where the compiler is switched off
@@ -129,6 +130,9 @@ def first_class(function: Function, made: Function, signature: object) -> Functi
             return int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
 
         step.__wrapper_address__ = address
+        step.get_compile_result = cache(step.get_compile_result)
+        library = step.get_compile_result(signature).library
+        library.get_pointer_to_function = cache(library.get_pointer_to_function)
     return made
 
 

@@ -154,7 +154,7 @@ def cluster_outcomes(
     if machines < 1:
         raise FricError(f"{machines} machines are none to work with", hint="Give 1 or more.")
     try:
-        client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)  # type: ignore[no-untyped-call]
+        client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)
     except (OSError, ValueError) as error:
         raise FricError(
             f"the Dask scheduler at {address} does not answer ({error})",

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import nlopt
 import numpy as np
-from scipy.optimize import nnls
 
 from fric.errors import FricError
+from fric.identify.nonnegative import nonnegative
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -113,10 +113,11 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
     extent = float(z[-1])
     low, high = np.log(max(float(z[0]), 1e-4 * extent)), np.log(extent)
     sliding = curve.saturates
+    column, rows, weighted = z[:, None], weight[:, None], weight * force
 
     def solved(knots: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
         d = np.exp(knots) if sliding else np.append(np.exp(knots), extent)
-        limit, rest = nnls(weight[:, None] * np.minimum(z[:, None] / d, 1.0), weight * force, maxiter=100 * count)
+        limit, rest = nonnegative(rows * np.minimum(column / d, 1.0), weighted, 100 * count)
         return limit / d, rest**2
 
     free = count if sliding else count - 1
@@ -231,7 +232,7 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
 
     def solved(knots: NDArray[np.float64], force: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
         d = np.append(np.exp(knots), beyond)
-        limit, rest = nnls(weight[:, None] * np.minimum(z[:, None] / d, 1.0), weight * force, maxiter=100 * len(d))
+        limit, rest = nonnegative(weight[:, None] * np.minimum(z[:, None] / d, 1.0), weight * force, 100 * len(d))
         return limit / d, rest**2
 
     found = []

@@ -15,10 +15,11 @@ from dataclasses import dataclass, field
 
 import nlopt
 import numpy as np
-from scipy.optimize import minimize_scalar, nnls
+from scipy.optimize import minimize_scalar
 
 from fric.arrays import Real
 from fric.friction.stribeck import stribeck_shares
+from fric.identify.nonnegative import nonnegative
 
 PARAMETERS = ("F_c", "F_s", "v_s", "delta", "sigma", "offset")
 DELTA_RANGE = (0.3, 3.0)
@@ -70,9 +71,16 @@ class StribeckProblem:
     swing: Real | None = None
     offset: float = 0.0
     _weight: Real = field(init=False, repr=False)
+    _size: float = field(init=False, repr=False)
+    _ones: Real = field(init=False, repr=False)
+    _sign: Real = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_weight", 1.0 / self.standard_error)
+        weight = 1.0 / self.standard_error
+        size = float(np.linalg.norm(weight))
+        parts = {"_weight": weight, "_size": size, "_ones": weight / size, "_sign": np.sign(self.v)}
+        for name, value in parts.items():
+            object.__setattr__(self, name, value)
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -138,7 +146,7 @@ class StribeckProblem:
 
     def _project(self, held: Mapping[str, float], v_s: float, delta: float) -> Solution:
         """Minimise over the linear parameters at given v_s and delta, with F_s ≥ F_c ≥ 0 and sigma ≥ 0."""
-        sign, g = np.sign(self.v), self._shares(v_s, delta)
+        sign, g = self._sign, self._shares(v_s, delta)
         F = self.F.copy()
         columns: dict[str, Real] = {}
         if "F_c" in held:
@@ -178,21 +186,21 @@ class StribeckProblem:
     def _nonnegative(self, columns: Mapping[str, Real], F: Real, free_offset: bool) -> dict[str, float]:
         """Weighted non-negative least squares, with a free offset projected out first where there is one."""
         w = self._weight
-        A, b = np.column_stack([*columns.values()]) * w[:, None] if columns else np.zeros((len(w), 0)), F * w
-        scale = np.linalg.norm(A, axis=0)
-        A = A / np.where(scale > 0, scale, 1.0)
+        A, b = np.empty((len(w), len(columns))), F * w
+        for n, column in enumerate(columns.values()):
+            np.multiply(column, w, out=A[:, n])
+        scale = np.sqrt(np.add.reduce(A * A, axis=0))
+        scale[scale == 0] = 1.0
+        A /= scale
+        rest_A, rest_b = A, b
         if free_offset:
-            ones = w / np.linalg.norm(w)
-            rest_A, rest_b = A - np.outer(ones, ones @ A), b - ones * (ones @ b)
-        else:
-            rest_A, rest_b = A, b
-        x = nnls(rest_A, rest_b)[0] if columns else np.zeros(0)
+            ones = self._ones
+            rest_A, rest_b = A - ones[:, None] * (ones @ A), b - ones * (ones @ b)
+        x = nonnegative(rest_A, rest_b, 3 * len(columns))[0] if columns else np.zeros(0)
         residual = rest_b - rest_A @ x
-        found = dict(zip(columns, (x / np.where(scale > 0, scale, 1.0)).tolist(), strict=True)) | {
-            "cost": float(residual @ residual)
-        }
+        found = dict(zip(columns, (x / scale).tolist(), strict=True)) | {"cost": float(residual @ residual)}
         if free_offset:
-            found["offset"] = float(ones @ (b - A @ x)) / float(np.linalg.norm(w))
+            found["offset"] = float(ones @ (b - A @ x)) / self._size
         return found
 
     def jacobian(self, theta: Mapping[str, float], v: Real | None = None) -> Real:
