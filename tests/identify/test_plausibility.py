@@ -185,3 +185,17 @@ def test_every_bound_has_its_reason_and_is_wide() -> None:
         assert bound.reason, name
         for low, high in (bound.linear, bound.rotary):
             assert high / max(low, 1e-9) >= 20
+
+
+@pytest.mark.parametrize("factor", [57.3, 25.4, 1 / 25.4])
+def test_a_position_in_another_unit_than_its_reference_is_refused(factor):
+    """Degrees beside radians, inches beside millimetres: the position follows, and by a slope that no axis has."""
+    time = np.arange(4000) / 1000.0
+    asked = 0.02 * np.sin(2.0 * np.pi * 0.5 * time) + 0.3
+    went = 0.3 + 0.98 * (np.interp(time - 0.01, time, asked) - 0.3)
+    force = np.sign(np.gradient(went)) + 0.1
+    good = Log(time=time, position=went, force=force, reference=asked)
+    settled(of_logs([good]))
+    with pytest.raises(FricError, match="over its reference"):
+        settled(of_logs([replace(good, position=factor * went)]))
+    settled(of_logs([replace(good, reference=0.3 + 1e-3 * time)]))  # shaken about a place

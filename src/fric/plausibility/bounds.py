@@ -63,6 +63,10 @@ BOUNDS: Mapping[str, Bound] = {
         "the way of the position over that of its reference", "ratio", (5e-3, 200.0), (5e-3, 200.0),
         "an axis goes where it is told to, more or less", "position and reference",
     ),
+    "scale": Bound(
+        "the slope of the position over its reference, which it follows,", "ratio", (0.2, 5.0), (0.2, 5.0),
+        "an angle in degrees is 57 times one in rad, an inch 25 mm", "position and reference",
+    ),
     "stroke": Bound(
         "the longest stroke", "position", (2e-6, 1e3), (1e-6, 1e9),
         "contacts, seals and belts yield by as much before they slide, and this is a map of sliding", "the position",

@@ -14,6 +14,9 @@ from fric.units import Motion
 if TYPE_CHECKING:
     from fric.friction.stribeck import StaticMap
 
+TOGETHER = 0.99
+"""Correlation of position and reference from which on one follows the other."""
+
 
 def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:
     """Yield what can be held against physics in records: speed, rate, and whether their channels agree.
@@ -43,6 +46,9 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
                 yield Finding("travel", float(np.sqrt((moved @ moved) / (travel @ travel))), motion, where)
         if log.position is not None and log.reference is not None and np.ptp(log.reference) and np.ptp(log.position):
             yield Finding("following", float(np.ptp(log.position) / np.ptp(log.reference)), motion, where)
+            z, asked = (log.position - log.position.mean()), (log.reference - log.reference.mean())
+            if (z @ asked) ** 2 > TOGETHER**2 * (z @ z) * (asked @ asked):
+                yield Finding("scale", float(abs(z @ asked) / (asked @ asked)), motion, where)
         if log.force is not None and log.input is not None:
             with np.errstate(over="ignore"):  # a sample of 1e300 is told where it is used
                 squares += [float(log.force @ log.force), float(log.input @ log.input)]
