@@ -246,10 +246,10 @@ def experiment(axis: Axis, kind: str, *, seed: int = 0, **settings: object) -> I
     if kind != "all" and kind not in EXPERIMENTS:
         raise FricError(f"there is no experiment '{kind}'", hint=f"There are {', '.join(EXPERIMENTS)}, and all.")
     wanted = [made for name, made in _MADE.items() if kind in {name, "all"}]
-    for unknown in settings.keys() - set().union(*(made.settings for made in wanted)):
+    known = set().union(*(made.settings for made in wanted))
+    for unknown in settings.keys() - known:
         raise FricError(
-            f"the experiment '{kind}' has no setting '{unknown}'",
-            hint=f"It has {', '.join(sorted(set().union(*(made.settings for made in wanted))))}.",
+            f"the experiment '{kind}' has no setting '{unknown}'", hint=f"It has {', '.join(sorted(known))}."
         )
     trials = (
         trial
