@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.fric-installed
 
-.PHONY: demo test test-long lint ruff mypy contract warm bench fuzz reality docs figures data clean
+.PHONY: demo test tests pytest test-long lint ruff mypy contract warm bench fuzz reality docs figures data clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -21,9 +21,15 @@ export PYTHONDONTWRITEBYTECODE :=
 test test-long: export OMP_NUM_THREADS := 1
 
 # FRIC_LONG_MINUTES says how long after its start the tests may begin one of those marked `long`: 0 begins none.
+# The checks run beside the tests; what each has to say comes in one piece, the tests' dots at once. Any that fails fails all.
 test: $(STAMP)
-	$(MAKE) --no-print-directory --jobs 2 --output-sync=target lint warm
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	$(MAKE) --no-print-directory --jobs 2 --output-sync=target lint tests
+
+tests: warm
+	$(MAKE) --no-print-directory --output-sync=none pytest
+
+pytest: $(STAMP)
+	MAKEFLAGS= $(BIN)/python -m pytest -n auto --dist worksteal
 
 test-long: $(STAMP)
 	$(BIN)/python -m pytest -n auto --dist worksteal -m long

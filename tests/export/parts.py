@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,7 @@ def typical(name: str) -> FrictionModel:
     return Directed(typical(DIRECTED[name]), StaticMap(F_c=80.0, F_s=131.0, v_s=2e-3, delta=1.4, sigma=25.0))
 
 
+@cache
 def motions(samples: int = SAMPLES) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Increments [m] and velocities [m/s] of the paper's circle at both feeds, a sine with dwells, a random walk.
 

@@ -33,6 +33,7 @@ def test_the_checker_finds_what_a_bad_file_does(tmp_path: Path) -> None:
 
 def test_exported_c_has_no_findings(tmp_path: Path) -> None:
     # in single precision, and as a machine beside the compensation, only one of each kind: the structure is the same
+    users = []
     for single in (False, True):
         named = ["gms"] if single else exportable()
         made = [part(typical(name)) for name in named]
@@ -41,7 +42,8 @@ def test_exported_c_has_no_findings(tmp_path: Path) -> None:
             for name, text in c_files(replace(one, axis=f"a{n}{single:d}"), single=single).items():
                 (tmp_path / name).write_text(str(text))
                 if name.endswith(".c"):
-                    (tmp_path / f"use_{name}").write_text(_user(name[:-2], one.role, "float" if single else "double"))
+                    users.append(_user(name[:-2], one.role, "float" if single else "double"))
+    (tmp_path / "use_all.c").write_text("".join(users))
     assert _findings(*tmp_path.rglob("*.c")) == []
 
 

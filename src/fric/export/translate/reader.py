@@ -6,6 +6,8 @@ import ast
 import inspect
 import textwrap
 from dataclasses import dataclass, field, replace
+from functools import cache
+from types import FunctionType
 from typing import Any, get_type_hints
 
 from numba import types
@@ -79,6 +81,13 @@ def read_program(*entries: Entry) -> Program:
     return Program(tuple(routines), tuple(reader.records.values()))
 
 
+@cache
+def _definition(function: FunctionType) -> ast.FunctionDef:
+    (found,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
+    assert isinstance(found, ast.FunctionDef)
+    return found
+
+
 @dataclass
 class _Reader:
     routines: dict[tuple[Any, tuple[Array | None, ...]], Routine] = field(default_factory=dict)
@@ -91,8 +100,7 @@ class _Reader:
         key = function, given
         if key not in self.routines:
             python = function.py_func
-            (definition,) = ast.parse(textwrap.dedent(inspect.getsource(python))).body
-            assert isinstance(definition, ast.FunctionDef)
+            definition = _definition(python)
             signature = function.nopython_signatures[0]
             known: dict[str, Type] = {}
             for argument, compiled, array in zip(definition.args.args, signature.args, given, strict=True):
