@@ -1,7 +1,5 @@
 """Python in a process of its own, which ends when the one that started it does, however that ends."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """What arrays hold, for annotations: each names the numbers, and a docstring the shape."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

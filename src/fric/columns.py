@@ -1,7 +1,5 @@
 """What records hold: kinds, the names of channels and columns, and the dimension of each."""
 
-from __future__ import annotations
-
 from typing import Literal, get_args
 
 Kind = Literal["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response", "motion", "force-velocity"]

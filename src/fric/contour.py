@@ -1,18 +1,13 @@
 """What a contour shows: the radial error of a circle with its quadrant glitches, the contour error of any path."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial.polynomial import polyfit, polyval
 
+from fric.arrays import Real
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 QUADRANTS = ("+x", "+y", "-x", "-y")
 """The four reversals of a circle, by where they lie: at +x and -x the x axis turns, at +y and -y the y axis."""
@@ -38,8 +33,8 @@ class Circularity:
         Glitch at +x, +y, -x and -y [m]: the signed peak of ``rho - median(rho)`` within 30° of the reversal.
     """
 
-    angle: NDArray[np.float64]
-    error: NDArray[np.float64]
+    angle: Real
+    error: Real
     quadrants: tuple[float, float, float, float]
 
     @property
@@ -79,7 +74,7 @@ class Circularity:
         return found
 
 
-def circularity(x: NDArray[np.float64], y: NDArray[np.float64], radius: float) -> Circularity:
+def circularity(x: Real, y: Real, radius: float) -> Circularity:
     """Return the radial error and the quadrant glitches of the last whole revolution of a motion around the origin.
 
     The paper does not define the glitch. Here it is, for each quadrant, the peak with its sign of the radius less the
@@ -161,8 +156,8 @@ class ContourError:
         Where an axis turns, in the order of the motion.
     """
 
-    station: NDArray[np.float64]
-    error: NDArray[np.float64]
+    station: Real
+    error: Real
     reversals: tuple[Reversal, ...]
 
     @property
@@ -181,9 +176,7 @@ class ContourError:
         return float(np.ptp(self.error))
 
 
-def contour_error(
-    path: NDArray[np.float64], velocity: NDArray[np.float64], motion: NDArray[np.float64], sampling: float
-) -> ContourError:
+def contour_error(path: Real, velocity: Real, motion: Real, sampling: float) -> ContourError:
     """Return the distance of a motion from the path it was to follow, and the glitch at each reversal of an axis.
 
     The distance is taken along the normal of the path where the reference is; what that leaves out is the lag

@@ -1,7 +1,5 @@
 """Inputs are regular files of a bounded size, and what a library meets in a damaged one is told as such."""
 
-from __future__ import annotations
-
 import stat
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

@@ -11,8 +11,7 @@ from fric.errors import FricError
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from fric.arrays import Real
 
 _AXIS = re.compile(r"\w[\w .+-]{0,39}")
 
@@ -87,13 +86,13 @@ class Log(_FromFile):
         When the channels differ in length, or there is neither position nor velocity.
     """
 
-    time: NDArray[np.float64]
-    position: NDArray[np.float64] | None = None
-    velocity: NDArray[np.float64] | None = None
-    force: NDArray[np.float64] | None = None
-    input: NDArray[np.float64] | None = None
-    reference: NDArray[np.float64] | None = None
-    added: NDArray[np.float64] | None = None
+    time: Real
+    position: Real | None = None
+    velocity: Real | None = None
+    force: Real | None = None
+    input: Real | None = None
+    reference: Real | None = None
+    added: Real | None = None
     name: str = "record"
     kind: Kind | None = None
     axis: str = "x"
@@ -123,7 +122,7 @@ class Log(_FromFile):
     def __len__(self) -> int:
         return len(self.time)
 
-    def channels(self) -> dict[str, NDArray[np.float64]]:
+    def channels(self) -> dict[str, Real]:
         """Return the channels that were logged, by name, time first."""
         found = {channel: getattr(self, channel) for channel in CHANNELS}
         return {channel: values for channel, values in found.items() if values is not None}
@@ -132,9 +131,9 @@ class Log(_FromFile):
         """Return the SI unit of a channel on this axis."""
         return si_unit(channel_dimension(channel), self.motion)
 
-    def require(self, channel: str, purpose: str) -> NDArray[np.float64]:
+    def require(self, channel: str, purpose: str) -> Real:
         """Return a channel, or raise a `FricError` that says what it is needed for."""
-        values: NDArray[np.float64] | None = getattr(self, channel)
+        values: Real | None = getattr(self, channel)
         if values is None:
             raise FricError(
                 f"no {channel} was logged, and {purpose} needs it",
@@ -175,11 +174,11 @@ class FrequencyResponse(_FromFile):
         As in `Log`.
     """
 
-    frequency: NDArray[np.float64]
-    magnitude: NDArray[np.float64]
-    phase: NDArray[np.float64]
-    coherence: NDArray[np.float64] | None = None
-    deviation: NDArray[np.float64] | None = None
+    frequency: Real
+    magnitude: Real
+    phase: Real
+    coherence: Real | None = None
+    deviation: Real | None = None
     name: str = "response"
     axis: str = "x"
     motion: Motion = "linear"
@@ -220,11 +219,11 @@ class ForceVelocity(_FromFile):
         When the columns differ in length, or an error, a deviation or a number of samples is negative.
     """
 
-    velocity: NDArray[np.float64]
-    force: NDArray[np.float64]
-    deviation: NDArray[np.float64] | None = None
-    error: NDArray[np.float64] | None = None
-    n: NDArray[np.float64] | None = None
+    velocity: Real
+    force: Real
+    deviation: Real | None = None
+    error: Real | None = None
+    n: Real | None = None
     name: str = "table"
     axis: str = "x"
     motion: Motion = "linear"
@@ -252,7 +251,7 @@ class ForceVelocity(_FromFile):
         """The kind of the record."""
         return FORCE_VELOCITY
 
-    def columns(self) -> dict[str, NDArray[np.float64]]:
+    def columns(self) -> dict[str, Real]:
         """Return the columns that there are, by name."""
         found = {name: getattr(self, name) for name in FORCE_VELOCITY_DIMENSIONS}
         return {name: values for name, values in found.items() if values is not None}

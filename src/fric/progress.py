@@ -1,7 +1,5 @@
 """How far a long fit is, for whoever waits for it: each replay of a model is told to the one who listens."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import ceil, pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 MOST_SAMPLES = 20_000_000
 """Samples that a motion has at most: 80 minutes at 4 kHz, a gigabyte or two of traces."""
 
 
-def instants(duration: float, sampling: float, *, more: int = 0) -> NDArray[np.float64]:
+def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
     """Return the instants of a motion [s], so many a second [Hz], shape (n,).
 
     Raises
@@ -51,9 +47,9 @@ class Reference:
     """
 
     sampling: float
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    acceleration: NDArray[np.float64]
+    position: Real
+    velocity: Real
+    acceleration: Real
     period: float = field(default=0.0, kw_only=True)
     begins: float = field(default=0.0, kw_only=True)
 
@@ -61,7 +57,7 @@ class Reference:
         return len(self.position)
 
     @property
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Real:
         """Sample instants [s], from 0, shape (n,)."""
         return np.arange(len(self)) / self.sampling
 
@@ -102,7 +98,7 @@ class Reference:
         return Reference(self.sampling, position, v[:-1] + s * (v[1:] - v[:-1]), a[:-1] + s * (a[1:] - a[:-1]))
 
 
-def smooth_step(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+def smooth_step(x: Real) -> tuple[Real, ...]:
     """Return S(x), its integral, and its first two derivatives.
 
     S is 0 for x ≤ 0, 1 for x ≥ 1, and ``10x³ - 15x⁴ + 6x⁵`` between.
@@ -267,9 +263,7 @@ def circle(
     )
 
 
-def multisine(
-    frequencies: NDArray[np.float64], peak: float, samples: int, sampling: float, rng: np.random.Generator
-) -> Reference:
+def multisine(frequencies: Real, peak: float, samples: int, sampling: float, rng: np.random.Generator) -> Reference:
     """Return a motion that is a sum of sines of equal velocity amplitude and random phase.
 
     Of 64 draws of phases the one with the lowest peak velocity is taken.

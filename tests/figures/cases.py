@@ -555,7 +555,7 @@ def validation() -> Case:
     made = validate_closed_loop(log, axis, cascade, StaticMap(15.0, 18.0, 5e-3)).signals
     log = replace(log, position=made["position"].simulated, input=made["force"].simulated / axis.K_f)
     found = validate_closed_loop(log, axis, cascade, friction)
-    figure = draw_validation(found)
+    figure = draw_validation([found])
     first, stop = found.worst
     t = time[first:stop]
     panels = []

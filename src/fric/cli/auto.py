@@ -1,7 +1,5 @@
 """`fric auto`: the whole way in one command."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from contextlib import redirect_stdout

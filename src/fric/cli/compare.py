@@ -1,7 +1,5 @@
 """`fric compare`: friction models on samples that none of them was fitted to."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -3,8 +3,6 @@
 Each is asked by the shell in a process of its own; what does not read completes to nothing.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """`fric diagnose`: a measured circle taken apart, and held against a machine file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`fric example`: what comes with fric, copied to be tried and edited."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

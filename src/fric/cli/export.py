@@ -1,7 +1,5 @@
 """`fric export`: what a controller runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

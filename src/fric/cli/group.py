@@ -1,7 +1,5 @@
 """A group of commands that makes a command where one is asked for, and looks at its own options where one is given."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from inspect import getdoc

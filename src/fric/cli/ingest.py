@@ -1,7 +1,5 @@
 """`fric ingest`: foreign logs into a log file."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal

@@ -1,7 +1,5 @@
 """`fric inspect`: what log files hold, and what they are good for."""
 
-from __future__ import annotations
-
 import fric
 from fric.cli.console import finish
 from fric.cli.options import Force, Json, LogFiles, Plot

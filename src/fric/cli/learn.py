@@ -1,7 +1,5 @@
 """`fric learn`: a repeated circle learned by the measured inverse."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

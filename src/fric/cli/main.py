@@ -1,7 +1,5 @@
 """The command `fric`: its groups, and how errors reach the user."""
 
-from __future__ import annotations
-
 import errno
 import gc
 import os

@@ -1,7 +1,5 @@
 """`fric help`: the pages of the documentation, in the terminal."""
 
-from __future__ import annotations
-
 import sys
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Options and arguments that commands share, so that each is spelled and explained once."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """`fric plan`: the records to take of an axis, and what to expect of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """`fric report`: one HTML page from runs, documents, logs and earlier reports."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

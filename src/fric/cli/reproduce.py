@@ -1,7 +1,5 @@
 """`fric reproduce`: the paper from end to end."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

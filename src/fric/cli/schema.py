@@ -1,7 +1,5 @@
 """`fric schema`: the JSON Schema of a document type, for editors."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import fric

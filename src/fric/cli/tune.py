@@ -1,7 +1,5 @@
 """`fric tune`: what the controllers of a machine believe, refitted to recorded circles."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

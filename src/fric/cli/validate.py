@@ -1,7 +1,5 @@
 """`fric validate`: a recorded motion replayed by the identified axis."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

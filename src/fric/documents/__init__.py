@@ -1,7 +1,5 @@
 """The YAML documents, one type a file; `fric schema TYPE` prints each as JSON Schema."""
 
-from __future__ import annotations
-
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules

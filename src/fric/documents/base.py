@@ -1,7 +1,5 @@
 """What every YAML document shares: quantities with units, provenance, and the line that says its type."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 
 from fric.control import block_type, blocks
+from fric.control.cascade import Cascade
 from fric.documents.base import AxisName, Document, Quantity, quantities
 from fric.documents.controller import ControllerPart, controller_values
 from fric.documents.provenance import provenance
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.log import Record
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    from fric.control.cascade import Cascade
     from fric.design.blocks import BlockDesign
-    from fric.estimate import Estimate
 
 
 def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str) -> dict[str, float]:

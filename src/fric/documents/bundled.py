@@ -1,7 +1,5 @@
 """What comes with fric: machines, schemes and mappings that have a name, from a checkout or an installed wheel."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from pathlib import Path

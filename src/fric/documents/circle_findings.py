@@ -1,7 +1,5 @@
 """What measured circles tell, as `--json` prints it: ``fric: diagnosis/1`` and ``fric: tuning/1``."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from pydantic import Field

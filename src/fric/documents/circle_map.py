@@ -12,8 +12,7 @@ from fric.documents.base import Document, Part
 from fric.units import readable
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from fric.arrays import Real
     from fric.simulate.over_circles import CircleMap
 
 Rows = list[list[float | None]]
@@ -52,7 +51,7 @@ class CircleMapDocument(Document):
         """Return where and by how much each pair of schemes differs, a sentence a pair."""
         return [self._told(name, np.array(one.less, float)) for name, one in self.differences.items()]
 
-    def _told(self, name: str, less: NDArray[np.float64]) -> str:
+    def _told(self, name: str, less: Real) -> str:
         ran = np.isfinite(less)
         if not ran.any():
             return f"{name}: no circle ran with both"
@@ -87,5 +86,5 @@ def circle_map_tree(found: CircleMap, notices: Iterable[str]) -> dict[str, Any]:
     return CircleMapDocument.made(content | {"differences": differences}, notices=notices).tree()
 
 
-def _rows(values: NDArray[np.float64]) -> Rows:
+def _rows(values: Real) -> Rows:
     return [[float(one) if np.isfinite(one) else None for one in row] for row in values]

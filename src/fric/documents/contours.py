@@ -1,7 +1,5 @@
 """What schemes leave of a contour, as `--json` prints it: ``fric: circle-result/1`` and ``fric: path-result/1``."""
 
-from __future__ import annotations
-
 from typing import ClassVar, Literal
 
 from pydantic import Field

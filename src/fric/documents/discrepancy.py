@@ -1,21 +1,14 @@
 """What the files of an axis say of errors beyond their parameters' intervals, as spreads that widen a prediction."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import inf, pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fric.documents.plant import PlantDocument
+from fric.documents.base import Quantity
+from fric.documents.friction import FrictionDocument
+from fric.documents.plant import PlantDocument, PlantPart
 from fric.notice import Notice
 from fric.simulate.spread import Spread
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fric.documents.base import Quantity
-    from fric.documents.friction import FrictionDocument
-    from fric.documents.plant import PlantPart
 
 CROSSED = 50.0
 """Frequency at which a misfit of the response is taken for one of phase [Hz]: about that of a feed drive's loop."""

@@ -1,7 +1,5 @@
 """What came of a fleet, ``fric: fleet/1``: which axes of which machines changed between dates."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from pydantic import Field

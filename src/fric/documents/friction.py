@@ -10,20 +10,20 @@ from pydantic import ConfigDict, Field, model_validator
 from fric.documents.base import FOOT, HEAD, OfAxis, Quantity, known, nested, quantities
 from fric.documents.fit import Fit
 from fric.documents.plant import plant_part
+from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel, model_type, models
 from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
+from fric.identify.static_map.map_fit import MapFit
 from fric.log import Log, Record
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
-    from fric.drive.plant import Plant
     from fric.identify.gms.fit import GMSFit
     from fric.identify.replay.replay_fit import ReplayFit
     from fric.identify.static_map.identify import StaticFit
-    from fric.identify.static_map.map_fit import MapFit
 
 AT_SPEED = {"velocity": "velocity", "force": "force"}
 

@@ -1,7 +1,5 @@
 """What commands are given of friction: a static map of a file, a model with the load it was found with, NAME=VALUE."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What of a machine is drawn: its spreads, and the intervals of what was identified, from their files."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

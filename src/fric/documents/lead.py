@@ -1,7 +1,5 @@
 """How files give the lead of a feedforward: ``auto``, or a time as in ``"0.6 ms"``."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from fric.control.scheme import Lead

@@ -1,7 +1,5 @@
 """The machine file: ``fric: machine/1``."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Annotated, Any, ClassVar, Self
 

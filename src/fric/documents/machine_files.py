@@ -1,7 +1,5 @@
 """Machines and compensation schemes from their files."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The mapping file, ``fric: mapping/1``: what the columns of a foreign log mean."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from functools import cache

@@ -1,20 +1,15 @@
 """A plan, ``fric: plan/1``: the records to take of an axis, and the intervals to be expected from them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
 from fric.documents.base import OfAxis, Part, Physical, Quantity, known
 from fric.errors import FricError
-from fric.planning.plan import Planned
+from fric.planning.plan import Plan, Planned, Setting
 from fric.simulate.experiment import EXPERIMENTS
 from fric.units import Motion, si_unit
-
-if TYPE_CHECKING:
-    from fric.planning.plan import Plan, Setting
 
 SETTINGS = {
     "speeds": "velocity", "distance": "position", "lasting": "time", "ramp": "time", "repeats": "ratio",

@@ -1,7 +1,5 @@
 """Where a document comes from: version, time, command, and the logs with their digests."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import sys

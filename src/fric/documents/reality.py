@@ -1,7 +1,5 @@
 """The sections ``reality`` and ``second_mass`` of an axis in a machine file: flaws, each off where it is left out."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """What records hold, and what was read in, as `--json` prints it: ``fric: inspection/1``, ``ingest/1`` and others."""
 
-from __future__ import annotations
-
 from typing import ClassVar, Literal
 
 from pydantic import Field

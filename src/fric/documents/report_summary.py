@@ -1,7 +1,5 @@
 """The few words of a report that `--json` prints: ``fric: report/1``."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field

@@ -1,7 +1,5 @@
 """The schemes file: ``fric: schemes/1``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import ClassVar, Self
 

@@ -1,7 +1,5 @@
 """The spread file: ``fric: spread/1``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import ClassVar, Self
 

@@ -1,7 +1,5 @@
 """YAML documents (``fric: TYPE/1``): read with line numbers for errors, validated, written for people."""
 
-from __future__ import annotations
-
 import io
 import warnings
 from collections.abc import Mapping, Sequence

@@ -1,18 +1,12 @@
 """The plant of one axis, eq. (1) of the paper."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from math import exp, expm1, isfinite
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Complex, Real
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 MOST_SAMPLES = 10_000
 """Samples that a delay is at most."""
@@ -68,12 +62,12 @@ class LinearPlant:
             )
         return max(delay, 0.0)
 
-    def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def response(self, frequency: Real) -> Complex:
         """Return Z/U [m/V] at the frequencies [Hz], shape (n,)."""
         s = 2j * np.pi * np.asarray(frequency, float)
         return np.asarray(self.B * np.exp(-s * self.T_d) / (s * (s + self.A)))
 
-    def held(self, T: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def held(self, T: float) -> tuple[Real, Real]:
         """Return Phi (2, 2) and Gamma (2,) of the plant without delay, exact for an input held over T [s].
 
         ``[z, ż](t + T) = Phi·[z, ż](t) + Gamma·u``

@@ -1,19 +1,14 @@
 """A second mass on a spring behind the motor, as a frequency response shows it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
+from fric.arrays import Complex, Real
+from fric.drive.plant import LinearPlant
 from fric.drive.sampled import SampledPlant
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import LinearPlant
 
 Encoder = Literal["motor", "table"]
 
@@ -57,7 +52,7 @@ class Resonance:
                 f"{self.damping:g} is not physical", hint="The ratio is between 0 and 1, the others are positive.",
             )  # fmt: skip
 
-    def factor(self, A: float, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def factor(self, A: float, frequency: Real) -> Complex:
         """Return what the second mass makes of Z/U of eq. (1) with this A [1/s], at frequencies [Hz], shape (n,)."""
         s = 2j * np.pi * np.asarray(frequency, float)
         omega, m1, m2 = 2 * np.pi * self.frequency, 1 - self.ratio, self.ratio
@@ -66,9 +61,7 @@ class Resonance:
         above = table if self.encoder == "motor" else link
         return np.asarray(above * (s + A) / ((m1 * s + A) * table + m2 * s * link))
 
-    def response(
-        self, plant: LinearPlant, frequency: NDArray[np.float64], hold: float | None
-    ) -> NDArray[np.complex128]:
+    def response(self, plant: LinearPlant, frequency: Real, hold: float | None) -> Complex:
         """Return Z/U [m/V], continuous, or from sample to sample behind a zero-order hold.
 
         The images of a sampled response are far above the resonance, where the factor is 1/m_1 of the motor and 0 of

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import LinearPlant
-
-    Real = NDArray[np.float64]
-    Response = NDArray[np.complex128]
+from fric.arrays import Complex, Real
+from fric.drive.plant import LinearPlant
 
 
 @dataclass(frozen=True)
@@ -47,7 +41,7 @@ class SampledPlant:
         _, late = plant.held(share)
         return cls(Phi, Phi_early @ late, early, whole)
 
-    def response(self, frequency: Real, sampling: float) -> Response:
+    def response(self, frequency: Real, sampling: float) -> Complex:
         """Return Z/U from sample to sample [m/V], shape (n,), at frequencies [Hz], shape (n,)."""
         step = np.expm1(2j * np.pi * np.asarray(frequency, float) / sampling)  # z − 1, exact at low frequencies
         z = 1.0 + step

@@ -1,17 +1,12 @@
 """What the controller sees of the motion: a quantised position, a filtered first difference."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import exp, pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -35,7 +30,7 @@ class Encoder:
         if not self.resolution >= 0:
             raise FricError(f"the encoder's resolution is {self.resolution:g}", hint="Give a positive length, or 0.")
 
-    def read(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+    def read(self, position: Real) -> Real:
         """Return the position as the encoder tells it [m], of the same shape."""
         if self.resolution == 0.0:
             return position

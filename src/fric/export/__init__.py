@@ -1,7 +1,5 @@
 """What a controller runs: compensation and machines in the languages of controllers, one target a file."""
 
-from __future__ import annotations
-
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules

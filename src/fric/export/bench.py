@@ -5,31 +5,24 @@ recorded starts from rest behind a dwell, and a gate holds axes and compensation
 plant computes in sub-steps of nominal length, so that the jitter of the computer does not enter.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
 import subprocess
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fric.control.scheme import NONE
+from fric.arrays import Indices, Real
+from fric.control.scheme import NONE, Scheme
 from fric.errors import FricError
 from fric.export.linuxcnc import COMPONENTS, linuxcnc_files
 from fric.export.rendering import identifier, render
 from fric.export.select import compensation_of, machine_of
 from fric.friction.stribeck import StaticMap
 from fric.simulate.contour_run import pair
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control.scheme import Scheme
-    from fric.simulate.machine import Machine
+from fric.simulate.machine import Machine
 
 TAIL = 200
 """Periods for which a record goes on after an arc."""
@@ -76,21 +69,21 @@ class Recording:
         Rows a second [Hz].
     """
 
-    rows: NDArray[np.float64]
+    rows: Real
     sampling: float
 
-    def channel(self, name: str, axis: int) -> NDArray[np.float64]:
+    def channel(self, name: str, axis: int) -> Real:
         """Return one of `CHANNELS` of the first or the second axis in SI, shape (n,)."""
         scale = 1.0 if name in ("input", "feedforward") else 1e-3
         return np.ascontiguousarray(scale * self.rows[:, 1 + 2 * CHANNELS.index(name) + axis])
 
     @property
-    def line(self) -> NDArray[np.intp]:
+    def line(self) -> Indices:
         """Line of the program at each row; 0 where none runs."""
         return self.rows[:, -1].astype(int)
 
     @property
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Real:
         """Time of each row [s]."""
         return (self.rows[:, 0] - self.rows[0, 0]) / self.sampling
 
@@ -212,7 +205,7 @@ def run_session(machine: Machine, on: Scheme, exported: Scheme, folder: Path) ->
     return Recording(read_trace(trace, int(lost.read_text())), machine.axis(pair(machine)[0]).cascade.sampling)
 
 
-def read_trace(trace: Path, lost: int) -> NDArray[np.float64]:
+def read_trace(trace: Path, lost: int) -> Real:
     """Return the rows of a record, shape (n, 16).
 
     Raises

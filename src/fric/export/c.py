@@ -1,10 +1,9 @@
 """The target ``c``: C99, one header and one source, in double or in single precision."""
 
-from __future__ import annotations
-
 import inspect
+from collections.abc import Callable
 from math import ceil, pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,10 +11,6 @@ from fric.export.base import LARGEST, Files, Part, Target
 from fric.export.rendering import identifier, render
 from fric.export.translate.c_code import c_routines
 from fric.export.translate.c_dialect import Dialect
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
 
 EQUATIONS = {
     "compensation": (

@@ -1,7 +1,5 @@
 """The target ``fmi``: co-simulation units of FMI 2.0 and 3.0 with their sources, and a binary where a compiler is."""
 
-from __future__ import annotations
-
 import io
 import platform
 import shutil

@@ -1,7 +1,5 @@
 """The target ``linuxcnc``: HAL components, and what joins them to a configuration."""
 
-from __future__ import annotations
-
 from math import pi
 
 from fric.export.base import Files, Part, Target

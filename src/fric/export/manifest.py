@@ -1,7 +1,5 @@
 """What stands beside exported files for programs: what they are, from what they were made, and what is doubtful."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterable, Mapping

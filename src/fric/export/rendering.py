@@ -1,7 +1,5 @@
 """Files of a target from templates."""
 
-from __future__ import annotations
-
 import textwrap
 from functools import cache
 from typing import Any

@@ -1,25 +1,19 @@
 """What of a machine is exported: one axis under one scheme, as a `Part`."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
+from fric.control.base import ControlBlock, Setting
+from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.export.base import BlockPart, Part
 from fric.export.rendering import remark
 from fric.friction.stribeck import StaticMap
 from fric.reference import Reference
 from fric.simulate.blocks import blocks_of, setting_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.control.base import ControlBlock, Setting
-    from fric.control.scheme import Scheme
-    from fric.simulate.machine import Machine
+from fric.simulate.machine import Machine
 
 
 def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
@@ -68,7 +62,7 @@ def machine_of(machine: Machine, name: str) -> Part:
 
 
 def _block(block: ControlBlock, setting: Setting) -> BlockPart:
-    def at(position: float, seen: float) -> NDArray[np.float64]:
+    def at(position: float, seen: float) -> Real:
         return block.initial_state(replace(setting, position=position, seen=seen))
 
     rest = at(0.0, 0.0)

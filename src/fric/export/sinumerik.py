@@ -9,26 +9,21 @@ with ``e = exp(-(t - t_0)/T)``: a decay of K_p/K_i makes a step of voltage of it
 at the reversal: it rises to its maximum at ACCEL1, stays until ACCEL2, falls to its minimum at ACCEL3.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES
 from fric.errors import FricError
 from fric.export.base import Files, Part, Target
 from fric.export.c import name_of
-from fric.reference import circle
+from fric.reference import Reference, circle
 from fric.simulate.axis import run_axis
-
-if TYPE_CHECKING:
-    from fric.reference import Reference
-    from fric.simulate.machine import Axis, Machine
+from fric.simulate.machine import Axis, Machine
 
 RADIUS = 0.03
 """Of the circles whose reversals the pulse is fitted to [m]."""
@@ -65,13 +60,13 @@ class Pulse:
     a_2: float
     a_3: float
 
-    def amplitude(self, a: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    def amplitude(self, a: Real | float) -> Real:
         """Return the amplitude [m/s] at accelerations a [m/s²], of the same shape."""
         at, values = [0.0, self.a_1, self.a_2, self.a_3], [0.0, self.largest, self.largest, self.smallest]
         return np.asarray(np.interp(a, at, values))
 
 
-def through_controller(part: Part, decay: float, t: NDArray[np.float64]) -> NDArray[np.float64]:
+def through_controller(part: Part, decay: float, t: Real) -> Real:
     """Return what a velocity pulse of 1 m/s becomes behind the speed controller [V], at times t behind the reversal."""
     left = np.exp(-t / decay)
     return part.K_p * left + part.K_i * decay * (1 - left)
@@ -83,7 +78,7 @@ def _asked(feed: float, sampling: float) -> tuple[Reference, Reference]:
     return circle(RADIUS, feed, 2, sampling)
 
 
-def rise_of(part: Part) -> NDArray[np.float64]:
+def rise_of(part: Part) -> Real:
     """Return how friction rises behind the fastest reversal, as a voltage, shape (n,)."""
     motion, _ = _asked(FEEDS[0], part.sampling)
     reversals = np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0) + 1

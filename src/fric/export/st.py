@@ -1,7 +1,5 @@
 """The target ``st``: structured text of IEC 61131-3, functions and one function block."""
 
-from __future__ import annotations
-
 from fric.export.base import Files, Part, Target
 from fric.export.c import values_of
 from fric.export.rendering import render

@@ -1,7 +1,5 @@
 """The targets ``csv``, ``mat`` and ``xlsx``: parameters and tables for people who type them in."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -1,27 +1,23 @@
 """Circles in a real LinuxCNC, with exported compensation switched on by and by, and the same loops in simulation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from math import sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fric.contour import Circularity, circularity
+from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.export.bench import Program, Recording, build_bench, run_session
 from fric.export.rendering import render
 from fric.reference import Reference
 from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import pair
-
-if TYPE_CHECKING:
-    from fric.control.scheme import Scheme
-    from fric.simulate.machine import Machine
+from fric.simulate.machine import Machine
 
 
 @dataclass(frozen=True)

@@ -1,23 +1,17 @@
 """Whether what would be exported may be trusted: what the verdict says of it, by its files and by simulated circles."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from fric.control.scheme import NONE
+from fric.control.scheme import NONE, Scheme
 from fric.errors import FricError
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.contour_run import pair
+from fric.simulate.machine import Machine
 from fric.verdict.candidates import candidates_of
 from fric.verdict.decide import decide, reasons_against
 from fric.verdict.evidence import Evidence
-
-if TYPE_CHECKING:
-    from fric.control.scheme import Scheme
-    from fric.simulate.machine import Machine
 
 
 def judged(

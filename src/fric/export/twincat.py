@@ -5,11 +5,9 @@ they leave least of the steady friction: each next one as far as the interpolati
 bound is bisected until 20 points reach the largest velocity.
 """
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.export.base import Files, Part, Target
 from fric.export.c import name_of
 
@@ -19,9 +17,7 @@ FASTEST = 0.5
 """Largest velocity of the list [m/s, rad/s]."""
 
 
-def list_of(
-    part: Part, current_per_volt: float = 1.0, fastest: float = FASTEST
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+def list_of(part: Part, current_per_volt: float = 1.0, fastest: float = FASTEST) -> tuple[Real, Real, float]:
     """Return velocities, currents, and the largest error of the interpolation [N].
 
     Parameters
@@ -41,7 +37,7 @@ def list_of(
     v = np.concatenate([[0.0], np.geomspace(1e-7 * fastest, fastest, 4000)])
     half = POINTS // 2
 
-    def side(sign: float) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    def side(sign: float) -> tuple[Real, Real, float]:
         force = np.asarray(part.model.steady_state(sign * np.maximum(v, 1e-9 * fastest)), float)
 
         def chosen(bound: float) -> list[int]:
@@ -72,7 +68,7 @@ def list_of(
     return velocity, part.gain * force / part.K_f * current_per_volt, max(e_minus, e_plus)
 
 
-def _error(v: NDArray[np.float64], force: NDArray[np.float64], first: int, last: int) -> float:
+def _error(v: Real, force: Real, first: int, last: int) -> float:
     inside = slice(first, last + 1)
     line = np.interp(v[inside], [v[first], v[last]], [force[first], force[last]])
     return float(np.abs(line - force[inside]).max())

@@ -1,20 +1,12 @@
 """Bode diagram of open loops, with their margins."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from fric.design.margins import decibel
+from fric.design.margins import Loop, decibel
 from fric.figures.style import GREY, look, new_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.figure import Figure
-
-    from fric.design.margins import Loop
 
 
 def bode_figure(loops: Iterable[Loop], nyquist: float, lowest: float = 0.5) -> Figure:

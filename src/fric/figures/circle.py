@@ -1,28 +1,23 @@
 """The circular test drawn as machine tool people draw circularity: the radial error magnified on a polar plot."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import ceil, pi
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
 from fric.contour import QUADRANTS
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from fric.simulate.circle import CircleRun
+from fric.simulate.circle import CircleRun
 
 LINES = 4
 """Grid lines on either side of the nominal circle, which is drawn with a radius of twice as many."""
 
 
-@view("contour", of="CircleRun")
+@view("contour", of="CircleRun", usual=True)
 def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     """Return the radial error of each scheme on a polar plot, all at one magnification (Figs. 8 and 9 of the paper).
 

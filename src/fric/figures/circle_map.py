@@ -1,21 +1,14 @@
 """The glitch of each scheme over feed and radius."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
 
 from fric.figures.style import GREY, VERMILION, new_figure
 from fric.figures.views import view
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from fric.simulate.over_circles import CircleMap
+from fric.simulate.over_circles import CircleMap
 
 
-@view("map", of="CircleMap")
+@view("map", of="CircleMap", usual=True)
 def draw_circle_map(found: CircleMap) -> Figure:
     """Return a panel a scheme: its glitch in µm by feed and radius, one scale of colours; a cross where it cannot run.
 

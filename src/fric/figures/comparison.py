@@ -1,22 +1,15 @@
 """Friction models side by side: how far each is off, and where."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
 
 from fric.figures.style import BLUE, GREY, VERMILION, look, new_figure
 from fric.figures.views import view
+from fric.identify.replay.compare import Comparison
 from fric.units import prefixed, si_unit
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-    from fric.identify.replay.compare import Comparison
-
-
-@view("scores", of="Comparison")
+@view("scores", of="Comparison", usual=True)
 def draw_comparison(comparison: Comparison) -> Figure:
     """Draw the rms of every model, and the loops of the first stroke pair scored of the first record that is scored."""
     scores = comparison.scores

@@ -1,25 +1,20 @@
 """A measured circle as machine tool people draw it, and the error over time at each of its reversals."""
 
-from __future__ import annotations
-
 from math import pi
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
 from fric.figures.circle import LINES, direction_arrow, grid_lines, grid_of
 from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure
 from fric.figures.views import view
+from fric.identify.circle.agreement import Agreement
+from fric.identify.circle.diagnose import Diagnosis
 from fric.identify.circle.glitches import smoothed
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from fric.identify.circle.agreement import Agreement
-    from fric.identify.circle.diagnose import Diagnosis
 
 COLOURS = {1: BLUE, -1: GREEN}
 """Colour of each direction."""
@@ -27,7 +22,7 @@ PARTS = 1440
 """Parts of a turn that are drawn."""
 
 
-@view("diagnosis", of="Diagnosis")
+@view("diagnosis", of="Diagnosis", usual=True)
 def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figure:
     """Return the radial deviation of a measured circle on a polar plot, and over time at each reversal.
 

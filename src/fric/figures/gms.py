@@ -1,28 +1,21 @@
 """Pre-sliding cycles, virgin curve, and replay: Figs. 4 and 5 of the paper."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from fric.arrays import Real
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure
 from fric.figures.views import view
+from fric.identify.gms.cycles import HysteresisCycles
+from fric.identify.gms.fit import GMSFit
+from fric.identify.replay.measured import Replay
 from fric.units import prefixed, si_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from fric.identify.gms.cycles import HysteresisCycles
-    from fric.identify.gms.fit import GMSFit
-    from fric.identify.replay.measured import Replay
 
 Scale = tuple[float, str]
 
 
-@view("cycles", of="GMSFit")
+@view("cycles", of="GMSFit", usual=True)
 def draw_gms(fit: GMSFit) -> Figure:
     """Draw the loops, the virgin curve with its knots and band, and the measured against the replayed force.
 
@@ -89,7 +82,7 @@ def _curve(axes: Axes, fit: GMSFit, force: Scale, *, logarithmic: bool) -> None:
     at = np.unique(np.concatenate([np.geomspace(z[0], shown, 400), knots[knots <= shown]]))
     stiffness = np.asarray(fit.k.value)
 
-    def model(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def model(x: Real) -> Real:
         return np.asarray(np.minimum(x[:, None], knots) @ stiffness)
 
     axes.plot(at * length[0], model(at) * force[0], color=BLUE, lw=1.0, label="GMS")

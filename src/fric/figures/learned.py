@@ -1,22 +1,15 @@
 """A contour that is learned: its glitch over the rounds, and the radial error of the first and the last."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from fric.identify.circle.learn import Learned
+from fric.identify.circle.learn import Learned
 
 
-@view("rounds", of="Learned")
+@view("rounds", of="Learned", usual=True)
 def draw_learned(found: Learned) -> Figure:
     """Return the glitch over the rounds and what is left of other circles, and the radial error before and after.
 

@@ -1,22 +1,16 @@
 """How the glitch of each scheme is distributed over many machines, and how often each is the best."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from fric.figures.style import BLUE, GREY, SKY, VERMILION, new_figure
 from fric.figures.views import view
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from fric.simulate.monte_carlo import MonteCarlo
+from fric.simulate.monte_carlo import MonteCarlo
 
 
-@view("distribution", of="MonteCarlo")
+@view("distribution", of="MonteCarlo", usual=True)
 def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = None) -> Figure:
     """Return the glitches of all machines by scheme, and the share of machines on which each scheme is the best.
 

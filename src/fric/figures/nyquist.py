@@ -1,21 +1,13 @@
 """Nyquist and Nichols diagram of open loops, with their margins."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from fric.design.margins import decibel
+from fric.design.margins import Loop, Margins, decibel
 from fric.figures.bode import unwrapped
 from fric.figures.style import BLACK, GREY, look, new_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.figure import Figure
-
-    from fric.design.margins import Loop, Margins
 
 
 def nyquist_figure(loops: Iterable[Loop], nyquist: float) -> Figure:

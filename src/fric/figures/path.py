@@ -1,22 +1,16 @@
 """What schemes leave of a path: the path with its reversals, and the contour error along it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from fric.figures.style import CYCLE, GREY, VERMILION, new_figure
 from fric.figures.views import view
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from fric.simulate.path import PathRun
+from fric.simulate.path import PathRun
 
 
-@view("contour", of="PathRun")
+@view("contour", of="PathRun", usual=True)
 def path_figure(runs: Sequence[PathRun]) -> Figure:
     """Return the path with the places where an axis turns, and beside it the contour error of each scheme along it.
 

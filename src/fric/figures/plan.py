@@ -1,23 +1,16 @@
 """Where planned records sample friction: speeds on the static map, sines on the virgin curve, half-widths expected."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
 
 from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
 from fric.friction.directed import Directed
+from fric.planning.plan import Plan
 from fric.units import prefixed, si_unit
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-    from fric.planning.plan import Plan
-
-
-@view("plan", of="Plan")
+@view("plan", of="Plan", usual=True)
 def draw_plan(plan: Plan) -> Figure:
     """Draw the speeds of a plan on the map that is known, its sines on the virgin curve, and what they will tell.
 

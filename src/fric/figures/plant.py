@@ -1,29 +1,24 @@
 """Bode diagram of an identified plant, and a motion with what the rigid axis makes of it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from fric.arrays import Complex, Real
 from fric.figures.style import BLACK, BLUE, CYCLE, GREY, VERMILION, look, new_figure
 from fric.figures.views import view
+from fric.identify.plant.fit import PlantFit, ResponseFit
+from fric.identify.plant.rigid_body import MotionFit
 from fric.units import si_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from fric.identify.plant.fit import PlantFit, ResponseFit
-    from fric.identify.plant.rigid_body import MotionFit
 
 MARKERS = "osD^v"
 
 
-@view("response", of="PlantFit")
+@view("response", of="PlantFit", usual=True)
 def draw_plant(fit: PlantFit) -> Figure:
     """Draw measured responses with 95 % bars and eq. (1) with its band; below, what eq. (1) leaves.
 
@@ -80,13 +75,13 @@ def _measured(top: Axes, middle: Axes, response: ResponseFit, colour: str, marke
                   label="left out" if axes is top and np.any(~used) else None)  # fmt: skip
 
 
-def _branch(response: ResponseFit) -> NDArray[np.float64]:
+def _branch(response: ResponseFit) -> Real:
     """Return the measured phase [rad] on the branch of the model, which no noise has unwrapped."""
     model = _phase(response.model(response.measured.table.frequency))
     return model + np.angle(response.measured.response / response.model(response.measured.table.frequency))
 
 
-def _phase(G: NDArray[np.complex128]) -> NDArray[np.float64]:
+def _phase(G: Complex) -> Real:
     """Return an unwrapped phase [rad] that starts between -270° and -90°, as eq. (1) does."""
     phase = np.unwrap(np.angle(G))
     return phase - 2 * np.pi * np.ceil((phase[0] + np.pi / 4) / (2 * np.pi))
@@ -119,7 +114,7 @@ def _range(fit: PlantFit) -> tuple[float, float]:
     return float(used.min()), float(used.max())
 
 
-def _draws(fit: PlantFit, f: NDArray[np.float64], count: int = 200) -> NDArray[np.complex128]:
+def _draws(fit: PlantFit, f: Real, count: int = 200) -> Complex:
     """Return responses of parameters drawn from their joint normal distribution, shape (count, n)."""
     values = np.random.default_rng(0).multivariate_normal(fit.solution.values, fit.solution.covariance, count)
     return np.array([fit.responses[0].of(replace(fit.solution, values=v), f, friction=False) for v in values])
@@ -154,7 +149,7 @@ def _influence(axes: Axes, fit: PlantFit) -> None:
     axes.legend()
 
 
-@view("motion", of="MotionFit")
+@view("motion", of="MotionFit", usual=True)
 def draw_motion(fit: MotionFit) -> Figure:
     """Draw the logged force with that of the fitted rigid axis, and what is left.
 
@@ -184,7 +179,7 @@ def draw_motion(fit: MotionFit) -> Figure:
         return figure
 
 
-def _runs(time: NDArray[np.float64]) -> list[tuple[int, int]]:
+def _runs(time: Real) -> list[tuple[int, int]]:
     """Return start and stop of the stretches in which time rises: the records, when several were fitted."""
     cuts = [0, *(np.flatnonzero(np.diff(time) <= 0) + 1).tolist(), len(time)]
     return list(pairwise(cuts))

@@ -1,21 +1,14 @@
 """How far Q may reach: Fig. 7 of the paper."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
 
+from fric.design.observer import ObserverDesign
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure
 from fric.figures.views import view
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-    from fric.design.observer import ObserverDesign
-
-
-@view("q", of="ObserverDesign")
+@view("q", of="ObserverDesign", usual=True)
 def q_filter_figure(design: ObserverDesign) -> Figure:
     """Draw |Q| below 1/|Delta|, as in Fig. 7: the chosen Q, and the largest by eq. (8), which touches.
 

@@ -1,25 +1,19 @@
 """A record as it was logged, with what `fric inspect` found in it."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.figures.style import BLUE, GREY, ORANGE, VERMILION, new_figure
+from fric.identify.records.inspected import Inspection
+from fric.identify.records.inspection import Inspected
 from fric.identify.static_map.points import standard_errors
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.units import prefixed, si_unit
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from fric.identify.records.inspected import Inspection
-    from fric.identify.records.inspection import Inspected
 
 POINTS = 4000
 """Columns that a curve is drawn in: more samples than twice that are drawn as their least and greatest."""
@@ -58,7 +52,7 @@ def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure
         return figure
 
 
-def thinned(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def thinned(x: Real, y: Real) -> tuple[Real, Real]:
     """Return the curve by the least and greatest value in each of `POINTS` columns, where there are many samples."""
     n = len(y)
     if n <= 2 * POINTS:
@@ -70,11 +64,11 @@ def thinned(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.
     return x[index], y[index]
 
 
-def _size(values: NDArray[np.float64]) -> float:
+def _size(values: Real) -> float:
     return float(np.nanmax(np.abs(values), initial=0.0))
 
 
-def _velocity(log: Log) -> NDArray[np.float64]:
+def _velocity(log: Log) -> Real:
     """Return the velocity; of a position log, its slope over about a hundredth part of a second or ten samples."""
     if log.velocity is not None:
         return log.velocity

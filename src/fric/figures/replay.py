@@ -1,25 +1,18 @@
 """Measured against replayed force."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
 
 from fric.figures.style import BLACK, BLUE, GREY, new_figure
 from fric.figures.views import view
+from fric.identify.replay.replay_fit import ReplayFit
 from fric.units import prefixed, si_unit
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from fric.identify.replay.replay_fit import ReplayFit
 
 MOST = 4
 """Records that are drawn."""
 
 
-@view("replay", of="ReplayFit")
+@view("replay", of="ReplayFit", usual=True)
 def draw_replay(fit: ReplayFit) -> Figure:
     """Draw, for each record, measured and replayed force over position, and the residual over time."""
     records = fit.records[:MOST]

@@ -1,20 +1,14 @@
 """What happens while an axis reverses: its error, and the voltages that stand against friction."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from fric.figures.style import BLUE, GREEN, GREY, VERMILION, new_figure
 from fric.figures.views import view
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from fric.simulate.axis import Trace
-    from fric.simulate.circle import CircleRun
+from fric.simulate.axis import Trace
+from fric.simulate.circle import CircleRun
 
 AROUND = np.pi / 12
 """Half the width of what is shown, as an angle on the circle [rad]."""

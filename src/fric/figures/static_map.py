@@ -1,27 +1,20 @@
 """Measured and fitted friction-velocity map, as Fig. 2 of the paper."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from fric.arrays import Real
 from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
+from fric.identify.static_map.identify import StaticFit
+from fric.identify.static_map.map_fit import MapFit, SpeedPoint
 from fric.units import prefixed, si_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from fric.identify.static_map.identify import StaticFit
-    from fric.identify.static_map.map_fit import MapFit, SpeedPoint
 
 _VELOCITY_SCALES = {"linear": (1e3, "mm/s"), "rotary": (1.0, "rad/s")}
 
 
-@view("map", of="StaticFit")
+@view("map", of="StaticFit", usual=True)
 def draw_static_map(fit: StaticFit) -> Figure:
     """Draw the measured forces with error bars, the fitted map of eq. (2) and its 95 % band.
 
@@ -69,7 +62,7 @@ def draw_static_map(fit: StaticFit) -> Figure:
 
 
 def _points(
-    axes: Axes, x: NDArray[np.float64], y: NDArray[np.float64], error: NDArray[np.float64],
+    axes: Axes, x: Real, y: Real, error: Real,
     colour: str = BLACK, marker: str = "o", label: str = "measured, 95 %",
 ) -> None:  # fmt: skip
     axes.errorbar(
@@ -89,7 +82,7 @@ def _maps(fit: StaticFit) -> list[tuple[MapFit, int, str]]:
 
 
 def _curve(
-    left: Axes, right: Axes, fit: MapFit, sign: int, colour: str, v: NDArray[np.float64], scale: float, factor: float,
+    left: Axes, right: Axes, fit: MapFit, sign: int, colour: str, v: Real, scale: float, factor: float,
     *, single: bool,
 ) -> None:  # fmt: skip
     line = "-" if sign > 0 else "--"

@@ -1,26 +1,20 @@
 """The voltage of recorded circles at their reversals, and what belief and result make of it."""
 
-from __future__ import annotations
-
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from fric.arrays import Real
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.tuned import TunedAxis
+from fric.identify.circle.tuned import TunedAxis
 
 AROUND = np.radians(25.0)
 """Half of what is shown around a reversal, as an angle on the circle [rad]."""
 
 
-@view("voltage", of="TunedAxis")
+@view("voltage", of="TunedAxis", usual=True)
 def draw_tuned(one: TunedAxis) -> Figure:
     """Return the control voltage around the reversals of an axis, measured and replayed: before tuning and after.
 
@@ -66,7 +60,7 @@ def draw_tuned(one: TunedAxis) -> Figure:
     return figure
 
 
-def _turns(angle: NDArray[np.float64]) -> float:
+def _turns(angle: Real) -> float:
     """Return 1 where the angle grows over time, -1 where it falls."""
     return 1.0 if angle[-1] >= angle[0] else -1.0
 

@@ -1,22 +1,19 @@
 """A recorded motion and its replay by the identified axis, in the second where they differ most."""
 
-from __future__ import annotations
+from collections.abc import Sequence
 
-from typing import TYPE_CHECKING
+from matplotlib.figure import Figure
 
 from fric.figures.style import GREY, VERMILION, new_figure
 from fric.figures.views import view
+from fric.simulate.validation import Validation
 from fric.units import prefixed, si_unit
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-    from fric.simulate.validation import Validation
-
-
-@view("validation", of="Validation")
-def draw_validation(validation: Validation) -> Figure:
-    """Draw measured and simulated signals, and their difference, over the worst second."""
+@view("validation", of="Validation", usual=True)
+def draw_validation(validations: Sequence[Validation]) -> Figure:
+    """Draw measured and simulated signals of the first replay, and their difference, over the worst second."""
+    validation = validations[0]
     log, (first, stop) = validation.log, validation.worst
     time = log.time[first:stop]
     shown = [name for name in ("position", "velocity", "force") if name in validation.signals]

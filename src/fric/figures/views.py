@@ -1,30 +1,30 @@
 """The figures by name: each is a function in a file of this room that says what it draws; a new one is one new file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
+
+from matplotlib.figure import Figure
 
 import fric.figures
 from fric.errors import FricError
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Draw = TypeVar("Draw", bound="Callable[..., Figure]")
+Draw = TypeVar("Draw", bound=Callable[..., Figure])
 
 
 @dataclass(frozen=True)
 class View:
-    """One figure: its name, the type that it draws (or a sequence of), and the function."""
+    """One figure: its name, the type that it draws (or a sequence of), the function, whether it is the usual one."""
 
     name: str
     of: str
     draw: Callable[..., Figure]
+    usual: bool = False
 
     @property
     def summary(self) -> str:
@@ -35,32 +35,49 @@ class View:
 _FOUND: dict[tuple[str, str], View] = {}
 
 
-def view(name: str, of: str) -> Callable[[Draw], Draw]:
-    """Enter a function as the figure ``name`` of a type, given by its name: a figure imports none of what it draws."""
+def view(name: str, of: str, *, usual: bool = False) -> Callable[[Draw], Draw]:
+    """Enter a function as a figure of a type.
+
+    Parameters
+    ----------
+    name
+        What it is called in ``--plot NAME=FILE``.
+    of
+        Name of the type that it draws: a figure imports none of what it draws.
+    usual
+        Whether it is what ``--plot FILE`` draws of that type; one figure is.
+    """
 
     def entered(draw: Draw) -> Draw:
-        _FOUND[of, name] = View(name, of, draw)
+        _FOUND[of, name] = View(name, of, draw, usual)
         return draw
 
     return entered
 
 
 @cache
-def views() -> tuple[View, ...]:
-    """Return every figure of this package, by type and name."""
-    for module in iter_modules(fric.figures.__path__):
-        import_module(f"fric.figures.{module.name}")
-    return tuple(one for _, one in sorted(_FOUND.items()))
+def _sources() -> dict[str, str]:
+    """Return the text of each file of this room, by module."""
+    names = [f"fric.figures.{module.name}" for module in iter_modules(fric.figures.__path__)]
+    return {name: Path(str(spec.origin)).read_text("utf-8") for name in names if (spec := find_spec(name))}
 
 
-def views_of(parts: Sequence[Any]) -> dict[str, Callable[[], Figure]]:
-    """Return the figures of what a result holds, by name, each ready to be drawn."""
+@cache
+def views(of: str | None = None) -> tuple[View, ...]:
+    """Return every figure, by type and name; or those of one type, for which no other file is loaded."""
+    for module, source in _sources().items():
+        if of is None or f'"{of}"' in source.replace("'", '"'):
+            import_module(module)
+    return tuple(one for _, one in sorted(_FOUND.items()) if of in {None, one.of})
+
+
+def views_of(parts: Sequence[Any], *, usual: bool = False) -> dict[str, Callable[[], Figure]]:
+    """Return the figures of what a result holds by name, each ready to be drawn: all, or the usual ones."""
     found: dict[str, Callable[[], Figure]] = {}
     for part in parts:
         many = isinstance(part, Sequence) and not isinstance(part, str)
-        kind = type(part[0] if many and part else part).__name__
-        for one in views():
-            if one.of == kind:
+        for one in views(type(part[0] if many and part else part).__name__):
+            if one.usual or not usual:
                 found[one.name] = lambda one=one, part=part: one.draw(part)  # type: ignore[misc]
     return found
 

@@ -1,16 +1,12 @@
 """What is checked of a record while it streams by: its clock, and the signs of its channels."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.errors import FricError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 WINDOW = 32
 """Samples that a sampling period is taken over."""
@@ -39,12 +35,12 @@ class Clock:
         self._last: float | None = None
         self._left = np.empty(0)
         self._left_rows = np.empty(0, dtype=np.int64)
-        self._periods: list[NDArray[np.float64]] = []
+        self._periods: list[Real] = []
         self._rows: list[NDArray[np.int64]] = []
         self._window = 0
         self.samples = 0
 
-    def tick(self, time: NDArray[np.float64], rows: NDArray[np.int64]) -> None:
+    def tick(self, time: Real, rows: NDArray[np.int64]) -> None:
         """Take the next instants [s] and their rows in the file.
 
         Raises
@@ -73,7 +69,7 @@ class Clock:
         self.samples += len(time)
         self._gather(steps, rows)
 
-    def _gather(self, steps: NDArray[np.float64], rows: NDArray[np.int64]) -> None:
+    def _gather(self, steps: Real, rows: NDArray[np.int64]) -> None:
         if not self._window:
             self._window = int(np.clip(len(steps) // 8, 4, WINDOW))
         if len(self._left):
@@ -141,12 +137,12 @@ class Signs:
         self.work = np.zeros(2)
         self.agreement = np.zeros(2)
 
-    def add(self, block: Mapping[str, NDArray[np.float64]]) -> None:
+    def add(self, block: Mapping[str, Real]) -> None:
         """Take the next samples of each channel, in SI; what is beyond all numbers weighs nothing."""
         with np.errstate(over="ignore", invalid="ignore"):
             self._add(block)
 
-    def _add(self, block: Mapping[str, NDArray[np.float64]]) -> None:
+    def _add(self, block: Mapping[str, Real]) -> None:
         time, x, v, force = (block.get(name) for name in ("time", "position", "velocity", "force"))
         if time is None and v is not None and force is not None:  # a table of mean forces
             self.work += _weighed(force * v)
@@ -168,9 +164,9 @@ class Signs:
         return ""
 
 
-def _summed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _summed(values: Real) -> Real:
     return np.add.reduceat(values, np.arange(0, len(values), WINDOW))
 
 
-def _weighed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _weighed(values: Real) -> Real:
     return np.array([values.sum(), np.abs(values).sum()])

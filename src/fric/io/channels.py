@@ -1,16 +1,16 @@
 """From the columns of a foreign table to channels in SI: which column, which factor, which sign."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatch
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.columns import (
     CHANNELS,
     FORCE_VELOCITY,
@@ -24,11 +24,6 @@ from fric.errors import FricError
 from fric.io.likely import refuse_left_out
 from fric.io.readers.base import Table, plain_name
 from fric.units import Motion, factor, parse, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Values = NDArray[np.float64]
 
 SPOKEN = {"torque": "force", "voltage": "input", "t": "time"}
 """What headers call a channel, beside its own name."""
@@ -89,10 +84,10 @@ class Plan:
     stated: frozenset[str]
     """Channels whose sign the mapping states."""
 
-    def convert(self, columns: list[Values], rows: NDArray[np.int64]) -> dict[str, Values]:
+    def convert(self, columns: list[Real], rows: NDArray[np.int64]) -> dict[str, Real]:
         """Return the channels in SI from the wanted columns; a time that was not logged counts the rows."""
         by_index = dict(zip(self.wanted, columns, strict=True))
-        found: dict[str, Values] = {}
+        found: dict[str, Real] = {}
         for channel, origin in self.origins.items():
             if origin.column is None and channel == "time":
                 found[channel] = rows.astype(np.float64) * origin.factor

@@ -1,20 +1,17 @@
 """Columns of a log file that grow: whole chunks are compressed beside the work, and written as they are."""
 
-from __future__ import annotations
-
 import zlib
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from fric.arrays import Real
 
-    Buffer = bytes | NDArray[np.float64]
+Buffer = bytes | Real
 
 CHUNK = 65_536
 """Samples a chunk: half a MiB of doubles."""
@@ -59,7 +56,7 @@ class GrowingColumn:
         self._jobs: deque[Future[None]] = deque()
         self._written, self._room, self._chunk = 0, 0, CHUNK
 
-    def append(self, values: NDArray[np.float64]) -> None:
+    def append(self, values: Real) -> None:
         """Add values."""
         while len(values):
             part = values[: CHUNK - self._filled]
@@ -82,7 +79,7 @@ class GrowingColumn:
         while len(self._jobs) > jobs:
             self._jobs.popleft().result()
 
-    def _write(self, values: NDArray[np.float64]) -> None:
+    def _write(self, values: Real) -> None:
         chunk, mask = _packed(values)
         if self._written + CHUNK > self._room:
             self._room = max(2 * self._room, 8 * CHUNK)
@@ -100,7 +97,7 @@ class GrowingColumn:
         return data
 
 
-def _packed(values: NDArray[np.float64]) -> tuple[Buffer, int]:
+def _packed(values: Real) -> tuple[Buffer, int]:
     """Shuffle and deflate one chunk, as HDF5's filters read it; return it and its filter mask.
 
     The lower bytes of a measured channel are noise, on which deflate spends most of the time of an ingest for little.
@@ -112,6 +109,6 @@ def _packed(values: NDArray[np.float64]) -> tuple[Buffer, int]:
     return zlib.compress(_shuffled(values).data, LEVEL), 0
 
 
-def _shuffled(values: NDArray[np.float64]) -> NDArray[np.uint8]:
+def _shuffled(values: Real) -> NDArray[np.uint8]:
     """Put the bytes of one significance side by side."""
     return np.ascontiguousarray(values.view(np.uint8).reshape(-1, 8).T)

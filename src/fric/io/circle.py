@@ -1,12 +1,11 @@
 """Circle test files: HDF5 with ``fric = "circle/1"``. The root is a test; ``tests/`` holds further ones of its form."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import h5py
+from numpy.typing import NDArray
 
 from fric.columns import channel_dimension
 from fric.errors import FricError
@@ -18,9 +17,6 @@ from fric.io.safe_hdf5 import column, open_file, text
 from fric.io.staged_hdf5 import staged_hdf5
 from fric.simulate.circle import CircleRun
 from fric.units import si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FORMAT = "circle/1"
 BALL_BAR = {"angle": "rad", "deviation": "m"}

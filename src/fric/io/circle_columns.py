@@ -1,25 +1,19 @@
 """Which columns of a foreign table are what of a circle test: by a mapping, by the header, or by what they hold."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.columns import BALL_BAR
 from fric.documents.mapping import Channel, MappingDocument
 from fric.errors import FricError
 from fric.identify.circle.revolutions import fit_circle
 from fric.io.channels import Origin, Plan, origin_of
+from fric.io.readers.base import Table
 from fric.notice import Notice
 from fric.units import factor
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.io.readers.base import Table
 
 AXES = "xyz"
 ROLES = {
@@ -189,7 +183,7 @@ def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice
     return Plan("linear", origins, wanted, names, "time", frozenset()), [notice]
 
 
-def _is_circle(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
+def _is_circle(x: Real, y: Real) -> float:
     """Return the radius of the circle that two columns run on while they move; 0 where they do not."""
     moving = np.hypot(np.gradient(x), np.gradient(y)) > 0
     if np.count_nonzero(moving) < 100 or not (np.ptp(x) > 0 and np.ptp(y) > 0):

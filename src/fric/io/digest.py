@@ -1,7 +1,5 @@
 """The sha256 of a file, by which a record that is there already is known."""
 
-from __future__ import annotations
-
 import hashlib
 from collections import deque
 from collections.abc import Iterable

@@ -1,20 +1,14 @@
 """Feedforward files: HDF5 with ``fric = "feedforward/1"``, voltage against friction, as it was learned."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
+from fric.identify.circle.measured_inverse import Table
 from fric.io.safe_hdf5 import column, open_file
 from fric.io.staged_hdf5 import staged_hdf5
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.circle.measured_inverse import Table
 
 FORMAT = "feedforward/1"
 UNITS = {"time": "s", "reference": "m", "voltage": "V"}
@@ -36,7 +30,7 @@ def write_feedforward(path: Path, table: Table, provenance: str = "", *, force: 
             check()
 
 
-def read_feedforward(path: Path) -> dict[str, NDArray[np.float64]]:
+def read_feedforward(path: Path) -> dict[str, Real]:
     """Read the voltage that each axis fed forward against friction [V], by its name.
 
     Raises

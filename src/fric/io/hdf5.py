@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import h5py
 import numpy as np
 
+from fric.arrays import Real
 from fric.columns import (
     CHANNELS,
     FORCE_VELOCITY,
@@ -26,11 +28,6 @@ from fric.io.staged_hdf5 import staged_hdf5
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, axis_name
 from fric.output import alone
 from fric.units import SI_UNITS, Motion, factor, si_unit
-
-if TYPE_CHECKING:
-    from concurrent.futures import ThreadPoolExecutor
-
-    from numpy.typing import NDArray
 
 FORMAT = "log/1"
 
@@ -114,7 +111,7 @@ class RecordWriter:
         self._columns: dict[str, GrowingColumn] = {}
         self.name = str(group.name).rpartition("/")[2]
 
-    def extend(self, block: Mapping[str, NDArray[np.float64]]) -> None:
+    def extend(self, block: Mapping[str, Real]) -> None:
         """Append the same number of samples to each channel (or column of a response), in SI."""
         for channel, values in block.items():
             if channel not in self._columns:
@@ -215,7 +212,7 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
     motion: Motion = common["motion"]
     attributes = {"name": name, "source": str(path), "sha256": text(group.attrs, "sha256"), **common}
 
-    def column(key: str, dimension: str) -> NDArray[np.float64] | None:
+    def column(key: str, dimension: str) -> Real | None:
         if key not in group:
             return None
         values, unit = safe_column(group, key), text(group[key].attrs, "unit", si_unit(dimension, motion))

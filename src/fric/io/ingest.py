@@ -1,7 +1,5 @@
 """Foreign logs in, one log file out: columns are mapped to channels in SI, and checked, block by block."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing

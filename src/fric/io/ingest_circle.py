@@ -1,16 +1,15 @@
 """Foreign traces of circle tests in, one circle test file out: every arc of a trace that is a whole circle."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.columns import BALL_BAR
 from fric.documents.mapping import MappingDocument
 from fric.documents.provenance import provenance
@@ -18,20 +17,16 @@ from fric.errors import FricError
 from fric.identify.circle.measured import AxisTrace, Instrument, MeasuredCircle
 from fric.identify.circle.revolutions import FoundCircle, find_circles, rounded
 from fric.io.audit import Clock
+from fric.io.channels import Plan
 from fric.io.circle import FORMAT, read_circles, write_circles
 from fric.io.circle_columns import circle_plan
 from fric.io.digest import digest_of
 from fric.io.ingest_session import Progress
 from fric.io.readers import tables
+from fric.io.readers.base import Table
 from fric.io.rows import WholeRows
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.io.channels import Plan
-    from fric.io.readers.base import Table
 
 
 @dataclass(frozen=True)
@@ -152,7 +147,7 @@ def ingest_circles(
     return IngestedCircles(str(output), tuple(found), samples, tuple(dict.fromkeys(warnings)))
 
 
-def _whole(table: Table, chosen: Plan, drop: bool, progress: Progress) -> dict[str, NDArray[np.float64]]:
+def _whole(table: Table, chosen: Plan, drop: bool, progress: Progress) -> dict[str, Real]:
     """Return all channels of a table in SI."""
     rows_of, clock, parts = WholeRows(table, chosen, drop), Clock(table.place), []
     for block in table.read(chosen.wanted):
@@ -165,9 +160,7 @@ def _whole(table: Table, chosen: Plan, drop: bool, progress: Progress) -> dict[s
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _tests(
-    channels: dict[str, NDArray[np.float64]], stated: StatedCircle, source: str, digest: str
-) -> Iterator[MeasuredCircle]:
+def _tests(channels: dict[str, Real], stated: StatedCircle, source: str, digest: str) -> Iterator[MeasuredCircle]:
     if set(BALL_BAR) <= channels.keys():
         yield _ball_bar(channels, stated, source, digest)
         return
@@ -206,9 +199,7 @@ def _named(
     )  # fmt: skip
 
 
-def _ball_bar(
-    channels: dict[str, NDArray[np.float64]], stated: StatedCircle, source: str, digest: str
-) -> MeasuredCircle:
+def _ball_bar(channels: dict[str, Real], stated: StatedCircle, source: str, digest: str) -> MeasuredCircle:
     angle = np.unwrap(channels["angle"])
     if stated.radius is None:
         raise FricError("a ball bar's deviation does not tell the radius", where=source, hint='Say --radius "150 mm".')

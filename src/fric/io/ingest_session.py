@@ -1,15 +1,14 @@
 """One call of `fric ingest` at work: tables become records, checked, block by block."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, cast
+from typing import Literal, cast
 
+from fric.arrays import Real
 from fric.columns import FORCE_VELOCITY, Kind
 from fric.documents.mapping import MappingDocument, filled
 from fric.errors import FricError
@@ -21,9 +20,6 @@ from fric.io.join import joined
 from fric.io.readers.base import Table
 from fric.io.rows import WholeRows
 from fric.units import Motion
-
-if TYPE_CHECKING:
-    from fric.io.channels import Values
 
 KIND_OF_FORM: dict[Form, Kind] = {"response": "frequency-response", "means": FORCE_VELOCITY}
 """Kinds that the columns tell."""
@@ -156,11 +152,11 @@ class Session:
             files.append((table, chosen))
         self.records.append(self._add(*joined(files), writer, source, lambda: sha256))
 
-    def _blocks(self, table: Table, chosen: Plan) -> tuple[Iterator[dict[str, Values]], list[int]]:
+    def _blocks(self, table: Table, chosen: Plan) -> tuple[Iterator[dict[str, Real]], list[int]]:
         """Return the channels of a table block by block, checked, inside the window; and a count of what is dropped."""
         rows_of, clock, dropped = WholeRows(table, chosen, self._drop), Clock(table.place), [0]
 
-        def blocks() -> Iterator[dict[str, Values]]:
+        def blocks() -> Iterator[dict[str, Real]]:
             for block in table.read(chosen.wanted):
                 good, rows = rows_of.good(block)
                 channels = chosen.convert(good, rows)
@@ -201,7 +197,7 @@ class Session:
         left_out = tuple(column.name for n, column in enumerate(table.columns) if n not in chosen.wanted)
         return IngestedRecord(record.name, source, sha256, kind, samples, total, chosen.description(), left_out)
 
-    def _inside(self, channels: dict[str, Values]) -> dict[str, Values]:
+    def _inside(self, channels: dict[str, Real]) -> dict[str, Real]:
         """Return the samples whose time is inside the window."""
         if self._window == EVERYTHING:
             return channels

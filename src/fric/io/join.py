@@ -1,7 +1,5 @@
 """Channels that were logged in separate files by one clock, as one table."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,20 +1,13 @@
 """Which column of a foreign log looks like which channel: by its name, and by what its unit measures."""
 
-from __future__ import annotations
-
 import re
+from collections.abc import Collection
 from functools import cache
-from typing import TYPE_CHECKING
 
 from fric.columns import channel_dimension
 from fric.errors import FricError
-from fric.io.readers.base import Column, plain_name
+from fric.io.readers.base import Column, Table, plain_name
 from fric.units import Motion, factor, is_unit
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from fric.io.readers.base import Table
 
 WORDS = {
     "error": ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung"),  # no channel

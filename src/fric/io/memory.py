@@ -1,7 +1,5 @@
 """How the process keeps memory: for a command that streams, not for a program that fric is a guest in."""
 
-from __future__ import annotations
-
 import ctypes
 
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # malloc.h of glibc

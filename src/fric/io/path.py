@@ -1,12 +1,10 @@
 """Paths from files: two columns x and y with their units, as in ``x [mm], y [mm]``, or a recorded reference."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.identify.circle.measured import AxisTrace
 from fric.io.circle import read_circles
@@ -59,7 +57,7 @@ def _of_circle(path: Path) -> RecordedPath:
     return RecordedPath(first.time, first.reference, second.reference)
 
 
-def _columns(path: Path) -> dict[str, NDArray[np.float64]]:
+def _columns(path: Path) -> dict[str, Real]:
     """Return x and y [m], and time [s] where there is such a column."""
     table = next(iter(tables(path)))
     names = ["time"] if any(column.name.lower() == "time" for column in table.columns) else []

@@ -1,7 +1,5 @@
 """A mapping as fric would guess it, with comments, to be looked at and edited."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path

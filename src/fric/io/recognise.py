@@ -1,7 +1,5 @@
 """What a file is, by what stands in it and not by its name."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Report files: HTML for people, with what they were made of as JSON in them, so that a later report can compare."""
 
-from __future__ import annotations
-
 import json
 from html.parser import HTMLParser
 from pathlib import Path

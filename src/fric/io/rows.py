@@ -1,17 +1,12 @@
 """Rows of a table in which every cell that is wanted is a number."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.io.channels import Plan
 from fric.io.readers.base import Block, Table
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 class WholeRows:
@@ -20,7 +15,7 @@ class WholeRows:
     def __init__(self, table: Table, chosen: Plan, drop: bool) -> None:
         self._table, self._wanted, self._drop = table, chosen.wanted, drop
 
-    def good(self, block: Block) -> tuple[list[NDArray[np.float64]], NDArray[np.int64]]:
+    def good(self, block: Block) -> tuple[list[Real], NDArray[np.int64]]:
         """Return the columns without the rows that are not whole, and the rows' numbers in the file."""
         rows = np.arange(block.row, block.row + len(block.columns[0]))
         # a sum is finite when all of its terms are: cheaper than looking at each

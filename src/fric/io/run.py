@@ -1,17 +1,16 @@
 """Run files: HDF5 with ``fric = "run/1"``, a group per scheme, in it a group per axis and the metrics as attributes."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 import numpy as np
 
+from fric.arrays import Real
 from fric.contour import Circularity, ContourError, Reversal
 from fric.control.scheme import Scheme
 from fric.errors import FricError
@@ -24,9 +23,6 @@ from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
 from fric.simulate.path import PathRun, PointPath, RecordedPath
 from fric.simulate.prediction import Prediction, prediction_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FORMAT = "run/1"
 AGAIN = "Make it again with `fric simulate`."
@@ -212,7 +208,7 @@ def _described(thing: Circle) -> dict[str, Any]:
     return {key: value for key, value in values.items() if value is not None}
 
 
-def _write(group: h5py.Group, name: str, values: NDArray[np.float64], unit: str) -> None:
+def _write(group: h5py.Group, name: str, values: Real, unit: str) -> None:
     dataset = group.create_dataset(name, data=values, compression="gzip", compression_opts=1, shuffle=True)
     dataset.attrs["unit"] = unit
 

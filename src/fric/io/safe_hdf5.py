@@ -1,7 +1,5 @@
 """HDF5 files as they come from anywhere: what leads out of the file, or is not there, is refused before it is read."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,8 +9,8 @@ from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
+from fric.arrays import Real
 from fric.errors import FricError, printable
 from fric.input import foreign, regular
 
@@ -124,7 +122,7 @@ def _check_dataset(data: h5py.Dataset, where: str) -> None:
         )
 
 
-def column(group: h5py.Group, name: str, *, ndim: int = 1) -> NDArray[np.float64]:
+def column(group: h5py.Group, name: str, *, ndim: int = 1) -> Real:
     """Return a dataset of numbers, checked before it is used.
 
     Raises

@@ -1,7 +1,5 @@
 """HDF5 outputs, whole or not at all, also on a disk that fills up."""
 
-from __future__ import annotations
-
 import shutil
 import signal
 import threading

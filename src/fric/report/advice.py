@@ -1,21 +1,16 @@
 """What contours tell besides the verdict, in words that follow from the numbers. One rule a function."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import degrees, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fric.control.scheme import OBSERVER
 from fric.identify.circle.model_shape import wrong_shape
+from fric.report.report_input import Contour, ContourTest
 from fric.units import readable
 from fric.verdict.decide import EARNED
 from fric.verdict.evidence import Candidate, bare
-
-if TYPE_CHECKING:
-    from fric.report.report_input import Contour, ContourTest
 
 SAME_SIGN_LEFT = 0.1
 """Share of the glitch that a feedforward of the whole friction may leave before it is called too weak."""

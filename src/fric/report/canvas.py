@@ -1,21 +1,15 @@
 """What all figures of a report share: Bokeh's figure in the house's style, and what stands under it in words."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bokeh.models import BasicTickFormatter, ColumnDataSource, HoverTool, LogAxis
 from bokeh.plotting import figure
+from numpy.typing import ArrayLike
 
 from fric.figures.style import BLACK, BLUE, GREY
-from fric.units import prefixed, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from fric.units import Motion
+from fric.units import Motion, prefixed, si_unit
 
 INK, PALE = "#333333", "#dddddd"
 

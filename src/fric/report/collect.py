@@ -1,16 +1,15 @@
 """Files of every kind, recognised by their content, brought together for a report."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from math import isfinite, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
 from fric.documents import document_types
@@ -23,6 +22,7 @@ from fric.io.hdf5 import read_records
 from fric.io.recognise import recognise
 from fric.io.report import FORMAT, read_report
 from fric.io.run import Drawn, read_drawn, read_prediction, read_run_provenance, read_runs
+from fric.log import Record
 from fric.notice import Notice
 from fric.report.report_input import KINDS, Contour, ContourTest, Item, Measured, ReportInput
 from fric.results.diagnose import diagnose
@@ -30,11 +30,6 @@ from fric.simulate.circle import CircleRun
 from fric.simulate.path import PathRun
 from fric.simulate.prediction import Prediction, prediction_of
 from fric.verdict.candidates import candidates_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.log import Record
 
 T = TypeVar("T", Item, ContourTest)
 
@@ -184,9 +179,7 @@ def _contours(runs: Sequence[CircleRun | PathRun]) -> tuple[Contour, ...]:
     return tuple(made)
 
 
-def thinned(
-    place: NDArray[np.float64], error: NDArray[np.float64], bins: int = BINS
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def thinned(place: Real, error: Real, bins: int = BINS) -> tuple[Real, Real]:
     """Return the least and the greatest of each of so many parts of a curve, in order, and its two ends."""
     if len(place) <= 2 * bins:
         return place, error

@@ -1,9 +1,6 @@
 """The contour of every scheme in one figure, for the page's controls to magnify and to switch."""
 
-from __future__ import annotations
-
 from math import floor, log10
-from typing import TYPE_CHECKING
 
 import numpy as np
 from bokeh.models import ColumnDataSource, Label, Range1d
@@ -11,10 +8,8 @@ from bokeh.models import ColumnDataSource, Label, Range1d
 from fric.figures.style import CYCLE, GREY
 from fric.report.canvas import INK, Drawn, canvas, curve, hover
 from fric.report.canvas import legend as place_legend
+from fric.report.report_input import Contour, ContourTest
 from fric.units import readable
-
-if TYPE_CHECKING:
-    from fric.report.report_input import Contour, ContourTest
 
 
 def colour(n: int) -> str:

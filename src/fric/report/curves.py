@@ -1,33 +1,27 @@
 """What the figures of a report are drawn from: curves with bands from documents, points and loops from logs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.documents.fit import Fit
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.estimate import Covariance, Estimate
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import HysteresisCycles, find_cycles
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
 from fric.identify.records.prepared import prepared
+from fric.identify.static_map.map_fit import SpeedPoint
 from fric.identify.static_map.points import stroke_points
 from fric.log import ForceVelocity, Log
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.estimate import Covariance, Estimate
-    from fric.identify.static_map.map_fit import SpeedPoint
-    from fric.report.report_input import Item, ReportInput
+from fric.report.report_input import Item, ReportInput
 
 CYCLE_POINTS = 1500
 """Points of a loop that are drawn."""
@@ -37,10 +31,10 @@ CYCLE_POINTS = 1500
 class Band:
     """A curve with its 95 % band: shape (n,) each."""
 
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    x: Real
+    y: Real
+    low: Real
+    high: Real
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +42,9 @@ class HysteresisCycle:
     """A pre-sliding loop: displacement [m], measured force (None without a log) and that of the model [N]."""
 
     name: str
-    position: NDArray[np.float64]
-    measured: NDArray[np.float64] | None
-    model: NDArray[np.float64]
+    position: Real
+    measured: Real | None
+    model: Real
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +77,7 @@ class FrictionCurves:
     fitted: bool = False
     virgin: Band | None = None
     measured_virgin: VirginCurve | None = None
-    knots: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    knots: tuple[Real, Real] | None = None
     hysteresis: tuple[HysteresisCycle, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -152,7 +146,7 @@ def _plant(inputs: ReportInput, item: Item, fit: Fit) -> tuple[Plant | None, lis
         return None, [f"The logs are not drawn, because the plant does not tell enough: {error.what}."]
 
 
-def _speeds(static: Mapping[str, Estimate], points: Sequence[SpeedPoint]) -> NDArray[np.float64]:
+def _speeds(static: Mapping[str, Estimate], points: Sequence[SpeedPoint]) -> Real:
     """Return the speeds [m/s] at which a map is drawn: those that were measured, or around the Stribeck velocity."""
     v_s = float(static["v_s"])
     if points:
@@ -161,7 +155,7 @@ def _speeds(static: Mapping[str, Estimate], points: Sequence[SpeedPoint]) -> NDA
     return np.geomspace(v_s / 30, v_s * 100, 240)
 
 
-def map_band(static: Mapping[str, Estimate], speed: NDArray[np.float64], covariance: Covariance | None = None) -> Band:
+def map_band(static: Mapping[str, Estimate], speed: Real, covariance: Covariance | None = None) -> Band:
     """Return the static map, eq. (2), over speed [m/s], with a band of 95 %.
 
     By the covariance of its parameters, where the file tells it. Else they are moved to the limits of their intervals
@@ -169,7 +163,7 @@ def map_band(static: Mapping[str, Estimate], speed: NDArray[np.float64], covaria
     """
     values = {name: float(static[name]) for name in ("F_c", "F_s", "v_s", "delta", "sigma") if name in static}
 
-    def force(changed: Mapping[str, float]) -> NDArray[np.float64]:
+    def force(changed: Mapping[str, float]) -> Real:
         return StaticMap(**{**values, **changed}).steady_state(speed)
 
     if covariance is None:
@@ -207,7 +201,7 @@ def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], longest: float) 
         for n, (value, interval) in enumerate(zip(given, intervals, strict=True)):
             single[f"{name}_{n}"] = replace(vector, value=value, ci95=interval)  # type: ignore[arg-type]
 
-    def force(changed: Mapping[str, float]) -> NDArray[np.float64]:
+    def force(changed: Mapping[str, float]) -> Real:
         limit = np.array([changed.get(f"alpha_{n}", a) for n, a in enumerate(model.alpha)])
         limit = limit / limit.sum() * changed.get("F_s", model.static.F_s)
         stiffness = np.array([changed.get(f"k_{n}", one) for n, one in enumerate(model.k)])
@@ -217,8 +211,8 @@ def virgin_band(sections: Mapping[str, Mapping[str, Estimate]], longest: float) 
 
 
 def _in_quadrature(
-    force: Callable[[Mapping[str, float]], NDArray[np.float64]], parameters: Mapping[str, Estimate]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    force: Callable[[Mapping[str, float]], Real], parameters: Mapping[str, Estimate]
+) -> tuple[Real, Real, Real]:
     """Return a curve and its limits; a limit that the data do not set moves nothing."""
     middle = force({})
     below, above = np.zeros_like(middle), np.zeros_like(middle)

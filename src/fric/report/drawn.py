@@ -1,25 +1,20 @@
 """Machines that are drawn for the page, where a run's controllers know exactly what is true of its machine."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fric.documents.bundled import located
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
+from fric.report.report_input import ContourTest, ReportInput
 from fric.results.given import Advance, silent
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.monte_carlo import Study
 from fric.simulate.processes import outcomes
-
-if TYPE_CHECKING:
-    from fric.report.report_input import ContourTest, ReportInput
 
 MOST, LEAST = 40, 20
 """Machines that are drawn: two, or one, lie beyond what 95 % stay under."""

@@ -1,15 +1,12 @@
 """Drift: what changed from one date to another, against how sure each number is."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import hypot, inf, isnan
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-if TYPE_CHECKING:
-    from fric.estimate import Estimate
-    from fric.report.report_input import ContourTest, Item
+from fric.estimate import Estimate
+from fric.report.report_input import ContourTest, Item
 
 Verdict = Literal["moved", "within", "unknown"]
 

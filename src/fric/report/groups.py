@@ -1,22 +1,17 @@
 """Identified numbers of a document as groups of rows: symbol, plain name, value, unit, interval, and how they err."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fric.documents.base import Quantity
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
-from fric.estimate import estimate_rows
+from fric.estimate import Covariance, estimate_rows
+from fric.report.report_input import Item
 from fric.results.names import plain_names
 from fric.units import readable, significant
-
-if TYPE_CHECKING:
-    from fric.estimate import Covariance
-    from fric.report.report_input import Item
 
 TITLES = {
     "static": "static map, eq. (2)",

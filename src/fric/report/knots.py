@@ -4,8 +4,6 @@ The page has an address that nobody can guess, and is served to this computer al
 words; no file is named by a request.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -13,14 +11,12 @@ from hmac import compare_digest
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from secrets import token_urlsafe
 from threading import Event, Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fric.errors import FricError
 from fric.report.page import environment
+from fric.results.gms import GMSResult
 from fric.units import prefixed, si_unit
-
-if TYPE_CHECKING:
-    from fric.results.gms import GMSResult
 
 HOST = "127.0.0.1"
 MOST = 16_384

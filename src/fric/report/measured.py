@@ -1,18 +1,13 @@
 """What a page tells of measured circles: the diagnosis with predicted beside measured, and its picture."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
-from typing import TYPE_CHECKING
 
+from fric.notice import Notice
+from fric.report.report_input import Measured
 from fric.results.text import Table
 from fric.units import readable
-
-if TYPE_CHECKING:
-    from fric.notice import Notice
-    from fric.report.report_input import Measured
 
 
 @dataclass(frozen=True)

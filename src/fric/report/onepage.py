@@ -1,24 +1,18 @@
 """The page's first part, that prints on one sheet: machine, date, files, tolerance, the decision, pass or not."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fric.documents.provenance import provenance
+from fric.notice import Notice
+from fric.report.measured import MeasuredView
+from fric.report.report_input import ReportInput
 from fric.results.verdict import machine_name
 from fric.units import readable
 from fric.verdict.decide import decide
-from fric.verdict.evidence import Evidence
-
-if TYPE_CHECKING:
-    from fric.notice import Notice
-    from fric.report.measured import MeasuredView
-    from fric.report.report_input import ReportInput
-    from fric.verdict.evidence import Verdict
+from fric.verdict.evidence import Evidence, Verdict
 
 ORDER = ("fail", "not decided", "pass", "")
 """Results of verdicts: of several the first is that of the page."""

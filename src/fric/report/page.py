@@ -1,11 +1,9 @@
 """Pages are rendered here: the templates of this folder, and what they need to tell numbers to people."""
 
-from __future__ import annotations
-
 from base64 import b64encode
 from functools import cache
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bokeh.embed import json_item
 from bokeh.resources import Resources
@@ -15,11 +13,9 @@ from markupsafe import Markup
 import fric
 from fric.io.report import REPORT_MARK
 from fric.report.collect import as_data
+from fric.report.report_input import ReportInput
 from fric.report.view import View, view
 from fric.units import readable, significant
-
-if TYPE_CHECKING:
-    from fric.report.report_input import ReportInput
 
 
 @cache

@@ -1,24 +1,20 @@
 """The figures of friction and observer: map, virgin curve, loops, Q-filter limit, drift."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fric.control.q_filter import QFilter
+from fric.design.perturbation import Perturbation
 from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
 from fric.identify.records.prepared import prepared
+from fric.log import Log
 from fric.report.canvas import Drawn, band, canvas, curve, hover, legend, measured, scale
+from fric.report.curves import Band, FrictionCurves
+from fric.report.drift import Change
+from fric.report.report_input import Item
 from fric.units import readable, si_unit
-
-if TYPE_CHECKING:
-    from fric.design.perturbation import Perturbation
-    from fric.log import Log
-    from fric.report.curves import Band, FrictionCurves
-    from fric.report.drift import Change
-    from fric.report.report_input import Item
 
 BAND_CAPTION = "The band is from the intervals of the parameters one by one, as if they were independent."
 

@@ -1,33 +1,26 @@
 """What a report is made of, in one plain structure."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isclose
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from fric.arrays import Real
 from fric.documents import Document
 from fric.documents.base import AxisDocument
 from fric.documents.bundled import bundled
 from fric.documents.circle_map import CircleMapDocument
 from fric.documents.friction import FrictionDocument
+from fric.estimate import Estimate
+from fric.log import Record
 from fric.notice import Notice
+from fric.results.diagnose import DiagnosisResult
 from fric.results.verdict import evidence_of, machine_name
-from fric.units import readable
+from fric.simulate.prediction import Prediction
+from fric.units import Motion, readable
 from fric.verdict.decide import decide
 from fric.verdict.evidence import Candidate, Verdict
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from fric.estimate import Estimate
-    from fric.log import Record
-    from fric.results.diagnose import DiagnosisResult
-    from fric.simulate.prediction import Prediction
-    from fric.units import Motion
 
 KINDS = ("friction", "plant", "controller", "observer")
 """The documents that a report tells of, in its order."""
@@ -102,8 +95,8 @@ class Contour(Candidate):
 
     rms: float
     range: float
-    place: NDArray[np.float64]
-    error: NDArray[np.float64]
+    place: Real
+    error: Real
 
 
 @dataclass(frozen=True, eq=False)

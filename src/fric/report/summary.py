@@ -1,12 +1,10 @@
 """A report as a result: the few words of it that a command prints, and its page."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fric.documents.report_summary import ReportDocument
 from fric.io.report import write_report
@@ -16,12 +14,10 @@ from fric.report.curves import presliding
 from fric.report.drawn import with_machines
 from fric.report.drift import description, document_changes, glitch_changes
 from fric.report.page import render_report
+from fric.report.report_input import ReportInput
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, path_of, silent
 from fric.units import readable
-
-if TYPE_CHECKING:
-    from fric.report.report_input import ReportInput
 
 
 @dataclass(frozen=True, eq=False, repr=False)

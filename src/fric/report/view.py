@@ -1,10 +1,8 @@
 """From what was collected to what the page tells: rows of tables, figures, words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import Any, TypeGuard
 
 from fric.control import block_type
 from fric.design.perturbation import Perturbation, measured_perturbation, model_perturbation
@@ -22,11 +20,9 @@ from fric.report.groups import Group, groups_of
 from fric.report.measured import MeasuredView, gravest_first, measured_view
 from fric.report.onepage import Summary, summary_of
 from fric.report.plots import drift_figure, friction_map, hysteresis, motions, q_filter, virgin_curves
+from fric.report.report_input import ContourTest, Item, ReportInput
 from fric.units import readable
 from fric.verdict.evidence import Verdict
-
-if TYPE_CHECKING:
-    from fric.report.report_input import ContourTest, Item, ReportInput
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """One axis: from virtual experiments to all that its controller needs to believe."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """What was identified and simulated, set beside what the machine file and the paper say."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 

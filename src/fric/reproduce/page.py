@@ -1,7 +1,5 @@
 """The page of a reproduction: every table and figure of the paper beside ours."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

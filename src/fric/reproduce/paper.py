@@ -11,6 +11,8 @@ from pathlib import Path
 from shutil import copyfile
 from typing import TYPE_CHECKING, Any
 
+from matplotlib.figure import Figure
+
 from fric.control.scheme import choose_schemes
 from fric.documents.bundled import located
 from fric.documents.machine import MachineDocument
@@ -36,7 +38,6 @@ from fric.simulate.processes import end_with_parent
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 FEEDS = (0.1, 0.01)
 """Feeds of Fig. 8 and Fig. 9 [m/s]."""

@@ -1,7 +1,5 @@
 """Steps that leave files, and are not made again as long as nothing that they depend on has changed."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache

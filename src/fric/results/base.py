@@ -31,7 +31,11 @@ class Result(ABC):
         """Return tables and lines for people."""
 
     def figure(self) -> Figure:
-        """Return the figure that ``--plot`` draws."""
+        """Return the figure that ``--plot`` draws: the usual one of the first of its parts that has any."""
+        from fric.figures.views import views_of
+
+        for draw in views_of([*vars(self).values()], usual=True).values():
+            return draw()
         raise FricError(f"a {type(self).__name__} has no figure of its own")
 
     def to_frame(self) -> pd.DataFrame:

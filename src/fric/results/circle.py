@@ -22,17 +22,16 @@ from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo, Study, monte_carlo_document
+from fric.simulate.prediction import Prediction
 from fric.simulate.processes import cluster_outcomes, outcomes
 from fric.units import readable
 from fric.verdict.candidates import candidates_of
 from fric.verdict.decide import decide
+from fric.verdict.evidence import Verdict
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-
-    from fric.simulate.prediction import Prediction
-    from fric.verdict.evidence import Verdict
 
 QUADRANTS = ("+x", "+y", "-x", "-y")
 

@@ -22,7 +22,6 @@ from fric.units import readable
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 POINTS = 6
 """Feeds, and radii, that a range stands for."""
@@ -80,12 +79,6 @@ class CircleMapResult(Result):
         ]  # fmt: skip
         table = Table(columns, rows, f"{grid.machine.name}: glitch in µm")
         return [table, *CircleMapDocument.model_validate(self.document).describe()]
-
-    def figure(self) -> Figure:
-        """Return the glitch of each scheme by feed and radius."""
-        from fric.figures.circle_map import draw_circle_map
-
-        return draw_circle_map(self.found)
 
     def to_frame(self) -> pd.DataFrame:
         """Return the glitch [m] by radius and feed, a column a scheme."""

@@ -23,7 +23,6 @@ from fric.units import readable
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,12 +66,6 @@ class ComparisonResult(Result):
         leads, best = self.document["leads"], next(iter(self.document["models"]))
         tied = [name for name, lead in leads.items() if lead["error"] is None or lead["lead"] <= lead["error"]]
         return f"no winner: the lead of {best} over {', '.join(tied) or 'nothing'} is within its error"
-
-    def figure(self) -> Figure:
-        """Return the scores, and the residuals that they are from."""
-        from fric.figures.comparison import draw_comparison
-
-        return draw_comparison(self.comparison)
 
     def to_frame(self) -> pd.DataFrame:
         """Return the scores by model, forces in SI."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from fric.documents.identified import Identified
 from fric.errors import FricError
 from fric.identify.circle.left_over import LeftOver
 from fric.identify.circle.measured import MeasuredCircle
@@ -13,11 +14,8 @@ from fric.identify.circle.trust import distrusts, observers_distrust
 from fric.notice import Notice
 from fric.results.given import path_of
 from fric.simulate.contour_run import pair
+from fric.simulate.monte_carlo import MonteCarlo
 from fric.simulate.prediction import Prediction, predicted
-
-if TYPE_CHECKING:
-    from fric.documents.identified import Identified
-    from fric.simulate.monte_carlo import MonteCarlo
 
 
 @dataclass(frozen=True)

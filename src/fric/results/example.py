@@ -1,7 +1,5 @@
 """What comes with fric, copied to where it can be tried and edited."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path

@@ -6,30 +6,25 @@ from another place between two counts of the encoder, and identified each time; 
 geometric mean of the half-widths, and between which two they lie.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
+from fric.log import Log
 from fric.notice import Notice
 from fric.planning.plan import Expected, Planned
 from fric.results.base import Identified
+from fric.results.given import Advance
 from fric.results.gms import identify_gms
 from fric.results.plant import identify_plant
 from fric.results.static import identify_static
-from fric.simulate.trial import runs_of
-
-if TYPE_CHECKING:
-    from fric.log import Log
-    from fric.results.given import Advance
-    from fric.simulate.machine import Axis
-    from fric.simulate.trial import Trial
+from fric.simulate.machine import Axis
+from fric.simulate.trial import Trial, runs_of
 
 DRAWS = 9
 """Times that a plan is run and identified: the least and the largest of nine have the next between them in 80 %."""

@@ -1,13 +1,12 @@
 """What a controller runs: one axis under one scheme, in the language of a target."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from fric.control.scheme import Scheme
 from fric.documents.bundled import located
 from fric.documents.machine_files import axis_notices, read_machine, read_machine_document
 from fric.documents.provenance import sources
@@ -30,10 +29,7 @@ from fric.results.verdict import evidence_of
 from fric.simulate.machine import Machine
 from fric.units import readable
 from fric.verdict.candidates import candidates_of
-
-if TYPE_CHECKING:
-    from fric.control.scheme import Scheme
-    from fric.verdict.evidence import Evidence
+from fric.verdict.evidence import Evidence
 
 
 @dataclass(frozen=True, eq=False, repr=False)

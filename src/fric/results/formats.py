@@ -1,7 +1,5 @@
 """The formats of logs that are read here."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

@@ -1,7 +1,5 @@
 """What the results that hold friction share."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from fric.documents.friction import FrictionDocument

@@ -1,7 +1,5 @@
 """An identified GMS model."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,7 +22,7 @@ from fric.results.text import Piece, Table, parameters
 from fric.units import readable
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -61,12 +59,6 @@ class GMSResult(IdentifiedFriction):
         else:
             warnings.append(f"alpha summed to {fit['alpha_sum']['value']:.4f} before it was normalised")
         return warnings
-
-    def figure(self) -> Figure:
-        """Return hysteresis cycles, virgin curve and replay."""
-        from fric.figures.gms import draw_gms
-
-        return draw_gms(self.fit)
 
 
 def _replayed(record: Mapping[str, Any]) -> str:

@@ -1,7 +1,5 @@
 """What an inspection found, in words and tables."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from fric.estimate import estimate_rows

@@ -25,13 +25,11 @@ from fric.results.given import Advance, path_of, quantity, silent
 from fric.results.text import Piece
 from fric.results.text import Table as TextTable
 from fric.simulate.circle import Circle
+from fric.simulate.machine import Machine
 from fric.units import readable
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
-
-    from fric.simulate.machine import Machine
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,12 +78,6 @@ class LearnResult(Result):
             for radius, feed, glitch in found.carried
         ]
         return [*pieces, "", TextTable(["carried over to", "glitch µm"], carried)]
-
-    def figure(self) -> Figure:
-        """Return the glitch over the rounds."""
-        from fric.figures.learned import draw_learned
-
-        return draw_learned(self.found)
 
     def to_frame(self) -> pd.DataFrame:
         """Return the glitch [m] by round."""

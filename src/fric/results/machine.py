@@ -1,7 +1,5 @@
 """Machines from their files, and what else a run takes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any

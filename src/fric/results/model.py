@@ -1,7 +1,5 @@
 """Any friction model, identified by replay."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,7 +20,7 @@ from fric.results.text import Piece, parameters
 from fric.units import Motion, readable
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 
 CLIPPED = 0.1
@@ -57,12 +55,6 @@ class ModelResult(IdentifiedFriction):
         ]
         fit = self.document[f"{name}_fit"]
         return [*text, f"{fit['samples']} samples, rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}"]
-
-    def figure(self) -> Figure:
-        """Return measured and replayed force."""
-        from fric.figures.replay import draw_replay
-
-        return draw_replay(self.fit)
 
 
 def identify_model(

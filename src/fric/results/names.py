@@ -1,7 +1,5 @@
 """Plain names of symbols: what stands beside them in tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import cache
 

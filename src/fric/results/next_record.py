@@ -1,7 +1,5 @@
 """After a first identification: the one more record that would narrow the predicted glitch most."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -23,7 +23,6 @@ from fric.units import readable
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -75,12 +74,6 @@ class PathResult(Result):
         less, found = reduction(run, self.runs), run.contour
         microns = [f"{value * 1e6:.1f}" for value in (found.glitch, found.rms, found.range)]
         return [f"({run.scheme.name}) {run.scheme.title}", *microns, "" if less is None else f"{less:.0%}"]
-
-    def figure(self) -> Figure:
-        """Return the contour, and its error along it."""
-        from fric.figures.path import path_figure
-
-        return path_figure(self.runs)
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write traces and metrics to a run file."""

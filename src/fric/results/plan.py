@@ -1,13 +1,11 @@
 """A plan: the records to take of an axis, programs that make its motions, and the intervals to be expected."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, inf, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fric.documents.friction import FrictionDocument
 from fric.documents.plan import SETTINGS, plan_tree
@@ -25,12 +23,8 @@ from fric.results.expected import DRAWS, Expectation, expected
 from fric.results.given import Advance, document_of, in_si, silent
 from fric.results.prior import TYPICAL, prior_axis
 from fric.results.text import Piece, Table, named
+from fric.simulate.machine import Axis
 from fric.units import readable, si_unit
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from fric.simulate.machine import Axis
 
 MOST = 16
 """Times as many strokes, cycles or periods as usual that an accuracy may take."""
@@ -88,12 +82,6 @@ class PlanResult(Result):
         blocks = self.blocks
         with_blocks = f"; these records tell {blocks} slip blocks: identify gms --blocks {blocks}" if blocks else ""
         return [Table(("record", "time", "what to run"), rows), table, f"{total} altogether{with_blocks}"]
-
-    def figure(self) -> Figure:
-        """Return where the records sample friction."""
-        from fric.figures.plan import draw_plan
-
-        return draw_plan(self.plan)
 
     @cached_property
     def moves(self) -> list[Move | Arc]:

@@ -1,7 +1,5 @@
 """An identified plant."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,7 +22,7 @@ from fric.results.text import Piece, named, parameters
 from fric.units import readable
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,12 +86,6 @@ class PlantResult(Identified):
         if "hold_delay" in fit:
             delay += f", hold {readable(fit['hold_delay']['value'], 's')} (half a sample): together T_d"
         return [*warnings, delay]
-
-    def figure(self) -> Figure:
-        """Return the response, or the motion, measured and fitted."""
-        from fric.figures.plant import draw_motion, draw_plant
-
-        return draw_plant(self.fit) if isinstance(self.fit, PlantFit) else draw_motion(self.fit)
 
 
 def identify_plant(

@@ -1,12 +1,11 @@
 """An axis as it is known before an experiment: a machine file, and what is known better."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.drive.sensing import Encoder
@@ -18,9 +17,6 @@ from fric.notice import Notice
 from fric.results.given import document_of, in_si, logs_of
 from fric.results.machine import machine_of
 from fric.simulate.machine import Axis
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 TYPICAL = "xy-table"
 """The bundled machine that stands in where none is given."""
@@ -114,8 +110,8 @@ def _logged_like(axis: Axis, like: Any) -> Axis:
     what second differences hold, ``var(ΔΔF) = 6·σ²``. In a log without rests all of it is taken.
     """
     logs = logs_of("plan", [like])
-    second: list[NDArray[np.float64]] = []
-    whole: list[NDArray[np.float64]] = []
+    second: list[Real] = []
+    whole: list[Real] = []
     for log in (one for one in logs if one.force is not None):
         white = np.diff(log.require("force", "its noise"), 2)
         whole.append(white)

@@ -1,7 +1,5 @@
 """An identified static map."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,7 +21,7 @@ from fric.results.text import Piece, parameters
 from fric.units import readable
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -55,12 +53,6 @@ class StaticResult(IdentifiedFriction):
         fit = self.document["fit"]
         quality = f", rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}" if "rmse" in fit else ""
         return [*text, f"{fit['points']} strokes{quality}"]
-
-    def figure(self) -> Figure:
-        """Return force over velocity, measured and fitted."""
-        from fric.figures.static_map import draw_static_map
-
-        return draw_static_map(self.fit)
 
 
 def identify_static(

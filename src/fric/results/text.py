@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from io import StringIO
@@ -13,8 +13,6 @@ from fric.estimate import estimate_rows
 from fric.results.names import plain_names
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import rich.table
 
 NAMES = "  what it is"

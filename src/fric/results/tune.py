@@ -21,13 +21,12 @@ from fric.output import refuse_existing, together
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, refused, silent
 from fric.results.text import Piece, Table, named
+from fric.simulate.machine import Machine
 from fric.threads import one_blas_thread
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-
-    from fric.simulate.machine import Machine
 
 
 @dataclass(frozen=True, eq=False, repr=False)

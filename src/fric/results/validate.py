@@ -23,7 +23,6 @@ from fric.units import readable
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,12 +66,6 @@ class ValidationResult(Result):
             for name, signal in found["signals"].items()
         ]
         return [Table(("", "signal", "relative error", "rms error"), rows)]
-
-    def figure(self) -> Figure:
-        """Return the first record, measured and simulated."""
-        from fric.figures.validation import draw_validation
-
-        return draw_validation(self.validations[0])
 
     def to_frame(self) -> pd.DataFrame:
         """Return the errors by record, loop and signal, in SI."""

@@ -1,7 +1,5 @@
 """What a verdict rests on, from runs: what each scheme left of one machine, and of the machines drawn around it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """`fric design block`: a control block for an axis, as fast as the margins of the whole loop allow."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

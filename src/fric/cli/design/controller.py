@@ -1,7 +1,5 @@
 """`fric design controller`: a cascade by gain and phase margin."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """`fric design observer`: a disturbance observer as fast as the unmodelled dynamics and the whole loop allow."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """The group `fric identify`: one subcommand a file."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from fric.cli.group import Home, group

@@ -3,8 +3,6 @@
 The models are found by reading their files, not by importing them: `--help` needs no compiler.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`fric identify gms`: the generalized Maxwell-slip model from pre-sliding cycles."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """`fric identify plant`: eq. (1) from frequency responses, or from an ordinary motion."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """`fric identify static`: the Stribeck map from strokes at constant velocity."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """The group `fric simulate`: one subcommand a file."""
 
-from __future__ import annotations
-
 from fric.cli.group import group
 
 app = group(

@@ -1,7 +1,5 @@
 """`fric simulate circle`: the circular test under compensation schemes."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """`fric simulate map`: the glitch of each scheme over feed and radius."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

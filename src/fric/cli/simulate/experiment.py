@@ -1,7 +1,5 @@
 """`fric simulate experiment`: an identification experiment on a virtual axis."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """The part of `fric simulate circle` that runs many machines: `--monte-carlo N`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

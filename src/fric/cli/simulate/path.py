@@ -1,7 +1,5 @@
 """`fric simulate path`: any smooth contour under compensation schemes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Planned motions as controllers run them: G-code in three dialects, tables in structured text and CSV."""
 
-from __future__ import annotations
-
 from fric.export.motion.base import Arc, Dialect, Move
 from fric.export.motion.csv import CSV
 from fric.export.motion.gcode import FANUC, LINUXCNC, SIEMENS

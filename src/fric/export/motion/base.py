@@ -1,21 +1,13 @@
 """What is run: a move of one axis along a motion, or circles of two; and what a dialect makes of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
-from fric.planning.waypoints import waypoints
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from fric.planning.waypoints import Waypoints
-    from fric.reference import Reference
-    from fric.units import Motion
+from fric.arrays import Real
+from fric.planning.waypoints import Waypoints, waypoints
+from fric.reference import Reference
+from fric.units import Motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +34,7 @@ class Move:
     motion: Motion
     reference: Reference
     log: tuple[float, float]
-    excitation: NDArray[np.float64] | None = None
+    excitation: Real | None = None
 
     @cached_property
     def points(self) -> Waypoints:

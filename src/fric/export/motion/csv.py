@@ -1,7 +1,5 @@
 """Motions as text columns: time, position, velocity, acceleration; and the voltage that is added, sample by sample."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

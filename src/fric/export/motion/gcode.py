@@ -4,8 +4,6 @@ A block of G93 says how often it fits into a minute. The last digit is rounded d
 its motion; positions are rounded to what the control takes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import floor, log10, sqrt

@@ -4,8 +4,6 @@ The block gives position, velocity and acceleration at each cycle by cubic piece
 come from outside: ``MC_ExtSetPointGenFeed`` in TwinCAT, ``SMC_FollowPositionVelocity`` in CODESYS.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from fric.export.motion.base import Dialect, Move, shown_scale

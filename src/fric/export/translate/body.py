@@ -1,7 +1,5 @@
 """Reads the statements of a compiled step: one way out, and loops whose number of turns is known."""
 
-from __future__ import annotations
-
 import ast
 from typing import Any
 

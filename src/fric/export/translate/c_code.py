@@ -1,8 +1,6 @@
 """A program in C99 that a strict compiler and MISRA C:2012's checkers have nothing to say about."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 from fric.export.translate.c_dialect import HELPERS, Dialect, helper
 from fric.export.translate.program import (
@@ -29,9 +27,6 @@ from fric.export.translate.program import (
     inside,
     parts,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 _WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register

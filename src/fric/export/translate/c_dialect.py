@@ -1,7 +1,5 @@
 """How C is written: the precision of numbers, prefixes, and the functions that the C library is not asked for."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 _POWERS = (64, 32, 16, 8, 4, 2, 1)

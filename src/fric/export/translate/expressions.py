@@ -1,7 +1,5 @@
 """Reads the expressions of a compiled step."""
 
-from __future__ import annotations
-
 import ast
 import builtins
 import math

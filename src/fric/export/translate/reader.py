@@ -1,7 +1,5 @@
 """Reads a compiled step from its own definition: Python, with the types that it was compiled for."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import textwrap

@@ -1,7 +1,5 @@
 """A program in structured text (IEC 61131-3): functions and structures, without anything of one vendor."""
 
-from __future__ import annotations
-
 from fric.export.translate.program import (
     BOOLEAN,
     INTEGER,

@@ -7,8 +7,6 @@ reads the file.
 reader is taken, whatever its name; a new module is found by itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Generator
 from functools import cache
 from importlib import import_module

@@ -19,8 +19,7 @@ from fric.notice import Notice
 from fric.units import is_unit
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from fric.arrays import Real
 
 MOST_HEARD = 4
 """Warnings of a library that are told of a file at most."""
@@ -133,7 +132,7 @@ class Block(NamedTuple):
     """Consecutive rows: the number of the first, the wanted columns, and the bytes of the file they took."""
 
     row: int
-    columns: list[NDArray[np.float64]]
+    columns: list[Real]
     size: int
 
 
@@ -246,7 +245,7 @@ class Memory(Table):
 
     path: Path
     columns: tuple[Column, ...]
-    data: Sequence[NDArray[np.float64]]
+    data: Sequence[Real]
     constants: dict[str, str] = field(default_factory=dict)
     said: dict[str, str] = field(default_factory=dict)
 
@@ -279,7 +278,7 @@ def plain_name(name: str) -> str:
     return " ".join(named(name).name.casefold().split())
 
 
-def numbers(values: Any) -> NDArray[np.float64]:
+def numbers(values: Any) -> Real:
     """Return an array as floats: stamps in seconds (since the epoch), NaN where there is none or it is no number."""
     import numpy as np
 

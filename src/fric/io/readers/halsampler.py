@@ -4,8 +4,6 @@ The sampler loses rows without a word where its buffer overruns. So the count, a
 such as a clock in nanoseconds, must go on evenly to the end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """fric's own log files, so that they can be merged: each record is a table."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

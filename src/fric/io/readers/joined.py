@@ -11,20 +11,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.io.readers.base import Block, Column, Table
 from fric.log import BEYOND
 from fric.notice import Notice
 from fric.units import readable
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Values = NDArray[np.float64]
 
 ALIKE = 1e-3
 """Share of a sampling interval up to which two instants are one."""
@@ -182,7 +177,7 @@ class _Stream:
             self.values = [np.concatenate(pair) for pair in zip(self.values, values, strict=True)]
         return float(self.time[-1]) if self.time[-1] < end else np.inf
 
-    def follows(self, time: Values) -> NDArray[np.bool_]:
+    def follows(self, time: Real) -> Mask:
         """Say which instants lie between samples that follow one another without a gap."""
         if len(self.time) < 2:
             return np.ones(len(time), bool)
@@ -190,7 +185,7 @@ class _Stream:
         alike = abs(self.time[after] - time) < ALIKE * self.interval
         return np.asarray(alike | (self.time[after] - self.time[after - 1] < GAP * self.interval))
 
-    def at(self, time: Values) -> list[Values]:
+    def at(self, time: Real) -> list[Real]:
         """Return the values at instants between what is held, and let go of what is before them."""
         found = [np.interp(time, self.time, values) for values in self.values]
         if len(time):
@@ -222,7 +217,7 @@ class _Stream:
         )
         return [Notice(text, "joined-moved", "note")]
 
-    def _next(self) -> tuple[Values, list[Values]]:
+    def _next(self) -> tuple[Real, list[Real]]:
         found = next(self._samples, None)
         if found is None:
             self._ended = True
@@ -230,9 +225,9 @@ class _Stream:
         self.last = float(found[0][-1])
         return found
 
-    def _read(self) -> Iterator[tuple[Values, list[Values]]]:
+    def _read(self) -> Iterator[tuple[Real, list[Real]]]:
         """Yield the samples; instants at the end that no value was written for are none."""
-        held: tuple[Values, list[Values]] | None = None
+        held: tuple[Real, list[Real]] | None = None
         for block in self._part.table.blocks([self._part.time, *(column for _, column in self.columns)]):
             self._size += block.size
             found = self._cleaned(block)
@@ -248,7 +243,7 @@ class _Stream:
         if end:
             yield time[:end], [one[:end] for one in values]
 
-    def _cleaned(self, block: Block) -> tuple[Values, list[Values]]:
+    def _cleaned(self, block: Block) -> tuple[Real, list[Real]]:
         """Return the samples of a block without its rows of no time, and without repeated ones."""
         time, values = block.columns[0], list(block.columns[1:])
         if self._part.factor != 1.0:

@@ -1,7 +1,5 @@
 """MATLAB files: v5 through SciPy, v7.3 (which is HDF5) through h5py. Structs are taken apart to ``a.b(2).c``."""
 
-from __future__ import annotations
-
 import io
 import pickle
 from collections.abc import Iterator, Mapping

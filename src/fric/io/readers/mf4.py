@@ -1,24 +1,20 @@
 """ASAM MDF 4 measurements (``.mf4``), through asammdf (the extra ``mf4``)."""
 
-from __future__ import annotations
-
 import gc
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from traceback import clear_frames
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, numbers, refuse_declared
 from fric.io.readers.joined import Joined, Part
 from fric.notice import Notice
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FORMAT = Format("MDF 4", (".mf4",), "asammdf", "mf4")
 NUMBERS = range(6)
@@ -105,7 +101,7 @@ class _Group(Table):
             yield Block(row, [by_column[n] for n in wanted], sum(one.samples.nbytes for one in found))
 
 
-def _physical(signal: Any) -> NDArray[np.float64]:
+def _physical(signal: Any) -> Real:
     """Return samples as floats, NaN where the file marks them invalid."""
     found = numbers(signal.samples)
     if signal.invalidation_bits is not None:

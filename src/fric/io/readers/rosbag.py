@@ -4,8 +4,6 @@ Each number of a message is a column, named as in ``/joint_states.velocity[0]``,
 some; its time is the stamp in the message's header, or else when it was recorded. Messages give no units.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from importlib import import_module

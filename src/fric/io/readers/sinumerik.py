@@ -5,8 +5,6 @@ There is no genuine sample in public; the elements are those that the public pac
 ``f2``, …) for each instant, in which a slower signal may lack. Units are not told: a mapping says them.
 """
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Iterator
 from pathlib import Path

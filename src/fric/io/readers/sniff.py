@@ -1,7 +1,5 @@
 """How a text log is written: encoding, delimiter, decimal mark, and where names, units and data stand."""
 
-from __future__ import annotations
-
 import csv
 import re
 from dataclasses import dataclass

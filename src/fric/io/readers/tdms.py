@@ -1,13 +1,12 @@
 """National Instruments' TDMS files, through npTDMS (the extra ``tdms``)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.likely import named_as
@@ -15,9 +14,6 @@ from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, lib
 from fric.io.readers.joined import Joined, Part
 from fric.notice import Notice
 from fric.units import factor
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FORMAT = Format("TDMS", (".tdms",), "nptdms", "tdms")
 UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
@@ -97,7 +93,7 @@ class _Channels(Table):
             columns = [self._read(n, row) for n in wanted]
             yield Block(row, columns, sum(values.nbytes for values in columns))
 
-    def _read(self, n: int, row: int) -> NDArray[np.float64]:
+    def _read(self, n: int, row: int) -> Real:
         channel = self._channels[n]
         return numbers(channel.read_data(row, min(BLOCK, len(channel) - row)))
 
@@ -110,7 +106,7 @@ class _Waveforms(_Channels):
         self.columns = (Column("time", "s"), *self.columns)
         self._start, self._step = start, step
 
-    def _read(self, n: int, row: int) -> NDArray[np.float64]:
+    def _read(self, n: int, row: int) -> Real:
         if n:
             return super()._read(n - 1, row)
         rows = np.arange(row, min(row + BLOCK, len(self._channels[0])), dtype="f8")

@@ -10,18 +10,16 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from itertools import chain, islice, repeat
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 import numpy as np
 import pandas as pd
 
+from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.io.readers.base import Block, Format, Table
 from fric.io.readers.sniff import Shape, is_number, shape_of, split
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 THREADS = 2
 """Pieces that are parsed at once."""
@@ -241,7 +239,7 @@ class TextTable(Table):
                     yield number, content
 
 
-def _numbers(column: pd.Series[Any], decimal: str) -> NDArray[np.float64]:
+def _numbers(column: pd.Series[Any], decimal: str) -> Real:
     """Return a column as floats, NaN where a cell is no number."""
     if pd.api.types.is_bool_dtype(column):
         return np.full(len(column), np.nan)

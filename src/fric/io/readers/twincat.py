@@ -1,7 +1,5 @@
 """Text that TwinCAT's Scope View exports: lines about each channel, and a time column for each sampling rate."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Excel workbooks (``.xlsx``), through openpyxl (the extra ``xlsx``)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from itertools import islice, repeat
