@@ -97,11 +97,11 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
     angle[1:] -= 2 * pi * np.cumsum(np.round(np.diff(angle) / (2 * pi)))  # unwrapped
     # The first sample of the last revolution: the latest from which the motion turns by 2π up to its end. A
     # revolution that ends on the very sample it began on may miss 2π by the tracking error.
-    turned = np.abs(angle[-1] - angle)
-    whole = np.flatnonzero(turned >= 2 * pi - 1e-3)
+    covered = np.abs(angle[-1] - angle)
+    whole = np.flatnonzero(covered >= 2 * pi - 1e-3)
     if not len(whole):
         raise FricError(
-            f"the motion covers {np.degrees(turned.max()):.0f}° of the circle, and a revolution is needed",
+            f"the motion covers {np.degrees(covered.max()):.0f}° of the circle, and a revolution is needed",
             hint="Give more revolutions, or a lower feed.",
         )
     last = slice(int(whole[-1]), None)

@@ -69,23 +69,23 @@ def main() -> None:
             sys.stdout.flush()
             gc.freeze()  # the process ends: no garbage is looked for once more
     except FricError as error:
-        _tell(str(error), 1)
+        _fail(str(error), 1)
     except OSError as error:
         if error.filename is not None and error.errno in _NAMES:
-            _tell(f"{printable(str(error.filename))}: {error.strerror}", 1)
+            _fail(f"{printable(str(error.filename))}: {error.strerror}", 1)
         if error.filename is not None or error.errno not in _FULL:
             raise
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - nothing is flushed there at the end
-        _tell(f"standard output cannot be written: {error.strerror}", 1)
+        _fail(f"standard output cannot be written: {error.strerror}", 1)
     except _InterruptedError as interrupted:
-        _tell("interrupted\nOutputs that were not finished are not there.", 128 + int(interrupted.args[0]))
+        _fail("interrupted\nOutputs that were not finished are not there.", 128 + int(interrupted.args[0]))
 
 
 _NAMES = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM)
 _FULL = (errno.ENOSPC, errno.EPIPE, errno.EIO, errno.EDQUOT)
 
 
-def _tell(error: str, status: int) -> None:
+def _fail(error: str, status: int) -> None:
     try:
         ERR.print("[bold red]error:[/]", end=" ")
         ERR.print(error, markup=False)

@@ -157,7 +157,7 @@ HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provena
 """Keys that stand above, and below, all content."""
 
 
-_RETOLD = re.compile(r"[a-z-]+ of axis \S+: ")
+_PASSED_ON = re.compile(r"[a-z-]+ of axis \S+: ")
 """Begins a warning that was told by one document of another."""
 
 
@@ -214,11 +214,11 @@ class Document(Part):
         coded = {one.text: Notice(one.text, one.code, one.severity) for one in self.warnings_coded}
         return tuple((coded | {text: coded.get(text, Notice(text)) for text in self.warnings}).values())
 
-    def retold(self) -> tuple[Notice, ...]:
+    def passed_on(self) -> tuple[Notice, ...]:
         """Return the doubts of this document for what builds upon it, each with where it is from; notes stay here."""
         text = [one for one in self.notices() if one.severity != "note"]
         of = f"{self.type} of axis {axis}" if (axis := getattr(self, "axis", "")) else self.type
-        return tuple(one if _RETOLD.match(one) else Notice(f"{of}: {one}", one.code, one.severity) for one in text)
+        return tuple(one if _PASSED_ON.match(one) else Notice(f"{of}: {one}", one.code, one.severity) for one in text)
 
     def tree(self) -> dict[str, Any]:
         """Return what was given, as plain values in the order of a file, ready to be written or printed."""

@@ -49,9 +49,9 @@ class CircleMapDocument(Document):
 
     def describe(self) -> list[str]:
         """Return where and by how much each pair of schemes differs, a sentence a pair."""
-        return [self._told(name, np.array(one.less, float)) for name, one in self.differences.items()]
+        return [self._described(name, np.array(one.less, float)) for name, one in self.differences.items()]
 
-    def _told(self, name: str, less: Real) -> str:
+    def _described(self, name: str, less: Real) -> str:
         ran = np.isfinite(less)
         if not ran.any():
             return f"{name}: no circle ran with both"

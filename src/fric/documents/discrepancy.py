@@ -18,7 +18,7 @@ AT_LEAST = 1e-3
 """Errors under this share are none to speak of."""
 FORM: Mapping[str, float] = {"k": 0.1, "alpha": 0.05, "C": 0.2, "v_s": 0.1, "T_d": 0.05, "B": 0.01}
 """What a real axis differs by, at least, from a model of a few blocks and one mass, whatever the intervals."""
-TOLD: Mapping[str, Mapping[str, float]] = {
+BY_WARNING: Mapping[str, Mapping[str, float]] = {
     "force-over-position": {"level": 0.05},
     "friction-over-position": {"level": 0.05},
     "directions-differ": {"level": 0.05},
@@ -130,7 +130,7 @@ def _of_plant(plant: PlantPart, delay: float) -> Found:
 def _of_warnings(friction: FrictionDocument, plant: PlantPart) -> Found:
     parts = [friction, *([plant] if isinstance(plant, PlantDocument) else [])]
     codes = {notice.code: notice for part in parts for notice in part.notices() if notice.severity != "note"}
-    for code, widened in TOLD.items():
+    for code, widened in BY_WARNING.items():
         if code in codes:
             for name, share in widened.items():
                 yield name, share, f"{codes[code]}"

@@ -205,9 +205,9 @@ class MachineDocument(Document):
         """
         axes = {name: _axis(name, part) for name, part in self.axes.items()}
         published = tuple(part.published() for part in self.published)
-        return Machine(self.name, axes, published, warnings=self.retold())
+        return Machine(self.name, axes, published, warnings=self.passed_on())
 
-    def retold(self) -> tuple[Notice, ...]:
+    def passed_on(self) -> tuple[Notice, ...]:
         """Return the doubts of the files that the axes are made of, each once."""
         parts = (
             part
@@ -215,8 +215,8 @@ class MachineDocument(Document):
             for part in (axis.plant, axis.nominal, axis.controller, axis.observer, axis.friction,
                          axis.feedforward.friction)
         )  # fmt: skip
-        text = [one for part in parts if isinstance(part, Document) for one in part.retold()]
-        return tuple(dict.fromkeys([*super().retold(), *text]))
+        text = [one for part in parts if isinstance(part, Document) for one in part.passed_on()]
+        return tuple(dict.fromkeys([*super().passed_on(), *text]))
 
 
 def _axis(name: str, part: AxisPart) -> Axis:

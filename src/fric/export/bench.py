@@ -124,7 +124,7 @@ def build_bench(machine: Machine, exported: Scheme, program: Program, folder: Pa
         )  # fmt: skip
     values = {
         "axes": axes, "machine": machine.name, "tail": TAIL, "channels": CHANNELS, "whole": program.whole,
-        "period_ns": round(1e9 / machine.axis(names[0]).cascade.sampling), "reach": 1e3 * program.travel,
+        "period_ns": round(1e9 / machine.axis(names[0]).cascade.sampling), "travel": 1e3 * program.travel,
         "speed": f"{1e3 * program.speed:.9g}", "acceleration": f"{1e3 * program.acceleration:.9g}",
     }  # fmt: skip
     for file in ("bench.ini", "bench.hal", "fric_gate.comp", "session.py", "trace.yaml"):

@@ -34,7 +34,7 @@ def draw_tuned(one: TunedAxis) -> Figure:
             place, scale = _reversal(one, n), 1e3 * record.radius / record.feed
             angle = record.angle[record.used]
             near = np.abs(angle - place) <= AROUND
-            t = np.abs(angle[near] - place) * np.sign(angle[near] - place) * _turns(angle) * scale
+            t = np.abs(angle[near] - place) * np.sign(angle[near] - place) * _sense(angle) * scale
             m, a, offset = one.after.plant[0], one.after.plant[1], one.after.plant[2 + n]
             rest = -m * record.inertia[record.used] - a * record.damping[record.used] - offset
             coordinates = one.after.balance.coordinates
@@ -60,7 +60,7 @@ def draw_tuned(one: TunedAxis) -> Figure:
     return figure
 
 
-def _turns(angle: Real) -> float:
+def _sense(angle: Real) -> float:
     """Return 1 where the angle grows over time, -1 where it falls."""
     return 1.0 if angle[-1] >= angle[0] else -1.0
 

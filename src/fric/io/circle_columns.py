@@ -119,10 +119,10 @@ def _parted(name: str) -> list[str]:
 
 def _by_role(found: dict[str, tuple[int, int]], axis: str, words: list[str], unit: str | None, n: int) -> None:
     if _fits(unit, "position"):
-        telling = [word for word in words if word not in BESIDE] or words[:1] or [""]
+        of_role = [word for word in words if word not in BESIDE] or words[:1] or [""]
         for role, known in ROLES.items():
-            if all(word in known for word in telling):
-                _keep(found, f"{axis}.{role}", known.index(telling[0]), n)
+            if all(word in known for word in of_role):
+                _keep(found, f"{axis}.{role}", known.index(of_role[0]), n)
     elif _fits(unit, "input") and all(word in VOLTAGES for word in words):
         _keep(found, f"{axis}.input", min(map(VOLTAGES.index, words or [""])), n)
     elif _fits(unit, "force") and all(word in FORCES for word in words):

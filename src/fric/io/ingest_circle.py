@@ -209,14 +209,14 @@ def _ball_bar(channels: dict[str, Real], stated: StatedCircle, source: str, dige
         feed = rounded(abs(float(np.median(np.diff(angle) / np.diff(time)))) * stated.radius)
     if feed is None:
         raise FricError("a ball bar's deviation does not tell the feed", where=source, hint='Say --feed "100 mm/s".')
-    turned = float(angle[-1] - angle[0])
-    if abs(turned) < 2 * pi - 0.02:
+    covered = float(angle[-1] - angle[0])
+    if abs(covered) < 2 * pi - 0.02:
         raise FricError(
-            f"the angle covers {np.degrees(abs(turned)):.0f}°, and a whole revolution is needed", where=source,
+            f"the angle covers {np.degrees(abs(covered)):.0f}°, and a whole revolution is needed", where=source,
             hint="Is its unit right? Record a revolution and more.",
         )  # fmt: skip
     return MeasuredCircle(
-        stated.radius, feed, stated.direction or (1 if turned > 0 else -1), angle=angle,
+        stated.radius, feed, stated.direction or (1 if covered > 0 else -1), angle=angle,
         deviation=channels["deviation"], instrument="ball-bar", name=Path(source).stem, scheme=stated.scheme,
         source=source, sha256=digest,
     )  # fmt: skip

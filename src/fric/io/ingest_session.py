@@ -89,7 +89,7 @@ class Session:
             self._progress(path.stat().st_size)
             return
         for table in found:
-            if not self.known and table.tells_bytes:
+            if not self.known and table.passes_bytes:
                 table.listener = digest.take
             own = self.of_axis(table, (axis, motion))
             if own != (axis, motion):

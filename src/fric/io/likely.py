@@ -34,13 +34,13 @@ def named_as(column: Column) -> str | None:
     parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.name)  # ActPos is an actual position
     name = re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
     for channel, words in WORDS.items():
-        if any(re.search(_told_by(word, channel), name) for word in words):
+        if any(re.search(_pattern(word, channel), name) for word in words):
             return channel
     return ALONE.get(name)
 
 
 @cache
-def _told_by(word: str, channel: str) -> str:
+def _pattern(word: str, channel: str) -> str:
     """Return the pattern of a word in a name; a long one may end a compound (Istlage), of a reference begin it."""
     if len(word) < 4:
         return rf"\b{word}\b"

@@ -56,14 +56,14 @@ def overcompensation(test: ContourTest) -> list[str]:
     contours, without = test.contours, bare(test.contours)
     if without is None:
         return []
-    turned = [
+    reversed_signs = [
         one for one in contours if one.scheme.friction and peak(one) * peak(without) < 0 and one.glitch > least(test)
     ]
-    static = [one for one in turned if one.scheme.friction == "static"]
+    static = [one for one in reversed_signs if one.scheme.friction == "static"]
     said = [
         f"{one.named} overcompensates: its spike of {readable(abs(peak(one)), 'm')} points the other way. The friction "
         "that is fed forward is larger than the true one: lower its gain or identify again."
-        for one in turned
+        for one in reversed_signs
         if one not in static
     ]
     if static:

@@ -38,9 +38,15 @@ class Result(ABC):
             return draw()
         raise FricError(f"a {type(self).__name__} has no figure of its own")
 
+    def by_row(self) -> dict[str, dict[str, Any]]:
+        """Return the figures of the report in SI units, by row and column."""
+        raise FricError(f"a {type(self).__name__} is no table", hint="Take its document.")
+
     def to_frame(self) -> pd.DataFrame:
         """Return the figures of the report as a table in SI units."""
-        raise FricError(f"a {type(self).__name__} is no table", hint="Take its document.")
+        import pandas as pd
+
+        return pd.DataFrame.from_dict(self.by_row(), orient="index")
 
     @property
     def warnings(self) -> Sequence[str]:

@@ -30,7 +30,6 @@ from fric.verdict.decide import decide
 from fric.verdict.evidence import Verdict
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 QUADRANTS = ("+x", "+y", "-x", "-y")
@@ -153,18 +152,16 @@ class CircleResult(Result):
         made = json.dumps(facts(self.machine, self.runs))
         write_runs(Path(path), self.runs, made, many=self.many, prediction=self.prediction, force=force)
 
-    def to_frame(self) -> pd.DataFrame:
+    def by_row(self) -> dict[str, dict[str, Any]]:
         """Return quadrants, glitch and radial error by scheme [m], and quantiles over many machines."""
-        import pandas as pd
-
-        text = {}
+        rows = {}
         distributions = self.many.distributions() if self.many else {}
         for run in self.runs:
             found, name = run.circularity, run.scheme.name
             row = {"title": run.scheme.title, **dict(zip(QUADRANTS, found.quadrants, strict=True))}
             row |= {"glitch": found.glitch, "rms": found.rms, "range": found.range}
-            text[name] = row | (dict(distributions[name].quantiles) if distributions else {})
-        return pd.DataFrame.from_dict(text, orient="index")
+            rows[name] = row | (dict(distributions[name].quantiles) if distributions else {})
+        return rows
 
 
 def _named(run: CircleRun) -> str:

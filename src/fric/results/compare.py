@@ -1,12 +1,10 @@
 """Friction models compared on samples that none of them was fitted to."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fric.documents.comparison import comparison_tree
 from fric.errors import FricError
@@ -20,9 +18,6 @@ from fric.results.base import Result
 from fric.results.given import Advance, friction_of, logs_of, path_of, plant_of, silent
 from fric.results.text import Piece, Table
 from fric.units import readable
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,15 +62,12 @@ class ComparisonResult(Result):
         tied = [name for name, lead in leads.items() if lead["error"] is None or lead["lead"] <= lead["error"]]
         return f"no winner: the lead of {best} over {', '.join(tied) or 'nothing'} is within its error"
 
-    def to_frame(self) -> pd.DataFrame:
+    def by_row(self) -> dict[str, dict[str, Any]]:
         """Return the scores by model, forces in SI."""
-        import pandas as pd
-
-        notices = {
+        return {
             name: {key: value for key, value in score.items() if key not in {"records", "estimates"}}
             for name, score in self.document["models"].items()
         }
-        return pd.DataFrame.from_dict(notices, orient="index")
 
 
 def compare(

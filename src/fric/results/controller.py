@@ -135,4 +135,4 @@ def design_controller(
             separation=separation,
             crossover=quantity(crossover, "frequency"),
         )
-    return ControllerResult(design, document.axis, motion, view, document.retold())
+    return ControllerResult(design, document.axis, motion, view, document.passed_on())

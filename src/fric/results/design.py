@@ -9,7 +9,6 @@ from fric.results.base import Result
 from fric.results.text import Table
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 MARGINS = (
@@ -49,15 +48,12 @@ class Design(Result):
         draw = {"bode": bode_figure, "nyquist": nyquist_figure, "nichols": nichols_figure}[self.view]
         return draw(self.design.loops().values(), nyquist)
 
-    def to_frame(self) -> pd.DataFrame:
+    def by_row(self) -> dict[str, dict[str, Any]]:
         """Return the margins by loop: °, dB and Hz, as in the file."""
-        import pandas as pd
-
-        text = {
+        return {
             name: {key: found[key]["value"] if found.get(key) else float("nan") for key, *_ in MARGINS}
             for name, found in self.document["margins"].items()
         }
-        return pd.DataFrame.from_dict(text, orient="index")
 
 
 def _described(quantity: Mapping[str, Any] | None, unit: str, digits: int) -> str:

@@ -24,7 +24,6 @@ from fric.results.text import Piece, Table
 from fric.units import readable
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 
@@ -118,17 +117,15 @@ class DiagnosisResult(Result):
 
         return draw_diagnosis(self.found, self.held)
 
-    def to_frame(self) -> pd.DataFrame:
+    def by_row(self) -> dict[str, dict[str, Any]]:
         """Return the glitches [m] by quadrant, measured and predicted."""
-        import pandas as pd
-
-        text = {}
+        rows = {}
         for name, glitch in self.found.glitches.items():
             low, high = glitch.ci95
-            text[name] = {"value": glitch.value, "low": low, "high": high, "width": glitch.width}
+            rows[name] = {"value": glitch.value, "low": low, "high": high, "width": glitch.width}
             if self.held:
-                text[name]["predicted"] = self.held.predicted.glitches[name].value
-        return pd.DataFrame.from_dict(text, orient="index")
+                rows[name]["predicted"] = self.held.predicted.glitches[name].value
+        return rows
 
 
 def _row(label: str, quantity: dict[str, Any], unit: str, offset: float = 0.0) -> list[str]:

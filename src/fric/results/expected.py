@@ -35,7 +35,7 @@ PLACES = 64.0
 ACCURACY = 1e-10
 """By how much the integration may move the position [m]: 0.01 N of a stiffness of 100 N/µm."""
 
-TOLD = 1.2
+NOTABLE = 1.2
 """Widening by what models do not hold from which on it is told."""
 
 
@@ -241,7 +241,7 @@ def expected(
         one = parameters[name]
         least, most = one.between
         parameters[name] = replace(one, half_width=factor * one.half_width, between=(factor * least, factor * most))
-    if uncertain := [name for name, factor in wider.items() if factor > TOLD]:
+    if uncertain := [name for name, factor in wider.items() if factor > NOTABLE]:
         text = (
             f"what was identified left more over than its models make: {', '.join(uncertain)} will be no better known "
             "by more records of the same kind than they are"

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from fric.results.friction import IdentifiedFriction
 from fric.results.given import friction_of, logs_of, plant_of, several, where_of
 from fric.results.text import Piece, Table, parameters
 from fric.units import readable
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -174,9 +174,9 @@ class CirclesResult(Result):
         """Return a line a test."""
         warnings: list[Piece] = []
         for test in self.done.tests:
-            way = "counter-clockwise" if test.direction > 0 else "clockwise"
+            sense = "counter-clockwise" if test.direction > 0 else "clockwise"
             held = ", ".join(f"{name}: {' '.join(list(trace.channels())[1:])}" for name, trace in test.axes.items())
-            of = f"{test.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}, {way}"
+            of = f"{test.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}, {sense}"
             warnings.append(f"{of}; {held or 'ball bar: angle deviation'}")
         count = len(self.done.tests)
         return [*warnings, f"{count} circle test{'s' * (count != 1)} in {self.done.output}"]

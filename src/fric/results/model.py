@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fric.documents.friction import FrictionDocument, replay_tree
 from fric.documents.given_friction import parse_parameters
@@ -18,10 +18,6 @@ from fric.results.friction import IdentifiedFriction
 from fric.results.given import friction_of, logs_of, plant_of, refused
 from fric.results.text import Piece, parameters
 from fric.units import Motion, readable
-
-if TYPE_CHECKING:
-    pass
-
 
 CLIPPED = 0.1
 """Share of a record whose force may be clipped: those samples are not compared."""

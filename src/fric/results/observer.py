@@ -162,7 +162,7 @@ def design_observer(
     """
     document = document_of("design_observer", PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
-    warnings: list[str] = [*document.retold()]
+    warnings: list[str] = [*document.passed_on()]
     cascade = cascade_of("design_observer", controller, axis, motion, "plant")
     if cascade is None:
         cascade = design_cascade(linear).cascade

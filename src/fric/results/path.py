@@ -1,13 +1,11 @@
 """Any smooth contour under compensation schemes."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fric.documents.contours import PathResultDocument
 from fric.io.path import read_path
@@ -20,9 +18,6 @@ from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
 from fric.simulate.path import PathRun, PointPath, RecordedPath, path_document, run_path
 from fric.units import readable
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -82,16 +77,13 @@ class PathResult(Result):
         made = json.dumps(facts(self.machine, self.runs))
         write_runs(Path(path), self.runs, made, force=force)
 
-    def to_frame(self) -> pd.DataFrame:
+    def by_row(self) -> dict[str, dict[str, Any]]:
         """Return glitch and contour error by scheme [m]."""
-        import pandas as pd
-
-        text = {
+        return {
             run.scheme.name: {"title": run.scheme.title, "glitch": run.contour.glitch, "rms": run.contour.rms,
                               "range": run.contour.range}
             for run in self.runs
         }  # fmt: skip
-        return pd.DataFrame.from_dict(text, orient="index")
 
 
 def path(

@@ -29,7 +29,7 @@ from fric.units import readable, si_unit
 MOST = 16
 """Times as many strokes, cycles or periods as usual that an accuracy may take."""
 
-TOLD_BY = {
+IDENTIFIED_BY = {
     "constant-velocity": ("F_c", "F_s", "v_s", "delta", "sigma", "offset"), "presliding-sine": ("alpha", "k"),
     "sliding-sine": ("C",), "frequency-response": ("A", "B", "T_d", "K_f", "force_lag"),
 }  # fmt: skip
@@ -214,7 +214,7 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
     pairs = given.items() if isinstance(given, Mapping) else (one.partition("=")[::2] for one in given)
     dimensions = {p.name: p.dimension for name in ("static", "gms") for p in models()[name].parameters}
     dimensions |= {"offset": "force", **PlantPart.dimensions}
-    known = {name for names in TOLD_BY.values() for name in names}
+    known = {name for names in IDENTIFIED_BY.values() for name in names}
     found = {}
     for name, value in pairs:
         if name not in known:
@@ -242,7 +242,7 @@ def _more(wanted: Mapping[str, tuple[float, bool]], found: Expectation, times: M
     """Return how many times as many strokes, cycles or periods to take: a half-width falls with their root."""
     more = dict(times)
     for name, lack in _lacks(wanted, found):
-        kind = next(kind for kind, names in TOLD_BY.items() if name in names)
+        kind = next(kind for kind, names in IDENTIFIED_BY.items() if name in names)
         if lack > 1.0:
             needed = times.get(kind, 1) * lack**2 if isfinite(lack) else MOST
             more[kind] = max(more.get(kind, 1), min(ceil(needed), MOST))

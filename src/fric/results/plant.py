@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.plant import Plant
@@ -20,9 +20,6 @@ from fric.results.base import Identified
 from fric.results.given import quantity, records_of
 from fric.results.text import Piece, named, parameters
 from fric.units import readable
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True, eq=False, repr=False)

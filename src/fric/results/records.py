@@ -165,14 +165,10 @@ class InspectionResult(Result):
 
         return draw_record(self.records, self.found)
 
-    def to_frame(self) -> pd.DataFrame:
+    def by_row(self) -> dict[str, dict[str, Any]]:
         """Return a line a record: kind, samples and what it is good for."""
-        import pandas as pd
-
         uses = {one.name: {use.purpose: use.good for use in one.uses} for one in self.found}
-        return pd.DataFrame.from_dict(
-            {one.name: {"kind": one.kind, "stated": one.stated} | uses[one.name] for one in self.found}, orient="index"
-        )
+        return {one.name: {"kind": one.kind, "stated": one.stated} | uses[one.name] for one in self.found}
 
 
 def inspect(*logs: Any) -> InspectionResult:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from fric.documents.friction import static_tree
 from fric.documents.plant import PlantDocument
@@ -19,9 +19,6 @@ from fric.results.friction import IdentifiedFriction
 from fric.results.given import document_of, in_si, plant_of, records_of
 from fric.results.text import Piece, parameters
 from fric.units import readable
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True, eq=False, repr=False)

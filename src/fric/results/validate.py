@@ -131,4 +131,4 @@ def validate(
                 "alone: half a sample is taken"
             )
             short.append(Notice(less, "T_d-below-hold", "doubt"))
-    return ValidationResult(done, records, (*document.retold(), *short))
+    return ValidationResult(done, records, (*document.passed_on(), *short))

@@ -62,8 +62,8 @@ def evidence_of(
     seen = {Path(where.partition(", test ")[0]).name for where in (prediction.measured if prediction else ())}
     compared = compared or bool(seen)
     against = [str(one) for one in distrust if one.code == "model-disagrees"]
-    told = {"model-disagrees", "no-measured-circle"} if compared else {"model-disagrees"}
-    distrust = tuple(one for one in distrust if one.code not in told)
+    explained = {"model-disagrees", "no-measured-circle"} if compared else {"model-disagrees"}
+    distrust = tuple(one for one in distrust if one.code not in explained)
     settled = list[Notice]()
     for file, texts in disagreements.items():
         if Path(file).name in seen:

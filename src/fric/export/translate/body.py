@@ -23,8 +23,8 @@ from fric.export.translate.program import (
 )
 from fric.kernels.inner import step_at
 
-MOST_TURNS = 64
-"""Turns of a loop that is written out, at most."""
+MOST_PASSES = 64
+"""Passes of a loop that is written out, at most."""
 
 
 class Body(Expressions):
@@ -113,7 +113,7 @@ class Body(Expressions):
     def unrolled(self, name: str, limits: list[Expression], body: list[ast.stmt], node: ast.stmt) -> list[Statement]:
         """Return a loop between limits that are known, turn by turn, for loops that do not count up from 0."""
         known = [int(limit.value) for limit in limits if isinstance(limit, Constant)]
-        if len(known) < len(limits) or len(indices := range(*known)) > MOST_TURNS:
+        if len(known) < len(limits) or len(indices := range(*known)) > MOST_PASSES:
             raise self.refuse("how often a loop of its step turns depends on the data", node)
         made: list[Statement] = []
         for index in indices:

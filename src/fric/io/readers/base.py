@@ -152,13 +152,13 @@ class Table(ABC):
     """
 
     listener: Callable[[bytes], object] | None = None
-    """Is given all bytes of the file in their order, as `blocks` reads them, by a reader that `tells_bytes`."""
+    """Is given all bytes of the file in their order, as `blocks` reads them, by a reader that `passes_bytes`."""
 
     notices: Sequence[Notice] = ()
     """What the user should know of the table, once it is read."""
 
     @property
-    def tells_bytes(self) -> bool:
+    def passes_bytes(self) -> bool:
         """Whether `blocks` reads the file from its first byte to its last."""
         return False
 

@@ -93,8 +93,8 @@ class Joined(Table):
         names = [parts[n].table.columns[column].name for n, column in self._places]
         columns = [Column("time", "s")]
         for name, (n, column) in zip(names, self._places, strict=True):
-            told_apart = f"{parts[n].label}.{name}" if names.count(name) > 1 and parts[n].label else name
-            columns.append(Column(told_apart, parts[n].table.columns[column].unit))
+            distinct = f"{parts[n].label}.{name}" if names.count(name) > 1 and parts[n].label else name
+            columns.append(Column(distinct, parts[n].table.columns[column].unit))
         super().__init__(path, columns, constants, said)
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:

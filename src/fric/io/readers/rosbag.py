@@ -94,8 +94,8 @@ class _Topic(Table):
 
     def blocks(self, wanted: Sequence[int]) -> Iterator[Block]:
         """Read the bag message by message."""
-        ways = [None, *self._taken.values()]
-        taken = [ways[n] for n in wanted]
+        getters = [None, *self._taken.values()]
+        taken = [getters[n] for n in wanted]
         row, messages = 0, self._messages()
         while (
             True

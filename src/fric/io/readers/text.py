@@ -1,7 +1,5 @@
 """Text logs: CSV, TSV, with whatever delimiter, decimal mark, preamble and encoding; also ``.gz``."""
 
-from __future__ import annotations
-
 import gzip
 import zlib
 from collections import deque
@@ -128,7 +126,7 @@ class TextTable(Table):
                     row += len(frame)
 
     @property
-    def tells_bytes(self) -> bool:
+    def passes_bytes(self) -> bool:
         """A compressed file, and one whose digits are no bytes, are not read as they are."""
         return not (self._zipped or self._wide)
 
@@ -138,15 +136,15 @@ class TextTable(Table):
 
     def _pieces(self) -> Iterator[list[memoryview]]:
         """Cut the data into pieces of whole lines, each of some parts, in an encoding in which a digit is a byte."""
-        wide, tell = self._wide, self.listener or (lambda _: None)
+        wide, pass_on = self._wide, self.listener or (lambda _: None)
         rest: list[memoryview] = []
         try:
             with _opened(self.path, self._zipped, self._shape.encoding if wide else None) as file:
                 for _ in range(self._shape.first):
-                    tell(file.readline())
+                    pass_on(file.readline())
                 while read := file.read(PIECE):
                     content = read.encode() if wide else read
-                    tell(content)
+                    pass_on(content)
                     end, whole = content.rfind(b"\n") + 1, memoryview(content)
                     rest.append(whole[:end] if end else whole)
                     if end:
@@ -239,7 +237,7 @@ class TextTable(Table):
                     yield number, content
 
 
-def _numbers(column: pd.Series[Any], decimal: str) -> Real:
+def _numbers(column: "pd.Series[Any]", decimal: str) -> Real:
     """Return a column as floats, NaN where a cell is no number."""
     if pd.api.types.is_bool_dtype(column):
         return np.full(len(column), np.nan)
