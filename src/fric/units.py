@@ -113,6 +113,17 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
         raise FricError(f"'{unit}' is not a unit that is known", hint=f"Give a unit that converts to {si}.") from None
 
 
+def converts(unit: str | None, dimension: str, motion: Motion = "linear") -> bool:
+    """Say whether there is a unit, and it is one of a dimension."""
+    if not unit:
+        return False
+    try:
+        factor(unit, dimension, motion)
+    except FricError:
+        return False
+    return True
+
+
 def is_unit(text: str) -> bool:
     """Say whether a text is a unit that is known (of whatever kind)."""
     registry = _registry()

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any, cast
 
 import h5py
-from numpy.typing import NDArray
 
 from fric.columns import channel_dimension
 from fric.errors import FricError
@@ -14,7 +13,7 @@ from fric.input import foreign
 from fric.io.run import FORMAT as RUN
 from fric.io.run import read_runs
 from fric.io.safe_hdf5 import column, open_file, text
-from fric.io.staged_hdf5 import staged_hdf5
+from fric.io.staged_hdf5 import staged_hdf5, write_column
 from fric.simulate.circle import CircleRun
 from fric.units import si_unit
 
@@ -49,17 +48,12 @@ def _write(group: h5py.Group, test: MeasuredCircle) -> None:
     group.attrs.update({key: getattr(test, key) for key in OWN if getattr(test, key)})
     for key, unit in BALL_BAR.items():
         if (values := getattr(test, key)) is not None:
-            _column(group, key, values, unit)
+            write_column(group, key, values, unit)
     for name, trace in test.axes.items():
         axis = group.create_group(name)
         axis.attrs["order"] = list(test.axes).index(name)
         for channel, values in trace.channels().items():
-            _column(axis, channel, values, si_unit(channel_dimension(channel)))
-
-
-def _column(group: h5py.Group, name: str, values: NDArray[Any], unit: str) -> None:
-    dataset = group.create_dataset(name, data=values, compression="gzip", compression_opts=1, shuffle=True)
-    dataset.attrs["unit"] = unit
+            write_column(axis, channel, values, si_unit(channel_dimension(channel)))
 
 
 def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:

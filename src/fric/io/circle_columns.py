@@ -13,7 +13,7 @@ from fric.identify.circle.revolutions import fit_circle
 from fric.io.channels import Origin, Plan, origin_of
 from fric.io.readers.base import Table
 from fric.notice import Notice
-from fric.units import factor
+from fric.units import converts
 
 AXES = "xyz"
 ROLES = {
@@ -95,9 +95,9 @@ def _by_header(table: Table) -> dict[str, Channel]:
     for n, (name, column) in enumerate(zip(names, table.columns, strict=True)):
         if name in ("time", "t", "zeit"):
             _keep(found, "time", 0, n)
-        elif name in ANGLES and _fits(column.unit, "angle"):
+        elif name in ANGLES and converts(column.unit, "angle"):
             _keep(found, "angle", 0, n)
-        elif name in DEVIATIONS and _fits(column.unit, "position"):
+        elif name in DEVIATIONS and converts(column.unit, "position"):
             _keep(found, "deviation", 0, n)
         else:
             words = name.split() if " " in name else _parted(name)
@@ -118,30 +118,20 @@ def _parted(name: str) -> list[str]:
 
 
 def _by_role(found: dict[str, tuple[int, int]], axis: str, words: list[str], unit: str | None, n: int) -> None:
-    if _fits(unit, "position"):
+    if converts(unit, "position"):
         of_role = [word for word in words if word not in BESIDE] or words[:1] or [""]
         for role, known in ROLES.items():
             if all(word in known for word in of_role):
                 _keep(found, f"{axis}.{role}", known.index(of_role[0]), n)
-    elif _fits(unit, "input") and all(word in VOLTAGES for word in words):
+    elif converts(unit, "input") and all(word in VOLTAGES for word in words):
         _keep(found, f"{axis}.input", min(map(VOLTAGES.index, words or [""])), n)
-    elif _fits(unit, "force") and all(word in FORCES for word in words):
+    elif converts(unit, "force") and all(word in FORCES for word in words):
         _keep(found, f"{axis}.force", min(map(FORCES.index, words or [""])), n)
 
 
 def _keep(found: dict[str, tuple[int, int]], channel: str, rank: int, n: int) -> None:
     if channel not in found or rank < found[channel][0]:
         found[channel] = (rank, n)
-
-
-def _fits(unit: str | None, dimension: str) -> bool:
-    if unit is None:
-        return False
-    try:
-        factor(unit, dimension)
-    except FricError:
-        return False
-    return True
 
 
 def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice]]:

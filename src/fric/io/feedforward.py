@@ -5,10 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from fric.arrays import Real
-from fric.errors import FricError
 from fric.identify.circle.measured_inverse import Table
-from fric.io.safe_hdf5 import column, open_file
-from fric.io.staged_hdf5 import staged_hdf5
+from fric.io.safe_hdf5 import check_type, column, open_file
+from fric.io.staged_hdf5 import staged_hdf5, write_column
 
 FORMAT = "feedforward/1"
 UNITS = {"time": "s", "reference": "m", "voltage": "V"}
@@ -24,9 +23,7 @@ def write_feedforward(path: Path, table: Table, provenance: str = "", *, force: 
         for name in table.voltage:
             group = file.create_group(name)
             for key, unit in UNITS.items():
-                values = np.asarray(getattr(table, key)[name], float)
-                column = group.create_dataset(key, data=values, compression="gzip", compression_opts=1, shuffle=True)
-                column.attrs["unit"] = unit
+                write_column(group, key, np.asarray(getattr(table, key)[name], float), unit)
             check()
 
 
@@ -39,7 +36,5 @@ def read_feedforward(path: Path) -> dict[str, Real]:
         When it is no feedforward file, or cut short.
     """
     with open_file(path) as file:
-        found = str(file.attrs.get("fric", "nothing of fric's"))
-        if found != FORMAT:
-            raise FricError(f"holds {found}, not {FORMAT}", where=str(path), hint="Give a file of `fric learn -o`.")
+        check_type(file, path, FORMAT, "Give a file of `fric learn -o`.")
         return {name: column(group, "voltage") for name, group in file.items()}

@@ -22,8 +22,8 @@ from fric.columns import (
 )
 from fric.errors import FricError
 from fric.io.chunks import GrowingColumn, compressor
+from fric.io.safe_hdf5 import check_type, open_file, text
 from fric.io.safe_hdf5 import column as safe_column
-from fric.io.safe_hdf5 import open_file, text
 from fric.io.staged_hdf5 import staged_hdf5
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, axis_name
 from fric.output import alone
@@ -170,11 +170,7 @@ def write_logs(path: Path, logs: Sequence[Record], *, force: bool = False) -> No
 
 def check_format(file: h5py.File, path: Path) -> None:
     """Raise when an open HDF5 file is not a log file."""
-    found = text(file.attrs, "fric", "nothing of fric's")
-    if found != FORMAT:
-        raise FricError(
-            f"holds {found}, not {FORMAT}", where=str(path), hint="Give a log file that `fric ingest` wrote."
-        )
+    check_type(file, path, FORMAT, "Give a log file that `fric ingest` wrote.")
 
 
 def read_records(path: Path) -> list[Record]:

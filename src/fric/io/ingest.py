@@ -6,13 +6,12 @@ from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from fric.columns import KINDS, Kind
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError
 from fric.io.hdf5 import header_of, log_writer
-from fric.io.ingest_session import EVERYTHING, BadCells, IngestedRecord, Progress, Session
+from fric.io.ingest_session import IngestedRecord, Progress, Session, StatedLog
 from fric.io.readers import tables
 from fric.io.readers.base import Table
 from fric.output import refuse_ending, refuse_existing
@@ -59,16 +58,10 @@ def ingest(
     paths: Iterable[Path] | Path,
     output: Path,
     *,
-    mapping: MappingDocument | None = None,
-    kind: Kind | None = None,
-    axis: str | None = None,
-    motion: Motion | None = None,
     append: bool = False,
-    bad_cells: BadCells = "error",
     force: bool = False,
     progress: Progress | None = None,
-    window: tuple[float, float] = EVERYTHING,
-    join: bool = False,
+    **said: Any,
 ) -> Ingested:
     """Read foreign logs of one axis into a log file, one record a file; memory does not grow with the files.
 
@@ -78,22 +71,14 @@ def ingest(
         Text logs (also ``.gz``), MATLAB ``.mat``, Parquet, or log files of fric's own.
     output
         The log file that is written, whole or not at all.
-    mapping
-        What the columns mean. Without it the header must name channels and units, as in ``time [s], position [um]``.
-    kind, axis, motion
-        Kind of the experiment, name and motion of the axis; they go before what mapping and files say.
     append
         Add to the log file. A file that it holds already (by its sha256) is skipped.
-    bad_cells
-        ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted.
     force
         Replace an output that exists.
     progress
         Called with the number of bytes that were read since the last call.
-    window
-        First and last time that is read, as the files count it [s].
-    join
-        Make one record of all files, which hold its channels by one clock; these are held in memory.
+    said
+        What `StatedLog` takes.
 
     Raises
     ------
@@ -107,11 +92,11 @@ def ingest(
     refuse_existing(None if append else output, force=force)
     if not sources:
         raise FricError("there is no file to ingest")
-    if kind is not None and kind not in KINDS:
-        raise FricError(f"'{kind}' is not a kind of record", hint=f"Kinds are {', '.join(KINDS)}.")
+    stated = StatedLog(**said)
+    mapping, join = stated.mapping, stated.join
     held = header_of(output) if append and output.exists() else None
     with ThreadPoolExecutor(1) as beside, ExitStack() as files:  # digests are taken while the file is read
-        session = Session(mapping, kind, axis, motion, bad_cells, progress or (lambda _: None), beside, window, join)
+        session = Session(stated, progress or (lambda _: None), beside)
         opened, refused = _first_readable(sources, mapping, session, held, files)
         chosen_axis, chosen_motion = opened.axis
         with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, cast
 
 from fric.arrays import Real
-from fric.columns import FORCE_VELOCITY, Kind
+from fric.columns import FORCE_VELOCITY, KINDS, Kind
 from fric.documents.mapping import MappingDocument, filled
 from fric.errors import FricError
 from fric.io.audit import Clock, Signs
@@ -45,25 +45,43 @@ class IngestedRecord:
     """Columns that were not read."""
 
 
+@dataclass(frozen=True)
+class StatedLog:
+    """What is said of foreign logs, beside what they say themselves.
+
+    Parameters
+    ----------
+    mapping
+        What the columns mean. Without it the header must name channels and units, as in ``time [s], position [um]``.
+    kind, axis, motion
+        Kind of the experiment, name and motion of the axis; they go before what mapping and files say.
+    bad_cells
+        ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted.
+    window
+        First and last time that is read, as the files count it [s].
+    join
+        Make one record of all files, which hold its channels by one clock; these are held in memory.
+    """
+
+    mapping: MappingDocument | None = None
+    kind: Kind | None = None
+    axis: str | None = None
+    motion: Motion | None = None
+    bad_cells: BadCells = "error"
+    window: tuple[float, float] = EVERYTHING
+    join: bool = False
+
+    def __post_init__(self) -> None:
+        if self.kind is not None and self.kind not in KINDS:
+            raise FricError(f"'{self.kind}' is not a kind of record", hint=f"Kinds are {', '.join(KINDS)}.")
+
+
 class Session:
     """One call of `ingest`: what was said, and what has been done so far."""
 
-    def __init__(
-        self,
-        mapping: MappingDocument | None,
-        kind: Kind | None,
-        axis: str | None,
-        motion: Motion | None,
-        bad_cells: BadCells,
-        progress: Progress,
-        beside: ThreadPoolExecutor,
-        window: tuple[float, float],
-        part: bool,
-    ) -> None:
-        self._part = part
-        self._mapping, self._kind, self._axis, self._motion = mapping, kind, axis, motion
-        self._drop, self._progress = bad_cells == "drop", progress
-        self._signs, self._beside, self._window = Signs(), beside, window
+    def __init__(self, stated: StatedLog, progress: Progress, beside: ThreadPoolExecutor) -> None:
+        self._mapping, self._about, self._progress = stated.mapping, stated, progress
+        self._signs, self._beside = Signs(), beside
         self._stated: set[str] = set()
         self.known: dict[str, str] = {}
         self.records: list[IngestedRecord] = []
@@ -73,10 +91,10 @@ class Session:
     def of_axis(self, table: Table, held: tuple[str, Motion] | None) -> tuple[str, Motion]:
         """Return name and motion of the axis: as said, as in the file that is added to, or as the units tell."""
         mapping, said = self._mapping, table.said
-        axis = self._axis or said.get("axis")
+        axis = self._about.axis or said.get("axis")
         if axis is None and mapping and mapping.axis:
             axis = filled(mapping.axis, self._fields(table), str(table.path))
-        motion = self._motion or (mapping.motion if mapping else None) or said.get("motion")
+        motion = self._about.motion or (mapping.motion if mapping else None) or said.get("motion")
         if motion is None:
             motion = held[1] if held else self._plan(table, None).motion
         return axis or (held[0] if held else "x"), cast(Motion, motion)
@@ -126,13 +144,15 @@ class Session:
         return self._mapping.fields(own, str(table.path)) if self._mapping else own
 
     def _plan(self, table: Table, motion: Motion | None) -> Plan:
-        kind = self._kind or cast("Kind | None", table.said.get("kind") if not self._mapping else None)
-        return plan(table, self._mapping, kind, motion, self._fields(table), part=self._part)
+        kind = self._about.kind or cast("Kind | None", table.said.get("kind") if not self._mapping else None)
+        return plan(table, self._mapping, kind, motion, self._fields(table), part=self._about.join)
 
     def _name_and_kind(self, table: Table, chosen: Plan) -> tuple[str, Kind | None]:
         said, template = table.said, self._mapping.record if self._mapping else "{stem}"
         name = said.get("name") or filled(template, self._fields(table), str(table.path))
-        kind = self._kind or cast("Kind | None", (self._mapping.kind if self._mapping else None) or said.get("kind"))
+        kind = self._about.kind or cast(
+            "Kind | None", (self._mapping.kind if self._mapping else None) or said.get("kind")
+        )
         return name.replace("/", "-"), KIND_OF_FORM.get(chosen.form, kind)
 
     def join(self, paths: Sequence[Path], found: Iterable[Iterable[Table]], writer: LogWriter, motion: Motion) -> None:
@@ -154,7 +174,7 @@ class Session:
 
     def _blocks(self, table: Table, chosen: Plan) -> tuple[Iterator[dict[str, Real]], list[int]]:
         """Return the channels of a table block by block, checked, inside the window; and a count of what is dropped."""
-        rows_of, clock, dropped = WholeRows(table, chosen, self._drop), Clock(table.place), [0]
+        rows_of, clock, dropped = WholeRows(table, chosen, self._about.bad_cells == "drop"), Clock(table.place), [0]
 
         def blocks() -> Iterator[dict[str, Real]]:
             for block in table.read(chosen.wanted):
@@ -163,7 +183,7 @@ class Session:
                 if chosen.form == "time":
                     clock.tick(channels["time"], rows)
                     channels = self._inside(channels)
-                elif self._window != EVERYTHING:
+                elif self._about.window != EVERYTHING:
                     raise FricError("has no time to take a window of", where=str(table.path))
                 dropped[0] += len(block.columns[0]) - len(rows)
                 yield channels
@@ -186,7 +206,7 @@ class Session:
             record.extend(channels)
         dropped = missing[0]
         if samples < 2:
-            inside = "" if self._window == EVERYTHING else " between --from and --to"
+            inside = "" if self._about.window == EVERYTHING else " between --from and --to"
             raise FricError(f"has {samples} samples{inside}", where=str(table.path), hint="A log needs two at least.")
         self._stated |= chosen.stated
         total = dropped + int(table.said.get("dropped", 0))
@@ -199,9 +219,9 @@ class Session:
 
     def _inside(self, channels: dict[str, Real]) -> dict[str, Real]:
         """Return the samples whose time is inside the window."""
-        if self._window == EVERYTHING:
+        if self._about.window == EVERYTHING:
             return channels
-        kept = (channels["time"] >= self._window[0]) & (channels["time"] <= self._window[1])
+        kept = (channels["time"] >= self._about.window[0]) & (channels["time"] <= self._about.window[1])
         return {name: values[kept] for name, values in channels.items()}
 
 

@@ -7,7 +7,7 @@ from functools import cache
 from fric.columns import channel_dimension
 from fric.errors import FricError
 from fric.io.readers.base import Column, Table, plain_name
-from fric.units import Motion, factor, is_unit
+from fric.units import Motion, converts, is_unit
 
 WORDS = {
     "error": ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung"),  # no channel
@@ -66,13 +66,7 @@ def measures(column: Column, channel: str) -> bool:
     unit = (column.unit or "").strip()
     if unit in {"", "1", "%", "-"} or not is_unit(unit):
         return False
-    for motion in MOTIONS:
-        try:
-            factor(unit, channel_dimension(channel), motion)
-        except FricError:
-            continue
-        return True
-    return False
+    return any(converts(unit, channel_dimension(channel), motion) for motion in MOTIONS)
 
 
 def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int]:

@@ -15,7 +15,7 @@ from fric.io.likely import MOTIONS, axis_of, looking_like, measures, named_as
 from fric.io.readers import tables
 from fric.io.readers.base import Column, Table, plain_name
 from fric.output import staged
-from fric.units import Motion, factor, si_unit
+from fric.units import Motion, converts, si_unit
 
 LIKELY = ("time", "reference", "position", "velocity", "force", "input")
 """Channels in the order in which columns are given to them."""
@@ -183,19 +183,11 @@ def _motion(columns: Sequence[Column]) -> Motion:
     moving = ("position", "velocity", "force")
 
     def fits(motion: Motion) -> int:
-        return sum(_fits(column.unit, channel, motion) for column in columns for channel in moving)
+        return sum(
+            converts(column.unit, channel_dimension(channel), motion) for column in columns for channel in moving
+        )
 
     return max(MOTIONS, key=fits)
-
-
-def _fits(unit: str | None, channel: str, motion: Motion) -> bool:
-    if not unit:
-        return False
-    try:
-        factor(unit, channel_dimension(channel), motion)
-    except FricError:
-        return False
-    return True
 
 
 def _quoted(text: str) -> str:
@@ -212,7 +204,7 @@ def _line(table: Table, channel: str, guess: _Guess, motion: Motion, file: str) 
         return [f"  n: {{column: {named}}}      # samples of each mean"]
     measured = "force" if channel in {"deviation", "error"} else channel
     si = si_unit(channel_dimension(measured), motion)
-    if _fits(column.unit, measured, motion):
+    if converts(column.unit, channel_dimension(measured), motion):
         unit, why = (
             f"unit: {_quoted(column.unit or '')}",
             "by its name" if named_as(column) == measured else "by its unit",

@@ -10,13 +10,11 @@ from typing import Any
 import h5py
 import numpy as np
 
-from fric.arrays import Real
 from fric.contour import Circularity, ContourError, Reversal
 from fric.control.scheme import Scheme
-from fric.errors import FricError
 from fric.input import foreign
-from fric.io.safe_hdf5 import column, open_file, text
-from fric.io.staged_hdf5 import staged_hdf5
+from fric.io.safe_hdf5 import check_type, column, open_file, text
+from fric.io.staged_hdf5 import staged_hdf5, write_column
 from fric.notice import Notice
 from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
@@ -93,7 +91,7 @@ def write_runs(
                 every = ceil(len(trace.time) / most_samples) if most_samples else 1
                 axis.attrs.update({"saturated": trace.saturated, "every": every})
                 for channel, unit in UNITS.items():
-                    _write(axis, channel, getattr(trace, channel)[::every], unit)
+                    write_column(axis, channel, getattr(trace, channel)[::every], unit)
                 check()
 
 
@@ -103,8 +101,8 @@ def _write_monte_carlo(group: h5py.Group, many: MonteCarlo) -> None:
     group.attrs["warnings"] = "\n".join(text.pop("warnings"))
     schemes = text.pop("schemes")
     group.attrs.update(text | {"schemes": list(schemes)})
-    _write(group, "quadrants", many.quadrants, "m")
-    _write(group, "swings", many.swings, "m")
+    write_column(group, "quadrants", many.quadrants, "m")
+    write_column(group, "swings", many.swings, "m")
     for key in next(iter(schemes.values())):
         group.attrs[key] = np.array([one[key] for one in schemes.values()], float)
     drawn = group.create_group("drawn")
@@ -116,18 +114,18 @@ def _write_circle(group: h5py.Group, run: CircleRun) -> None:
     found = run.circularity
     group.attrs.update(_described(run.circle))
     group.attrs.update({"quadrants": found.quadrants, "radial_rms": found.rms, "radial_range": found.range})
-    _write(group, "angle", found.angle, "rad")
-    _write(group, "error", found.error, "m")
+    write_column(group, "angle", found.angle, "rad")
+    write_column(group, "error", found.error, "m")
 
 
 def _write_path(group: h5py.Group, run: PathRun) -> None:
     found = run.contour
     group.attrs.update({"feed": run.path.feed, "contour_rms": found.rms, "contour_range": found.range})
-    _write(group, "station", found.station, "m")
-    _write(group, "error", found.error, "m")
-    _write(group, "points", np.column_stack([run.path.x, run.path.y]), "m")
+    write_column(group, "station", found.station, "m")
+    write_column(group, "error", found.error, "m")
+    write_column(group, "points", np.column_stack([run.path.x, run.path.y]), "m")
     if isinstance(run.path, RecordedPath):
-        _write(group, "time", run.path.time, "s")
+        write_column(group, "time", run.path.time, "s")
     group["reversals"] = np.array(
         [(reversal.axis, reversal.x, reversal.y, reversal.glitch) for reversal in found.reversals], REVERSAL
     )
@@ -149,11 +147,7 @@ def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
         When it is no run file, or cut short.
     """
     with open_file(path, hint=AGAIN) as file:
-        found = text(file.attrs, "fric", "nothing of fric's")
-        if found != FORMAT:
-            raise FricError(
-                f"holds {found}, not {FORMAT}", where=str(path), hint="Give a file of `fric simulate circle`."
-            )
+        check_type(file, path, FORMAT, "Give a file of `fric simulate circle`.")
         with foreign(path, AGAIN, lacking=True):
             return [_read(group, traces) for name, group in file.items() if name != MONTE_CARLO]
 
@@ -206,11 +200,6 @@ def read_drawn(path: Path) -> dict[str, Drawn]:
 def _described(thing: Circle) -> dict[str, Any]:
     values = {field.name: getattr(thing, field.name) for field in fields(thing)}
     return {key: value for key, value in values.items() if value is not None}
-
-
-def _write(group: h5py.Group, name: str, values: Real, unit: str) -> None:
-    dataset = group.create_dataset(name, data=values, compression="gzip", compression_opts=1, shuffle=True)
-    dataset.attrs["unit"] = unit
 
 
 def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:

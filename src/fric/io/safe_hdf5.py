@@ -140,6 +140,13 @@ def column(group: h5py.Group, name: str, *, ndim: int = 1) -> Real:
     return np.asarray(data[...], np.float64)
 
 
+def check_type(file: h5py.File, path: Path, wanted: str, hint: str) -> None:
+    """Raise when an open file does not say that it is of the type that is wanted, as ``log/1``."""
+    found = text(file.attrs, "fric", "nothing of fric's")
+    if found != wanted:
+        raise FricError(f"holds {found}, not {wanted}", where=str(path), hint=hint)
+
+
 def text(attributes: Any, name: str, otherwise: str = "") -> str:
     """Return an attribute that is a text; one that is not there, or no text, as ``otherwise``."""
     value = attributes.get(name, otherwise)

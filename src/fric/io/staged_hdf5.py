@@ -10,6 +10,7 @@ from typing import IO
 
 import h5py
 
+from fric.arrays import Real
 from fric.output import staged
 
 
@@ -142,3 +143,9 @@ def staged_hdf5(
 
                 yield file, check
             kept.check()
+
+
+def write_column(group: h5py.Group, name: str, values: Real, unit: str) -> None:
+    """Write a dataset, compressed, with its unit."""
+    dataset = group.create_dataset(name, data=values, compression="gzip", compression_opts=1, shuffle=True)
+    dataset.attrs["unit"] = unit

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from typing import Any, TypeGuard
 
 from fric.control import block_type
-from fric.design.perturbation import Perturbation, measured_perturbation, model_perturbation
+from fric.design.perturbation import Perturbation, model_perturbation
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
-from fric.identify.plant.frequency_response import measure_response
-from fric.log import FrequencyResponse, Log, Record
+from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.report.advice import observations
 from fric.report.canvas import Drawn
@@ -21,6 +20,7 @@ from fric.report.measured import MeasuredView, gravest_first, measured_view
 from fric.report.onepage import Summary, summary_of
 from fric.report.plots import drift_figure, friction_map, hysteresis, motions, q_filter, virgin_curves
 from fric.report.report_input import ContourTest, Item, ReportInput
+from fric.results.design import perturbation_of
 from fric.units import readable
 from fric.verdict.evidence import Verdict
 
@@ -188,13 +188,10 @@ def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
     except FricError:  # without B, which the warnings of the plant file tell
         return None
     for record in inputs.records:
-        if record.axis != item.axis:
+        if isinstance(record, ForceVelocity) or record.axis != item.axis:
             continue
-        if isinstance(record, FrequencyResponse):
-            return measured_perturbation(record, plant)
-        if isinstance(record, Log) and record.kind == "frequency-response":
-            response = measure_response(record)
-            return measured_perturbation(response.table, plant, sampling=response.sampling)
+        if isinstance(record, FrequencyResponse) or record.kind == "frequency-response":
+            return perturbation_of(record, plant)[0]
     cutoff = float(item.sections()["observer"]["cutoff"])
     return model_perturbation(plant, 40 * cutoff)
 

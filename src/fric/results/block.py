@@ -10,16 +10,14 @@ from fric.design.blocks import BlockDesign
 from fric.design.blocks import design_block as find_block
 from fric.design.cascade import design_cascade
 from fric.design.joint import JointDesign, design_jointly
-from fric.design.perturbation import measured_perturbation
 from fric.documents.block import block_tree
 from fric.documents.machine import nominal_models
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.estimate import elements
 from fric.friction import FrictionModel
-from fric.identify.plant.frequency_response import measure_response
-from fric.log import FrequencyResponse, Record
-from fric.results.design import Design
+from fric.log import Record
+from fric.results.design import Design, perturbation_of
 from fric.results.given import cascade_of, document_of, friction_of, gain_of
 from fric.results.observer import BY_DEFAULT, measured_record
 from fric.results.text import Piece, Table, named
@@ -148,12 +146,8 @@ def design_block(
     logs, Delta = [], None
     if log is not None:
         logs = [measured_record("design_block", log, record, (axis, motion))]
-        if isinstance(logs[0], FrequencyResponse):
-            Delta = measured_perturbation(logs[0], linear)
-        else:
-            response = measure_response(logs[0])
-            warnings += response.warnings
-            Delta = measured_perturbation(response.table, linear, sampling=response.sampling)
+        Delta, seen = perturbation_of(logs[0], linear)
+        warnings += seen
     allowed = gain_of(peak_sensitivity)
     if not allowed > 1:
         raise FricError("no loop has a peak sensitivity of 0 dB or less", hint="Give one above 0 dB.")

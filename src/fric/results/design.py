@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from fric.design.perturbation import Perturbation, measured_perturbation
+from fric.drive.plant import LinearPlant
+from fric.identify.plant.frequency_response import measure_response
+from fric.log import FrequencyResponse, Log
 from fric.results.base import Result
 from fric.results.text import Table
 
@@ -18,6 +22,16 @@ MARGINS = (
     ("crossover", "crossover", " Hz", 4),
     ("bandwidth", "bandwidth", " Hz", 4),
 )
+
+
+def perturbation_of(
+    record: Log | FrequencyResponse, plant: LinearPlant, averages: int = 1
+) -> tuple[Perturbation, tuple[str, ...]]:
+    """Return the perturbation of a plant by a measured response, or by one that a record shows, and its warnings."""
+    if isinstance(record, FrequencyResponse):
+        return measured_perturbation(record, plant, averages=averages), ()
+    response = measure_response(record)
+    return measured_perturbation(response.table, plant, sampling=response.sampling), tuple(response.warnings)
 
 
 class Design(Result):

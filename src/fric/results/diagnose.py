@@ -15,10 +15,8 @@ from fric.identify.circle.agreement import CAUSES, Agreement, agreement, circles
 from fric.identify.circle.diagnose import Diagnosis, both_directions
 from fric.identify.circle.diagnose import diagnose as take_apart
 from fric.identify.circle.document import diagnosis_document
-from fric.identify.circle.measured import MeasuredCircle
-from fric.io.circle import choose_circles
 from fric.results.base import Result
-from fric.results.given import Advance, path_of, quantity, refused, silent
+from fric.results.given import CIRCLES, Advance, circles_of, path_of, quantity, refused, silent
 from fric.results.machine import schemes_of
 from fric.results.text import Piece, Table
 from fric.units import readable
@@ -169,11 +167,8 @@ def diagnose(
     FricError
         When a file is no circle test, or the tests are not of one circle.
     """
-    given = [one for part in circles for one in (part if isinstance(part, list | tuple) else [part])]
-    files = [path_of("diagnose", "circle tests, or their files", one) for one in given if not _measured(one)]
-    measured = [one for one in given if _measured(one)] + (choose_circles(files, scheme) if files else [])
-    if not measured:
-        raise refused("diagnose", "circle tests, or their files", None)
+    if not (measured := circles_of("diagnose", circles, scheme)):
+        raise refused("diagnose", CIRCLES, None)
     found = take_apart(both_directions(measured, quantity(feed, "velocity")))
     if machine is None:
         return DiagnosisResult(found)
@@ -184,7 +179,3 @@ def diagnose(
     predicted, limits = predict(found, subject, wanted, drawn, done=advance)
     step = max(axis.encoder.resolution for axis in subject.axes.values())
     return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step))
-
-
-def _measured(given: Any) -> bool:
-    return isinstance(given, MeasuredCircle)

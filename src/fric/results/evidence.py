@@ -12,7 +12,7 @@ from fric.identify.circle.left_over import LeftOver
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.trust import distrusts, observers_distrust
 from fric.notice import Notice
-from fric.results.given import path_of
+from fric.results.given import circles_of
 from fric.simulate.contour_run import pair
 from fric.simulate.monte_carlo import MonteCarlo
 from fric.simulate.prediction import Prediction, predicted
@@ -48,13 +48,7 @@ class Evidence:
         FricError
             When a file is no circle test.
         """
-        ones = measured if isinstance(measured, list | tuple) else [measured]
-        tests = [one for one in ones if isinstance(one, MeasuredCircle)]
-        files = [path_of("circle", "circle tests, or their files", one) for one in ones if one not in tests]
-        if files:
-            from fric.io.circle import choose_circles  # with HDF5, which a table needs not
-
-            tests += choose_circles(files)
+        tests = circles_of("circle", [measured])
         machine, left, unused = identified.machine, None, []
         for test in tests:
             try:  # one that lacks a channel still judges, and completes nothing

@@ -23,8 +23,12 @@ from fric.units import Motion, parse, parse_gain, si_unit
 
 if TYPE_CHECKING:
     from fric.documents.plan import PlanDocument  # it loads what plans and simulates
+    from fric.identify.circle.measured import MeasuredCircle
 
 D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, "PlanDocument")
+
+CIRCLES = "circle tests, or their files"
+"""What verbs take that are of measured circles."""
 
 
 class Advance(Protocol):
@@ -128,6 +132,20 @@ def document_of(verb: str, kind: type[D], given: Any, of: tuple[str, Motion] | N
             hint=f"Give the {kind.type} of this axis.",
         )
     return found
+
+
+def circles_of(verb: str, given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:
+    """Return measured circles that are given as such, as files or in lists; of a run file those of a scheme."""
+    from fric.identify.circle.measured import MeasuredCircle
+
+    ones = [one for part in given for one in (part if isinstance(part, list | tuple) else [part])]
+    tests = [one for one in ones if isinstance(one, MeasuredCircle)]
+    files = [path_of(verb, CIRCLES, one) for one in ones if not isinstance(one, MeasuredCircle)]
+    if files:
+        from fric.io.circle import choose_circles  # with HDF5, which a table needs not
+
+        tests += choose_circles(files, scheme)
+    return tests
 
 
 def where_of(given: Any) -> str:

@@ -15,17 +15,15 @@ from fric.design.observer import design_observer as find_observer
 from fric.design.perturbation import (
     Perturbation,
     Resonance,
-    measured_perturbation,
     model_perturbation,
     robust_limit,
 )
 from fric.documents.observer import observer_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
-from fric.identify.plant.frequency_response import measure_response
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
-from fric.results.design import Design
+from fric.results.design import Design, perturbation_of
 from fric.results.given import cascade_of, document_of, gain_of, in_si, quantity, records_of
 from fric.results.text import Piece, Table
 from fric.units import Motion
@@ -178,12 +176,8 @@ def design_observer(
                 "a measured response has its resonances", hint="Leave LOG.h5, or --resonance and --first-mode, out."
             )
         logs = [measured_record("design_observer", log, record, (axis, motion))]
-        if isinstance(logs[0], FrequencyResponse):
-            Delta = measured_perturbation(logs[0], linear, averages=averages)
-        else:
-            response = measure_response(logs[0])
-            warnings += response.warnings
-            Delta = measured_perturbation(response.table, linear, sampling=response.sampling)
+        Delta, seen = perturbation_of(logs[0], linear, averages)
+        warnings += seen
     if cutoff and bandwidth:
         raise FricError("cutoff and bandwidth are two names of one choice", hint="Give one of them.")
     wanted = quantity(cutoff, "frequency")

@@ -13,13 +13,11 @@ from fric.documents.machine_files import read_machine
 from fric.documents.tuned import tuned_files, write_tuned
 from fric.estimate import estimate_rows
 from fric.identify.circle.document import tuned_document
-from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.tune import Tuned, steps_of_tuning
 from fric.identify.circle.tune import tune as refit
-from fric.io.circle import choose_circles
 from fric.output import refuse_existing, together
 from fric.results.base import Result
-from fric.results.given import Advance, path_of, refused, silent
+from fric.results.given import CIRCLES, Advance, circles_of, path_of, refused, silent
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Machine
 from fric.threads import one_blas_thread
@@ -147,13 +145,8 @@ def tune(
     """
     source = path_of("tune", "a machine file", machine)
     subject = read_machine(source)
-    given = [one for part in circles for one in (part if isinstance(part, list | tuple) else [part])]
-    files = [
-        path_of("tune", "circle tests, or their files", one) for one in given if not isinstance(one, MeasuredCircle)
-    ]
-    tests = [one for one in given if isinstance(one, MeasuredCircle)] + (choose_circles(files, scheme) if files else [])
-    if not tests:
-        raise refused("tune", "circle tests, or their files", None)
+    if not (tests := circles_of("tune", circles, scheme)):
+        raise refused("tune", CIRCLES, None)
     advance(0, total=steps_of_tuning(tests))
     with one_blas_thread():  # products of small matrices between compiled replays
         found = refit(subject, tests, advance, loop=loop)
