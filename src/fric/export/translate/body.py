@@ -3,24 +3,8 @@
 import ast
 from typing import Any
 
+from fric.export.translate import program as ir
 from fric.export.translate.expressions import Expressions, is_group
-from fric.export.translate.program import (
-    INTEGER,
-    REAL,
-    Assign,
-    Branch,
-    Call,
-    Constant,
-    Count,
-    Element,
-    Evaluate,
-    Expression,
-    Field,
-    Name,
-    Record,
-    Statement,
-    Type,
-)
 from fric.kernels.inner import step_at
 
 MOST_PASSES = 64
@@ -30,13 +14,13 @@ MOST_PASSES = 64
 class Body(Expressions):
     """Reads the body of one function."""
 
-    def whole(self, body: list[ast.stmt], result: Any) -> tuple[tuple[Statement, ...], Expression | None]:
+    def whole(self, body: list[ast.stmt], result: Any) -> tuple[tuple[ir.Statement, ...], ir.Expression | None]:
         """Return the statements of a function with one way out, and what it returns."""
         if isinstance(body[0], ast.Expr) and isinstance(body[0].value, ast.Constant):
             body = body[1:]  # the docstring
         if result is None:
             return tuple(self.block(body)), None
-        self.result = Name("result", result)
+        self.result = ir.Name("result", result)
         last = body[-1]
         if isinstance(last, ast.Return) and not any(_returns(one) for one in body[:-1]):
             statements = self.block(body[:-1])
@@ -48,9 +32,9 @@ class Body(Expressions):
         self.variables["result"] = result
         return tuple(self.block(body)), self.result
 
-    def block(self, body: list[ast.stmt]) -> list[Statement]:
+    def block(self, body: list[ast.stmt]) -> list[ir.Statement]:
         """Return the statements of a block; behind a branch that returns, what follows stands in its other arm."""
-        statements: list[Statement] = []
+        statements: list[ir.Statement] = []
         for n, node in enumerate(body):
             if isinstance(node, ast.If) and _returns(node):
                 rest = body[n + 1 :]
@@ -60,19 +44,19 @@ class Body(Expressions):
                 after, self.variables = self.variables, known | {"result": self.result.type}
                 second = self.block([*node.orelse, *([] if node.orelse and _ends(node.orelse) else rest)])
                 self.variables = after | self.variables
-                return [*statements, Branch(then, tuple(first), tuple(second))]
+                return [*statements, ir.Branch(then, tuple(first), tuple(second))]
             statements += self.statement(node)
             if isinstance(node, ast.Return):
                 break
         return statements
 
-    def condition(self, node: ast.expr, statements: list[Statement]) -> Expression:
+    def condition(self, node: ast.expr, statements: list[ir.Statement]) -> ir.Expression:
         """Return a condition, and write before it what it needs."""
         read = self.expression(node)
         statements += self.flush()
         return read
 
-    def statement(self, node: ast.stmt) -> list[Statement]:
+    def statement(self, node: ast.stmt) -> list[ir.Statement]:
         """Return a statement, and before it what its expressions need."""
         match node:
             case ast.Assign(targets=[target], value=value):
@@ -84,24 +68,24 @@ class Body(Expressions):
                 made = self.assign(target, ast.copy_location(both, node))
             case ast.Return(value=ast.expr() as value):
                 if isinstance(value, ast.Tuple):
-                    made = [Assign(self.result, self.made(self.result.type, value))]
+                    made = [ir.Assign(self.result, self.made(self.result.type, value))]
                 else:
-                    made = [Assign(self.result, self.as_type(self.expression(value), self.result.type))]
+                    made = [ir.Assign(self.result, self.as_type(self.expression(value), self.result.type))]
             case ast.If(test=test, body=body, orelse=orelse):
-                before: list[Statement] = []
+                before: list[ir.Statement] = []
                 condition = self.condition(test, before)
-                made = [*before, Branch(condition, tuple(self.block(body)), tuple(self.block(orelse)))]
+                made = [*before, ir.Branch(condition, tuple(self.block(body)), tuple(self.block(orelse)))]
             case ast.For(target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=[stop]), body=body):
-                variable = Name(name, INTEGER)
+                variable = ir.Name(name, ir.INTEGER)
                 until = self.expression(stop)
-                self.variables[name] = INTEGER
-                made = [Count(variable, until, tuple(self.block(body)))]
+                self.variables[name] = ir.INTEGER
+                made = [ir.Count(variable, until, tuple(self.block(body)))]
             case ast.For(target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=limits), body=body):
                 made = self.unrolled(name, [self.expression(limit) for limit in limits], body, node)
             case ast.Expr(value=ast.Call() as value):
                 call = self.expression(value)
-                assert isinstance(call, Call)
-                made = [Evaluate(call)]
+                assert isinstance(call, ir.Call)
+                made = [ir.Evaluate(call)]
             case ast.Pass():
                 made = []
             case ast.While() | ast.For():
@@ -110,29 +94,31 @@ class Body(Expressions):
                 raise self.refuse(f"'{ast.unparse(node).splitlines()[0]}' has no counterpart", node)
         return [*self.flush(), *made]
 
-    def unrolled(self, name: str, limits: list[Expression], body: list[ast.stmt], node: ast.stmt) -> list[Statement]:
+    def unrolled(
+        self, name: str, limits: list[ir.Expression], body: list[ast.stmt], node: ast.stmt
+    ) -> list[ir.Statement]:
         """Return a loop between limits that are known, turn by turn, for loops that do not count up from 0."""
-        known = [int(limit.value) for limit in limits if isinstance(limit, Constant)]
+        known = [int(limit.value) for limit in limits if isinstance(limit, ir.Constant)]
         if len(known) < len(limits) or len(indices := range(*known)) > MOST_PASSES:
             raise self.refuse("how often a loop of its step turns depends on the data", node)
-        made: list[Statement] = []
+        made: list[ir.Statement] = []
         for index in indices:
-            self.fixed[name] = Constant(index, INTEGER)
+            self.fixed[name] = ir.Constant(index, ir.INTEGER)
             made += self.block(body)
         self.fixed.pop(name, None)
         return made
 
-    def assign(self, target: ast.expr, value: ast.expr) -> list[Statement]:
+    def assign(self, target: ast.expr, value: ast.expr) -> list[ir.Statement]:
         """Return what assigns a value to a variable, an element, or several of them."""
         if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
             return self.several(target, value)
         if isinstance(target, ast.Tuple):  # the parts of what a function returns
             whole = self.kept(self.expression(value))
-            assert isinstance(whole.type, Record)
+            assert isinstance(whole.type, ir.Record)
             statements = self.flush()
             for one, (name, of) in zip(target.elts, whole.type.fields, strict=True):
                 if not (isinstance(one, ast.Name) and one.id == "_"):
-                    statements.append(Assign(self.place(one, of), Field(whole, name, of)))
+                    statements.append(ir.Assign(self.place(one, of), ir.Field(whole, name, of)))
             return statements
         if isinstance(value, ast.Call) and is_group(group := self.known(value.func)):
             filled = self.filled(self.place(target, self.reader.group(group)), value.args)
@@ -146,16 +132,16 @@ class Body(Expressions):
             self.variables[target.id] = part
             return []
         read_value = self.expression(value)
-        if isinstance(target, ast.Name) and isinstance(read_value, Constant) and read_value.type == INTEGER:
+        if isinstance(target, ast.Name) and isinstance(read_value, ir.Constant) and read_value.type == ir.INTEGER:
             if self.fixed.setdefault(target.id, read_value) != read_value:
                 raise self.refuse(f"the whole number {target.id} changes", target)
             return []
         place = self.place(target, read_value.type)
-        return [*self.flush(), Assign(place, self.as_type(read_value, place.type))]
+        return [*self.flush(), ir.Assign(place, self.as_type(read_value, place.type))]
 
-    def several(self, targets: ast.Tuple, values: ast.Tuple) -> list[Statement]:
+    def several(self, targets: ast.Tuple, values: ast.Tuple) -> list[ir.Statement]:
         """Assign several values at once: each is kept aside where an earlier target stands in a later value."""
-        statements: list[Statement] = []
+        statements: list[ir.Statement] = []
         written: set[str] = set()
         aside = False
         for target, value in zip(targets.elts, values.elts, strict=True):
@@ -171,25 +157,25 @@ class Body(Expressions):
             kept.append(self.kept(self.expression(value)))
             statements += self.flush()
         for target, one in zip(targets.elts, kept, strict=True):
-            statements.append(Assign(self.place(target, one.type), one))
+            statements.append(ir.Assign(self.place(target, one.type), one))
         return statements
 
-    def place(self, target: ast.expr, of: Type) -> Name | Element:
+    def place(self, target: ast.expr, of: ir.Type) -> ir.Name | ir.Element:
         """Return what is assigned to: a variable, made known with its type, or an element of an array."""
         if isinstance(target, ast.Name):
             known = self.variables.setdefault(target.id, of)
-            if known != of and not (known == REAL and of == INTEGER):
+            if known != of and not (known == ir.REAL and of == ir.INTEGER):
                 raise self.refuse(f"{target.id} changes its type", target)
-            return Name(target.id, known)
+            return ir.Name(target.id, known)
         read = self.expression(target)
-        if not isinstance(read, Element):
+        if not isinstance(read, ir.Element):
             raise self.refuse(f"'{ast.unparse(target)}' is no place to write to", target)
         return read
 
-    def made(self, record: Any, value: ast.expr) -> Name:
+    def made(self, record: Any, value: ast.expr) -> ir.Name:
         """Return a new variable that holds a tuple."""
         self.temporaries += 1
-        name = Name(f"kept_{self.temporaries}", record)
+        name = ir.Name(f"kept_{self.temporaries}", record)
         assert isinstance(value, ast.Tuple)
         self.before += self.filled(name, value.elts)
         return name

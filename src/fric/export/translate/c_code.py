@@ -2,31 +2,8 @@
 
 from collections.abc import Iterable
 
+from fric.export.translate import program as ir
 from fric.export.translate.c_dialect import HELPERS, Dialect, helper
-from fric.export.translate.program import (
-    BOOLEAN,
-    INTEGER,
-    REAL,
-    Array,
-    Assign,
-    Branch,
-    Call,
-    Constant,
-    Count,
-    Element,
-    Evaluate,
-    Expression,
-    Field,
-    Name,
-    Operation,
-    Program,
-    Record,
-    Routine,
-    Statement,
-    Type,
-    inside,
-    parts,
-)
 
 _WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register
@@ -36,23 +13,23 @@ exp pow fabs
 _RESERVED = frozenset(_WORDS.split())
 
 
-def c_routines(program: Program, dialect: Dialect) -> str:
+def c_routines(program: ir.Program, dialect: Dialect) -> str:
     """Return records, helpers and routines of a program, each static, in an order in which C reads them."""
     pieces = [_record(record, dialect) for record in program.records]
     pieces += [helper(name, dialect) for name in HELPERS if program.calls(name)]
     return "\n\n".join([*pieces, *(_Routine(program, routine, dialect).text() for routine in program.routines)])
 
 
-def c_type(of: Type | None, dialect: Dialect) -> str:
+def c_type(of: ir.Type | None, dialect: Dialect) -> str:
     """Return a type as C names it."""
     if of is None:
         return "void"
-    if isinstance(of, Record):
+    if isinstance(of, ir.Record):
         return f"{dialect.prefix}{of.name.lower()}_t"
-    return {REAL: dialect.real, INTEGER: "int32_t", BOOLEAN: "bool"}[of]  # type: ignore[index]
+    return {ir.REAL: dialect.real, ir.INTEGER: "int32_t", ir.BOOLEAN: "bool"}[of]  # type: ignore[index]
 
 
-def _record(record: Record, dialect: Dialect) -> str:
+def _record(record: ir.Record, dialect: Dialect) -> str:
     members = "\n".join(f"    {c_type(of, dialect)} {name};" for name, of in record.fields)
     return f"typedef struct {{\n{members}\n}} {c_type(record, dialect)};"
 
@@ -60,7 +37,7 @@ def _record(record: Record, dialect: Dialect) -> str:
 class _Routine:
     """Writes one routine: variables are declared where they are first set, at the latest where all their uses lie."""
 
-    def __init__(self, program: Program, routine: Routine, dialect: Dialect) -> None:
+    def __init__(self, program: ir.Program, routine: ir.Routine, dialect: Dialect) -> None:
         self.program, self.routine, self.dialect = program, routine, dialect
         self.declared = {argument.name for argument in routine.arguments}
         self.lines: list[str] = []
@@ -72,7 +49,7 @@ class _Routine:
         taken, copied = [], []
         for argument in routine.arguments:
             name = self.name(argument.name)
-            if isinstance(argument.type, Array):
+            if isinstance(argument.type, ir.Array):
                 const = "" if self.program.changes(routine, argument.name) else "const "
                 taken.append(f"{const}{dialect.real} {name}[]")
             elif argument.name in changed:
@@ -81,7 +58,7 @@ class _Routine:
             else:
                 taken.append(f"{c_type(argument.type, dialect)} {name}")
         result = c_type(None if routine.result is None else routine.result.type, dialect)
-        used = {one.name for one in parts(routine.body, routine.result) if isinstance(one, Name)}
+        used = {one.name for one in ir.parts(routine.body, routine.result) if isinstance(one, ir.Name)}
         unused = [f"    (void){self.name(one.name)};" for one in routine.arguments if one.name not in used]
         self.block(routine.body, routine.result)
         head = [f"/* {routine.note} */"] if routine.note else []
@@ -97,7 +74,7 @@ class _Routine:
     def write(self, text: str) -> None:
         self.lines.append("    " * self.depth + text)
 
-    def block(self, body: tuple[Statement, ...], result: Expression | None = None) -> None:
+    def block(self, body: tuple[ir.Statement, ...], result: ir.Expression | None = None) -> None:
         """Write a block; declare first what it sets in several of its parts, or inside them and after."""
         for name in self.late(body, result):
             self.declared.add(name.name)
@@ -105,48 +82,48 @@ class _Routine:
         for statement in body:
             self.statement(statement)
 
-    def late(self, body: tuple[Statement, ...], result: Expression | None) -> list[Name]:
+    def late(self, body: tuple[ir.Statement, ...], result: ir.Expression | None) -> list[ir.Name]:
         """Return the variables not yet declared that two statements of a block share and no plain assignment begins."""
         found: dict[str, list[int]] = {}
-        names: dict[str, Name] = {}
+        names: dict[str, ir.Name] = {}
         counted: set[str] = set()
         for n, statement in enumerate(body):
-            for one in parts((statement,)):
-                if isinstance(one, Name) and one.name not in self.declared:
+            for one in ir.parts((statement,)):
+                if isinstance(one, ir.Name) and one.name not in self.declared:
                     found.setdefault(one.name, []).append(n)
                     names[one.name] = one
             counted |= _counters((statement,))
         if result is not None:
-            for one in inside(result):
-                if isinstance(one, Name) and one.name not in self.declared:
+            for one in ir.inside(result):
+                if isinstance(one, ir.Name) and one.name not in self.declared:
                     found.setdefault(one.name, []).append(len(body))
                     names[one.name] = one
         late = []
         for name, places in found.items():
             first = body[places[0]] if places[0] < len(body) else None
-            begins = isinstance(first, Assign) and first.target == names[name]
-            inner = len(set(places)) == 1 and isinstance(first, (Branch, Count))
+            begins = isinstance(first, ir.Assign) and first.target == names[name]
+            inner = len(set(places)) == 1 and isinstance(first, (ir.Branch, ir.Count))
             if not begins and not inner and name not in counted:
                 late.append(names[name])
         return late
 
-    def statement(self, statement: Statement) -> None:
+    def statement(self, statement: ir.Statement) -> None:
         match statement:
-            case Assign(Name(name, of) as target, value) if name not in self.declared:
+            case ir.Assign(ir.Name(name, of) as target, value) if name not in self.declared:
                 self.declared.add(name)
                 begun = f"{c_type(of, self.dialect)} {self.expression(target)}"
                 self.write(f"{begun} = {self.plain(self.expression(value))};")
-            case Assign(target, value):
+            case ir.Assign(target, value):
                 self.write(f"{self.expression(target)} = {self.plain(self.expression(value))};")
-            case Evaluate(call):
+            case ir.Evaluate(call):
                 void = "(void)" if call.type is not None else ""
                 self.write(f"{void}{self.expression(call)};")
-            case Count(variable, stop, body):
+            case ir.Count(variable, stop, body):
                 i = self.name(variable.name)
                 self.write(f"for (int32_t {i} = 0; {i} < {self.expression(stop)}; ++{i}) {{")
                 self.inner(body, {variable.name})
                 self.write("}")
-            case Branch(condition, then, otherwise):
+            case ir.Branch(condition, then, otherwise):
                 self.write(f"if ({self.plain(self.expression(condition))}) {{")
                 self.inner(then, set())
                 if otherwise:
@@ -154,7 +131,7 @@ class _Routine:
                     self.inner(otherwise, set())
                 self.write("}")
 
-    def inner(self, body: tuple[Statement, ...], known: set[str]) -> None:
+    def inner(self, body: tuple[ir.Statement, ...], known: set[str]) -> None:
         outside, self.declared = self.declared, self.declared | known
         self.depth += 1
         self.block(body)
@@ -172,59 +149,59 @@ class _Routine:
                 return text[1:-1] if n == len(text) - 1 else text
         return text
 
-    def expression(self, value: Expression) -> str:
+    def expression(self, value: ir.Expression) -> str:
         dialect = self.dialect
         match value:
-            case Constant(number, of) if of == REAL:
+            case ir.Constant(number, of) if of == ir.REAL:
                 text = dialect.number(float(number))
                 return f"({text})" if number < 0 else text
-            case Constant(number, of):
+            case ir.Constant(number, of):
                 return str(number).lower()
-            case Name(name):
+            case ir.Name(name):
                 return self.name(name)
-            case Element(array, index):
+            case ir.Element(array, index):
                 return f"{self.name(array.name)}[{self.plain(self.expression(index))}]"
-            case Field(record, name):
+            case ir.Field(record, name):
                 return f"{self.name(record.name)}.{name}"
-            case Operation("negate", (one,)):
+            case ir.Operation("negate", (one,)):
                 return f"(-{self.expression(one)})"
-            case Operation("not", (one,)):
+            case ir.Operation("not", (one,)):
                 return f"(!{self.expression(one)})"
-            case Operation("to real", (one,)):
+            case ir.Operation("to real", (one,)):
                 return f"(({dialect.real})({self.expression(one)}))"
-            case Operation("select", (condition, first, second)):
+            case ir.Operation("select", (condition, first, second)):
                 return f"({self.expression(condition)} ? {self.expression(first)} : {self.expression(second)})"
-            case Operation(operator, (first, second)):
+            case ir.Operation(operator, (first, second)):
                 c = {"and": "&&", "or": "||", "//": "/"}.get(operator, operator)
                 return f"({self.expression(first)} {c} {self.expression(second)})"
-            case Call(function, arguments):
+            case ir.Call(function, arguments):
                 given = ", ".join(self.plain(self.expression(one)) for one in arguments)
                 library = {"exp": "exp", "pow": "pow", "abs": "fabs"}.get(function)
                 return f"{dialect.function(library) if library else dialect.prefix + function}({given})"
         raise AssertionError(value)
 
 
-def _set(body: Iterable[Statement]) -> set[str]:
+def _set(body: Iterable[ir.Statement]) -> set[str]:
     """Return the names that the statements set."""
     found: set[str] = set()
     for statement in body:
         match statement:
-            case Assign(Name(name)) | Assign(Field(Name(name))):
+            case ir.Assign(ir.Name(name)) | ir.Assign(ir.Field(ir.Name(name))):
                 found.add(name)
-            case Branch(_, then, otherwise):
+            case ir.Branch(_, then, otherwise):
                 found |= _set(then) | _set(otherwise)
-            case Count(_, _, inner):
+            case ir.Count(_, _, inner):
                 found |= _set(inner)
     return found
 
 
-def _counters(body: Iterable[Statement]) -> set[str]:
+def _counters(body: Iterable[ir.Statement]) -> set[str]:
     """Return the variables of the loops in some statements."""
     found: set[str] = set()
     for statement in body:
         match statement:
-            case Branch(_, then, otherwise):
+            case ir.Branch(_, then, otherwise):
                 found |= _counters(then) | _counters(otherwise)
-            case Count(variable, _, inner):
+            case ir.Count(variable, _, inner):
                 found |= {variable.name} | _counters(inner)
     return found

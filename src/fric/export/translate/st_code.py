@@ -1,28 +1,6 @@
 """A program in structured text (IEC 61131-3): functions and structures, without anything of one vendor."""
 
-from fric.export.translate.program import (
-    BOOLEAN,
-    INTEGER,
-    REAL,
-    Array,
-    Assign,
-    Branch,
-    Call,
-    Constant,
-    Count,
-    Element,
-    Evaluate,
-    Expression,
-    Field,
-    Name,
-    Operation,
-    Program,
-    Record,
-    Routine,
-    Statement,
-    Type,
-    parts,
-)
+from fric.export.translate import program as ir
 
 _WORDS = """
 abs acos add and any array asin at atan bool by byte case concat configuration constant continue cos ct ctd ctu d
@@ -74,23 +52,23 @@ def st_number(value: float) -> str:
     return f"({text})" if value < 0 else text
 
 
-def st_type(of: Type, prefix: str) -> str:
+def st_type(of: ir.Type, prefix: str) -> str:
     """Return a type as structured text names it."""
-    if isinstance(of, Array):
+    if isinstance(of, ir.Array):
         return f"ARRAY[0..{max(of.whole, 1) - 1}] OF LREAL"
-    if isinstance(of, Record):
+    if isinstance(of, ir.Record):
         return f"{prefix}{of.name.lower()}"
-    return {REAL: "LREAL", INTEGER: "DINT", BOOLEAN: "BOOL"}[of]  # type: ignore[index]
+    return {ir.REAL: "LREAL", ir.INTEGER: "DINT", ir.BOOLEAN: "BOOL"}[of]  # type: ignore[index]
 
 
-def st_routines(program: Program, prefix: str) -> str:
+def st_routines(program: ir.Program, prefix: str) -> str:
     """Return records, helpers and routines of a program, in an order in which each is declared before its use."""
     pieces = [_record(record, prefix) for record in program.records]
     pieces += [text.format(prefix=prefix) for name, text in HELPERS.items() if program.calls(name)]
     return "\n\n".join([*pieces, *(_Routine(routine, prefix).text() for routine in program.routines)])
 
 
-def _record(record: Record, prefix: str) -> str:
+def _record(record: ir.Record, prefix: str) -> str:
     members = "\n".join(f"    {_word(name)} : {st_type(of, prefix)};" for name, of in record.fields)
     return f"TYPE {st_type(record, prefix)} :\nSTRUCT\n{members}\nEND_STRUCT\nEND_TYPE"
 
@@ -103,11 +81,11 @@ def _word(name: str) -> str:
 class _Routine:
     """Writes one routine. Names differ by more than their case, which the language does not see."""
 
-    def __init__(self, routine: Routine, prefix: str) -> None:
+    def __init__(self, routine: ir.Routine, prefix: str) -> None:
         self.routine, self.prefix, self.lines, self.depth = routine, prefix, list[str](), 0
         self.names: dict[str, str] = {}
-        self.types: dict[str, Type] = {}
-        used = [*routine.arguments, *(p for p in parts(routine.body, routine.result) if isinstance(p, Name))]
+        self.types: dict[str, ir.Type] = {}
+        used = [*routine.arguments, *(p for p in ir.parts(routine.body, routine.result) if isinstance(p, ir.Name))]
         for one in used:
             if one.name not in self.names:
                 name = _word(one.name)
@@ -126,11 +104,12 @@ class _Routine:
         else:
             self.write(f"{name} := TRUE;")
         result = "BOOL" if routine.result is None else st_type(routine.result.type, self.prefix)
-        given = {one.name for one in routine.arguments}
+        given = [one.name for one in routine.arguments]
+        arrays = [n for n in given if isinstance(self.types[n], ir.Array)]
         head = [f"(* {routine.note} *)"] if routine.note else []
         head.append(f"FUNCTION {name} : {result}")
-        head += self.declared("VAR_INPUT", [n for n in given_in_order(routine) if not isinstance(self.types[n], Array)])
-        head += self.declared("VAR_IN_OUT", [n for n in given_in_order(routine) if isinstance(self.types[n], Array)])
+        head += self.declared("VAR_INPUT", [n for n in given if n not in arrays])
+        head += self.declared("VAR_IN_OUT", arrays)
         head += self.declared("VAR", [n for n in self.names if n not in given])
         return "\n".join([*head, *self.lines, "END_FUNCTION"])
 
@@ -142,25 +121,25 @@ class _Routine:
     def write(self, text: str) -> None:
         self.lines.append("    " * self.depth + text)
 
-    def inner(self, body: tuple[Statement, ...]) -> None:
+    def inner(self, body: tuple[ir.Statement, ...]) -> None:
         self.depth += 1
         for statement in body:
             self.statement(statement)
         self.depth -= 1
 
-    def statement(self, statement: Statement) -> None:
+    def statement(self, statement: ir.Statement) -> None:
         match statement:
-            case Assign(target, value):
+            case ir.Assign(target, value):
                 text = self.expression(value)
                 self.write(f"{self.expression(target)} := {text};")
-            case Evaluate(call):
+            case ir.Evaluate(call):
                 self.write(f"{self.expression(call)};")
-            case Count(variable, stop, body):
+            case ir.Count(variable, stop, body):
                 last = self.expression(stop)
                 self.write(f"FOR {self.names[variable.name]} := 0 TO {last} - 1 DO")
                 self.inner(body)
                 self.write("END_FOR;")
-            case Branch(condition, then, otherwise):
+            case ir.Branch(condition, then, otherwise):
                 self.write(f"IF {self.expression(condition)} THEN")
                 self.inner(then)
                 if otherwise:
@@ -168,48 +147,45 @@ class _Routine:
                     self.inner(otherwise)
                 self.write("END_IF;")
 
-    def expression(self, value: Expression) -> str:
+    def expression(self, value: ir.Expression) -> str:
         match value:
-            case Constant(number, of) if of == REAL:
+            case ir.Constant(number, of) if of == ir.REAL:
                 return st_number(float(number))
-            case Constant(number, of):
+            case ir.Constant(number, of):
                 return str(number).upper()
-            case Name(name):
+            case ir.Name(name):
                 return self.names[name]
-            case Element(array, index):
+            case ir.Element(array, index):
                 return f"{self.names[array.name]}[{self.expression(index)}]"
-            case Field(record, name):
+            case ir.Field(record, name):
                 return f"{self.names[record.name]}.{_word(name)}"
-            case Operation("negate", (one,)):
+            case ir.Operation("negate", (one,)):
                 return f"(-{self.expression(one)})"
-            case Operation("not", (one,)):
+            case ir.Operation("not", (one,)):
                 return f"(NOT {self.expression(one)})"
-            case Operation("to real", (one,)):
+            case ir.Operation("to real", (one,)):
                 return f"DINT_TO_LREAL({self.expression(one)})"
-            case Operation("select", (condition, first, second)):
+            case ir.Operation("select", (condition, first, second)):
                 return self.selected(value, condition, first, second)
-            case Operation(operator, (first, second)):
+            case ir.Operation(operator, (first, second)):
                 word = {"and": "AND", "or": "OR", "//": "/", "%": "MOD", "==": "=", "!=": "<>"}.get(operator, operator)
                 return f"({self.expression(first)} {word} {self.expression(second)})"
-            case Call(function, arguments) if function in _FUNCTIONS:
+            case ir.Call(function, arguments) if function in _FUNCTIONS:
                 return f"{_FUNCTIONS[function]}({', '.join(self.expression(one) for one in arguments)})"
-            case Call(function, arguments):
+            case ir.Call(function, arguments):
                 return f"{self.prefix}{function}({', '.join(self.expression(one) for one in arguments)})"
         raise AssertionError(value)
 
-    def selected(self, value: Operation, condition: Expression, first: Expression, second: Expression) -> str:
+    def selected(
+        self, value: ir.Operation, condition: ir.Expression, first: ir.Expression, second: ir.Expression
+    ) -> str:
         """Return a new variable that holds one of two values: only that one is computed, which SEL does not promise."""
         self.chosen += 1
         name = f"chosen_{self.chosen}"
         self.names[name], self.types[name] = name, value.type
         self.write(f"IF {self.expression(condition)} THEN")
-        self.inner((Assign(Name(name, value.type), first),))
+        self.inner((ir.Assign(ir.Name(name, value.type), first),))
         self.write("ELSE")
-        self.inner((Assign(Name(name, value.type), second),))
+        self.inner((ir.Assign(ir.Name(name, value.type), second),))
         self.write("END_IF;")
         return name
-
-
-def given_in_order(routine: Routine) -> list[str]:
-    """Return the names of a routine's arguments."""
-    return [one.name for one in routine.arguments]
