@@ -38,14 +38,11 @@ def bode_figure(loops: Iterable[Loop], nyquist: float, lowest: float = 0.5) -> F
                 at = -180.0 + np.degrees(np.angle(-loop.response(np.array([found.crossover]))[0]))
                 phase.vlines(found.crossover, -180.0, at, color=color, linewidth=2.4)
                 phase.plot(found.crossover, at, "o", color=color, markersize=4)
-        gain.set_ylim(-60, 60)
-        gain.set_ylabel("gain |L| [dB]")
+        gain.set(ylim=(-60, 60), ylabel="gain |L| [dB]")
         gain.legend(title="phase margin, gain margin", loc="lower left", alignment="left")
         phase.set_ylim(-400, -40)
         phase.set_yticks(np.arange(-360, -40, 45))
-        phase.set_ylabel("phase [°]")
-        phase.set_xlabel("frequency [Hz]")
-        phase.set_xlim(lowest, nyquist)
+        phase.set(ylabel="phase [°]", xlabel="frequency [Hz]", xlim=(lowest, nyquist))
     return figure
 
 

@@ -44,8 +44,7 @@ def draw_circle_map(found: CircleMap) -> Figure:
             panel.set_xticks(range(len(grid.feeds)), [f"{1e3 * one:.3g}" for one in grid.feeds])
             panel.set_yticks(range(len(grid.radii)), [f"{1e3 * one:.3g}" for one in grid.radii])
             panel.set_title(f"({scheme.name}) {scheme.title}", fontsize=8)
-            panel.set_xlabel("feed [mm/s]")
-            panel.set_ylabel("radius [mm]")
+            panel.set(xlabel="feed [mm/s]", ylabel="radius [mm]")
             panel.grid(visible=False)
             panel.tick_params(length=0)
         for panel in panels[count:]:

@@ -32,8 +32,7 @@ def draw_learned(found: Learned) -> Figure:
         for formatter in (left.yaxis.set_major_formatter, left.yaxis.set_minor_formatter):
             formatter("{x:g}")
         left.set_xticks(rounds[:: max(len(rounds) // 8, 1)])
-        left.set_xlabel("circles learned from [1]")
-        left.set_ylabel("glitch [µm]")
+        left.set(xlabel="circles learned from [1]", ylabel="glitch [µm]")
         after = f"after {len(rounds) - 1}"
         for run, colour, width, label in ((first, VERMILION, 1.6, "before"), (last, BLUE, 0.9, after)):
             order = np.argsort(run.circularity.angle % (2 * np.pi))
@@ -41,8 +40,7 @@ def draw_learned(found: Learned) -> Figure:
             right.plot(angle, run.circularity.error[order] * 1e6, color=colour, label=label, linewidth=width)
         right.axhline(0.0, color=GREY, linewidth=0.6)
         right.set_xticks([0, 90, 180, 270, 360])
-        right.set_xlabel("angle [°]")
-        right.set_ylabel("radial error [µm]")
+        right.set(xlabel="angle [°]", ylabel="radial error [µm]")
         right.legend()
         test = first.circle
         figure.suptitle(

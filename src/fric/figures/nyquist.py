@@ -41,11 +41,13 @@ def nyquist_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
                 sweep = np.pi + np.linspace(0, np.angle(-at), 60)
                 axes.plot(np.cos(sweep), np.sin(sweep), color=color, linewidth=2.4, zorder=_front(found))
                 axes.plot(at.real, at.imag, "o", color=color, markersize=4)
-        axes.set_xlim(-2.5, 1.5)
-        axes.set_ylim(-2.5, 1.5)
-        axes.set_aspect("equal")
-        axes.set_xlabel("real part of L [1]")
-        axes.set_ylabel("imaginary part of L [1]")
+        axes.set(
+            xlim=(-2.5, 1.5),
+            ylim=(-2.5, 1.5),
+            aspect="equal",
+            xlabel="real part of L [1]",
+            ylabel="imaginary part of L [1]",
+        )
         axes.legend(loc="upper left")
     return figure
 
@@ -81,11 +83,9 @@ def nichols_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
                 at = -180 + np.degrees(np.angle(-loop.response(np.array([found.crossover]))[0]))
                 axes.hlines(0, -180, at, color=color, linewidth=2.4, zorder=_front(found))
                 axes.plot(at, 0, "o", color=color, markersize=4)
-        axes.set_xlim(-330, -30)
-        axes.set_ylim(-40, 40)
+        axes.set(xlim=(-330, -30), ylim=(-40, 40))
         axes.set_xticks(np.arange(-315, -44, 45))
-        axes.set_xlabel("phase [°]")
-        axes.set_ylabel("gain |L| [dB]")
+        axes.set(xlabel="phase [°]", ylabel="gain |L| [dB]")
         axes.legend(title="phase margin, gain margin", loc="lower right", alignment="left")
     return figure
 

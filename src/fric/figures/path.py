@@ -31,8 +31,7 @@ def path_figure(runs: Sequence[PathRun]) -> Figure:
                 str(n), (1e3 * reversal.x, 1e3 * reversal.y), textcoords="offset points", xytext=(4, 4), fontsize=7
             )
         plan.set_aspect("equal", adjustable="box")
-        plan.set_xlabel(f"{names[0]} [mm]")
-        plan.set_ylabel(f"{names[1]} [mm]")
+        plan.set(xlabel=f"{names[0]} [mm]", ylabel=f"{names[1]} [mm]")
         plan.set_title("path; numbers where an axis turns", fontsize=8)
         ticks = []
         for n, run in enumerate(runs):
@@ -43,7 +42,6 @@ def path_figure(runs: Sequence[PathRun]) -> Figure:
                 run.contour.station * 1e3, run.contour.error * 1e6 + level, color=CYCLE[n % len(CYCLE)], linewidth=0.9
             )
         along.set_yticks(ticks, [f"({run.scheme.name}) {run.contour.glitch * 1e6:.1f} µm" for run in runs])
-        along.set_xlabel("distance along the path [mm]")
-        along.set_ylabel("contour error [µm]")
+        along.set(xlabel="distance along the path [mm]", ylabel="contour error [µm]")
         along.set_title(f"contour error, lines {apart:.3g} µm apart; glitch of each scheme", fontsize=8)
     return figure

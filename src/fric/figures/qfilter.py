@@ -45,10 +45,7 @@ def q_filter_figure(design: ObserverDesign) -> Figure:
         axes.axvline(q.bandwidth, color=BLUE, linewidth=0.8, linestyle=":")
         axes.annotate(f"−3 dB: {q.bandwidth:.3g} Hz", (q.bandwidth, -45), color=BLUE, fontsize=8, rotation=90,
                       ha="right", va="bottom")  # fmt: skip
-        axes.set_xlim(f[0], top)
-        axes.set_ylim(-50, 40)
-        axes.set_xlabel("frequency [Hz]")
-        axes.set_ylabel("magnitude [dB]")
+        axes.set(xlim=(f[0], top), ylim=(-50, 40), xlabel="frequency [Hz]", ylabel="magnitude [dB]")
         axes.legend(loc="lower left")
     return figure
 

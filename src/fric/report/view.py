@@ -19,7 +19,7 @@ from fric.report.groups import Group, groups_of
 from fric.report.measured import MeasuredView, gravest_first, measured_view
 from fric.report.onepage import Summary, summary_of
 from fric.report.plots import drift_figure, friction_map, hysteresis, motions, q_filter, virgin_curves
-from fric.report.report_input import ContourTest, Item, ReportInput
+from fric.report.report_input import Contour, ContourTest, Item, ReportInput
 from fric.results.design import perturbation_of
 from fric.units import readable
 from fric.verdict.evidence import Verdict
@@ -40,13 +40,7 @@ class AxisView:
 class Line:
     """One scheme in the table and among the switches of a contour."""
 
-    name: str
-    title: str
-    glitches: Sequence[float]
-    glitch: float
-    interval: tuple[float, float] | None
-    rms: float
-    range: float
+    contour: Contour
     reduction: float | None
     advised: bool
     colour: str
@@ -203,8 +197,7 @@ def _test(
     bare = next((one for one in test.contours if one.scheme.bare), None)
     lines = [
         Line(
-            one.scheme.name, one.scheme.title, one.glitches, one.glitch, one.interval, one.rms, one.range,
-            None if bare is None or one is bare or not bare.glitch else 1 - one.glitch / bare.glitch,
+            one, None if bare is None or one is bare or not bare.glitch else 1 - one.glitch / bare.glitch,
             one is verdict.choice, colour(k), dash(one),
         )
         for k, one in enumerate(test.contours)
