@@ -9,7 +9,7 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 
 from fric.control import block_type, blocks
 from fric.control.cascade import Cascade
-from fric.documents.base import AxisName, Document, Quantity, quantities
+from fric.documents.base import OfAxis, Quantity, quantities
 from fric.documents.controller import ControllerPart, controller_values
 from fric.documents.provenance import provenance
 from fric.errors import FricError
@@ -39,13 +39,11 @@ def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str
     return values
 
 
-class BlockDocument(Document):
+class BlockDocument(OfAxis):
     """A block file: a control block of one axis with its parameters, and the margins that it was designed for."""
 
     type: ClassVar[str] = "block"
 
-    axis: AxisName
-    motion: Motion = "linear"
     block: str = Field(description="the control block: what it is called in a scheme")
     parameters: dict[str, Quantity] = Field(
         default_factory=dict, description="its parameters; what is left out is as the block is designed"

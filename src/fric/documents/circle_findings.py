@@ -17,14 +17,10 @@ class GlitchPart(Part):
     place: float
 
 
-class PredictedGlitch(Part):
+class PredictedGlitch(GlitchPart):
     """What a machine file predicts for a quadrant."""
 
-    value: float
-    unit: str
-    ci95: list[float | None] | None
-    width: float
-    place: float
+    ci95: list[float | None] | None  # type: ignore[assignment]  # without what was identified there is none
     agrees: bool
     cause: str | None
 

@@ -1,6 +1,6 @@
 """One axis: from virtual experiments to all that its controller needs to believe."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite
@@ -82,40 +82,36 @@ def learn_axis(
     def made(name: str, make: Any, reads: Sequence[Path], leaves: Sequence[Path], **settings: Any) -> tuple[str, bool]:
         return name, shop.step(name, make, reads=reads, leaves=leaves, settings={"axis": axis, **settings})
 
+    def found(
+        name: str, find: Callable[[], Result], reads: Sequence[Path], *leaves: Path, **settings: Any
+    ) -> tuple[str, bool]:
+        return made(name, lambda: _save(find(), *leaves), reads, leaves, **settings)
+
+    def damping() -> Any:
+        return read_machine(machine).axis(axis).plant if published_plant else files.plant
+
     for kind in EXPERIMENTS:
         make = partial(_experiment, machine, axis, kind, files, seed)
         yield made(
             kind, make, [machine], [files.log(kind)], seed=seed, samples=SAMPLES[kind], repeats=REPEATS.get(kind, 1)
         )
     response, strokes = files.log("frequency-response"), files.log("constant-velocity")
-    yield made(
-        "plant",
-        lambda: _left(identify_plant(response), files.plant, files.fig_plant),
-        [response],
-        [files.plant, files.fig_plant],
-    )
-    yield made(
-        "static map",
-        lambda: _static(files, machine if published_plant else None, axis),
-        [machine, strokes, files.plant],
-        [files.static, files.fig_2],
-        published_plant=published_plant,
-    )
-    loops = [files.log("presliding-sine"), files.log("sliding-sine")]
-    yield made(
-        "GMS",
-        lambda: _gms(files, loops, machine if published_plant else None, axis),
-        [machine, *loops, files.static, files.plant],
-        [files.friction, files.fig_4_5],
-        published_plant=published_plant,
-    )
-    yield made("controller", lambda: _controller(files, machine, axis), [machine, files.plant], [files.controller])
-    yield made(
-        "observer",
-        lambda: _left(design_observer(files.plant, response, controller=files.controller), files.observer, files.fig_7),
-        [files.plant, files.controller, response],
-        [files.observer, files.fig_7],
-    )
+    yield found("plant", lambda: identify_plant(response), [response], files.plant, files.fig_plant)
+    yield found(
+        "static map",  # in the form of Table 1: one map
+        lambda: identify_static(strokes, plant=damping(), delta=1.0, direction="both", over_position="off"),
+        [machine, strokes, files.plant], files.static, files.fig_2, published_plant=published_plant,
+    )  # fmt: skip
+    waves = [files.log("presliding-sine"), files.log("sliding-sine")]
+    yield found(
+        "GMS", lambda: identify_gms(waves, static=files.static, plant=damping()),
+        [machine, *waves, files.static, files.plant], files.friction, files.fig_4_5, published_plant=published_plant,
+    )  # fmt: skip
+    yield found("controller", lambda: _controller(files, machine, axis), [machine, files.plant], files.controller)
+    yield found(
+        "observer", lambda: design_observer(files.plant, response, controller=files.controller),
+        [files.plant, files.controller, response], files.observer, files.fig_7,
+    )  # fmt: skip
 
 
 def _experiment(machine: Path, axis: str, kind: str, files: AxisFiles, seed: int) -> None:
@@ -128,31 +124,13 @@ def _experiment(machine: Path, axis: str, kind: str, files: AxisFiles, seed: int
     write_logs(files.log(kind), logs, force=True)
 
 
-def _left(result: Result, file: Path, figure: Path | None = None) -> None:
+def _save(result: Result, file: Path, figure: Path | None = None) -> None:
     result.save(file, force=True)
     if figure is not None:
         result.plot(figure, force=True)
 
 
-def _damping_plant(files: AxisFiles, machine: Path | None, axis: str) -> Any:
-    return files.plant if machine is None else read_machine(machine).axis(axis).plant
-
-
-def _static(files: AxisFiles, machine: Path | None, axis: str) -> None:
-    plant = _damping_plant(files, machine, axis)  # the paper's form: one map
-    found = identify_static(  # in the form of Table 1
-        files.log("constant-velocity"), plant=plant, delta=1.0, direction="both", over_position="off"
-    )
-    _left(found, files.static, files.fig_2)
-
-
-def _gms(files: AxisFiles, loops: Sequence[Path], machine: Path | None, axis: str) -> None:
-    found = identify_gms(loops, static=files.static, plant=_damping_plant(files, machine, axis))
-    _left(found, files.friction, files.fig_4_5)
-
-
-def _controller(files: AxisFiles, machine: Path, axis: str) -> None:
+def _controller(files: AxisFiles, machine: Path, axis: str) -> Result:
     own = read_machine(machine).axis(axis).cascade
     limit = own.limit if isfinite(own.limit) else None
-    design = design_controller(files.plant, sampling=own.sampling, velocity_filter=own.velocity_filter, limit=limit)
-    _left(design, files.controller)
+    return design_controller(files.plant, sampling=own.sampling, velocity_filter=own.velocity_filter, limit=limit)
