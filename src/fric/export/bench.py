@@ -222,7 +222,7 @@ def read_trace(trace: Path, lost: int) -> Real:
     return rows
 
 
-def run_program(machine: Machine, program: Program, folder: Path, scheme: Scheme = NONE) -> Recording:
+def run_program(machine: Machine, program: Program, folder: Path) -> Recording:
     """Run a program in LinuxCNC on the machine's axes, from an empty folder to its record; nothing is fed forward.
 
     Parameters
@@ -233,13 +233,11 @@ def run_program(machine: Machine, program: Program, folder: Path, scheme: Scheme
         The program and its limits.
     folder
         Where the bench is written and its record is left.
-    scheme
-        What is exported and switched on.
 
     Raises
     ------
     FricError
         When LinuxCNC is not installed, refuses the program or does not finish it, or rows of its record are lost.
     """
-    build_bench(machine, scheme, program, folder)
-    return run_session(machine, scheme, scheme, folder)
+    build_bench(machine, NONE, program, folder)
+    return run_session(machine, NONE, NONE, folder)

@@ -17,28 +17,24 @@ FASTEST = 0.5
 """Largest velocity of the list [m/s, rad/s]."""
 
 
-def list_of(part: Part, current_per_volt: float = 1.0, fastest: float = FASTEST) -> tuple[Real, Real, float]:
-    """Return velocities, currents, and the largest error of the interpolation [N].
+def list_of(part: Part) -> tuple[Real, Real, float]:
+    """Return velocities, voltages, and the largest error of the interpolation [N].
 
     Parameters
     ----------
     part
         What is exported.
-    current_per_volt
-        Current that the drive makes of a volt [A/V]; 1 leaves volts.
-    fastest
-        Largest velocity of the list [m/s].
 
     Returns
     -------
-    velocity, current, error
+    velocity, voltage, error
         Shapes (n,), (n,), n of at most 20, symmetric where friction is; and the error.
     """
-    v = np.concatenate([[0.0], np.geomspace(1e-7 * fastest, fastest, 4000)])
+    v = np.concatenate([[0.0], np.geomspace(1e-7 * FASTEST, FASTEST, 4000)])
     half = POINTS // 2
 
     def side(sign: float) -> tuple[Real, Real, float]:
-        force = np.asarray(part.model.steady_state(sign * np.maximum(v, 1e-9 * fastest)), float)
+        force = np.asarray(part.model.steady_state(sign * np.maximum(v, 1e-9 * FASTEST)), float)
 
         def chosen(bound: float) -> list[int]:
             kept = [1]
@@ -65,7 +61,7 @@ def list_of(part: Part, current_per_volt: float = 1.0, fastest: float = FASTEST)
     (v_minus, f_minus, e_minus), (v_plus, f_plus, e_plus) = side(-1.0), side(1.0)
     velocity = np.concatenate([v_minus[::-1], v_plus])
     force = np.concatenate([f_minus[::-1], f_plus])
-    return velocity, part.gain * force / part.K_f * current_per_volt, max(e_minus, e_plus)
+    return velocity, part.gain * force / part.K_f, max(e_minus, e_plus)
 
 
 def _error(v: Real, force: Real, first: int, last: int) -> float:

@@ -114,9 +114,9 @@ def _range(fit: PlantFit) -> tuple[float, float]:
     return float(used.min()), float(used.max())
 
 
-def _draws(fit: PlantFit, f: Real, count: int = 200) -> Complex:
-    """Return responses of parameters drawn from their joint normal distribution, shape (count, n)."""
-    values = np.random.default_rng(0).multivariate_normal(fit.solution.values, fit.solution.covariance, count)
+def _draws(fit: PlantFit, f: Real) -> Complex:
+    """Return 200 responses of parameters drawn from their joint normal distribution, shape (200, n)."""
+    values = np.random.default_rng(0).multivariate_normal(fit.solution.values, fit.solution.covariance, 200)
     return np.array([fit.responses[0].of(replace(fit.solution, values=v), f, friction=False) for v in values])
 
 

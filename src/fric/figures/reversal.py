@@ -15,7 +15,7 @@ AROUND = np.pi / 12
 
 
 @view("reversal", of="CircleRun")
-def reversal_figure(runs: Sequence[CircleRun], axis: str | None = None) -> Figure:
+def reversal_figure(runs: Sequence[CircleRun]) -> Figure:
     """Return error and voltages over time around the last reversal of an axis, one column per scheme.
 
     Above the tracking error of the axis, position less reference; below the control voltage, and in it the friction
@@ -24,11 +24,9 @@ def reversal_figure(runs: Sequence[CircleRun], axis: str | None = None) -> Figur
     Parameters
     ----------
     runs
-        One run per scheme, of one circle.
-    axis
-        Name of the axis; the first that was simulated where not given.
+        One run per scheme, of one circle; drawn is the first axis that was simulated.
     """
-    name = axis or next(iter(runs[0].traces))
+    name = next(iter(runs[0].traces))
     test = runs[0].circle
     half = AROUND * test.radius / test.feed
     columns = len(runs)

@@ -5,8 +5,8 @@ import ctypes
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # malloc.h of glibc
 
 
-def keep_freed_memory(most: int = 64 << 20) -> None:
-    """Let glibc's malloc keep up to ``most`` freed bytes a heap, instead of handing large blocks back to the kernel.
+def keep_freed_memory() -> None:
+    """Let glibc's malloc keep up to 64 MiB of freed bytes a heap, instead of handing large blocks back to the kernel.
 
     A stream allocates and frees blocks of some hundred KiB over and over; fetching each anew from the kernel, page by
     page, takes a third of the time of an ingest. Where there is no glibc, nothing is done.
@@ -16,4 +16,4 @@ def keep_freed_memory(most: int = 64 << 20) -> None:
     except (AttributeError, OSError, TypeError):
         return
     mallopt(_M_MMAP_THRESHOLD, 32 << 20)  # the most that it takes
-    mallopt(_M_TRIM_THRESHOLD, most)
+    mallopt(_M_TRIM_THRESHOLD, 64 << 20)

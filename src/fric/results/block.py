@@ -18,10 +18,10 @@ from fric.estimate import elements
 from fric.friction import FrictionModel
 from fric.log import Record
 from fric.results.design import Design, perturbation_of
-from fric.results.given import cascade_of, document_of, friction_of, gain_of
+from fric.results.given import cascade_of, document_of, friction_of
 from fric.results.observer import BY_DEFAULT, measured_record
 from fric.results.text import Piece, Table, named
-from fric.units import Motion, readable
+from fric.units import Motion, parse_gain, readable
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,7 +148,7 @@ def design_block(
         logs = [measured_record("design_block", log, record, (axis, motion))]
         Delta, seen = perturbation_of(logs[0], linear)
         warnings += seen
-    allowed = gain_of(peak_sensitivity)
+    allowed = parse_gain(peak_sensitivity)
     if not allowed > 1:
         raise FricError("no loop has a peak sensitivity of 0 dB or less", hint="Give one above 0 dB.")
     setting = Setting(linear, cascade, friction=models.get("gms"), models=models, K_f=K_f, spans=spans)

@@ -14,10 +14,10 @@ from fric.documents.controller import controller_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.results.design import Design
-from fric.results.given import document_of, gain_of, in_si, quantity
+from fric.results.given import document_of, in_si, quantity
 from fric.results.names import plain_names
 from fric.results.text import Piece
-from fric.units import Motion, readable
+from fric.units import Motion, parse_gain, readable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -115,7 +115,7 @@ def design_controller(
     """
     document = document_of("design_controller", PlantDocument, plant)
     motion, linear = document.motion, document.linear(document.motion)
-    asked = Requirement(in_si(phase_margin, "angle"), gain_of(gain_margin))
+    asked = Requirement(in_si(phase_margin, "angle"), parse_gain(gain_margin))
     rate, low_pass = in_si(sampling, "frequency"), in_si(velocity_filter, "frequency")
     largest = inf if limit is None else in_si(limit, "input")
     if gains is not None:

@@ -19,7 +19,7 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.plausibility.bounds import settled
 from fric.plausibility.findings import of_plant
 from fric.results.base import Result
-from fric.units import Motion, parse, parse_gain, si_unit
+from fric.units import Motion, parse, si_unit
 
 if TYPE_CHECKING:
     from fric.documents.plan import PlanDocument  # it loads what plans and simulates
@@ -206,11 +206,6 @@ def in_si(given: str | float, dimension: str, motion: Motion = "linear") -> floa
     if isinstance(given, bool) or not isinstance(given, int | float) or not isfinite(given):
         raise refused(dimension, 'a number in SI, or a text such as "1 mm"', given)
     return float(given)
-
-
-def gain_of(given: str | float) -> float:
-    """Return a ratio given as itself, or as a text such as "6 dB"."""
-    return parse_gain(given)
 
 
 def several(given: str | Sequence[str | float] | None, dimension: str, motion: Motion) -> list[float] | None:

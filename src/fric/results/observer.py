@@ -24,9 +24,9 @@ from fric.errors import FricError
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.results.design import Design, perturbation_of
-from fric.results.given import cascade_of, document_of, gain_of, in_si, quantity, records_of
+from fric.results.given import cascade_of, document_of, in_si, quantity, records_of
 from fric.results.text import Piece, Table
-from fric.units import Motion
+from fric.units import Motion, parse_gain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -183,7 +183,7 @@ def design_observer(
     wanted = quantity(cutoff, "frequency")
     if bandwidth:
         wanted = QFilter.of_bandwidth(filter, in_si(bandwidth, "frequency")).cutoff
-    allowed = gain_of(peak_sensitivity)
+    allowed = parse_gain(peak_sensitivity)
     try:
         design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
     except FricError as error:

@@ -57,10 +57,10 @@ class Words:
         return {f"{name}.{self.ending}": "\n".join([*lines, *self.last]) + "\n"}
 
 
-def rounded_down(value: float, digits: int = 6) -> str:
-    """Return a positive number in so many digits, never more than it is."""
-    size = 10.0 ** (floor(log10(value)) - digits + 1)
-    return f"{floor(value / size * (1 + 1e-12)) * size:.{max(0, digits - 1 - floor(log10(value)))}f}"
+def rounded_down(value: float) -> str:
+    """Return a positive number in six digits, never more than it is."""
+    size = 10.0 ** (floor(log10(value)) - 5)
+    return f"{floor(value / size * (1 + 1e-12)) * size:.{max(0, 5 - floor(log10(value)))}f}"
 
 
 def letter(axis: str) -> str:
