@@ -16,7 +16,6 @@ from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel, model_type, models
 from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
-from fric.identify.static_map.map_fit import MapFit
 from fric.log import Log, Record
 from fric.units import Motion, si_unit
 
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from fric.identify.gms.fit import GMSFit
     from fric.identify.replay.replay_fit import ReplayFit
     from fric.identify.static_map.identify import StaticFit
+    from fric.identify.static_map.map_fit import MapFit
 
 AT_SPEED = {"velocity": "velocity", "force": "force"}
 

@@ -16,13 +16,13 @@ from fric.documents.plant import PlantDocument
 from fric.documents.yaml import write_document
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.circle.measured import MeasuredCircle
-from fric.identify.circle.tuned import TunedAxis
 from fric.output import refuse_existing
 from fric.units import si_unit
 
 if TYPE_CHECKING:
+    from fric.identify.circle.measured import MeasuredCircle
     from fric.identify.circle.tune import Tuned
+    from fric.identify.circle.tuned import TunedAxis
 
 
 def tuned_files(found: Tuned, folder: Path) -> list[Path]:

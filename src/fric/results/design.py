@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from fric.design.perturbation import Perturbation, measured_perturbation
 from fric.drive.plant import LinearPlant
-from fric.identify.plant.frequency_response import measure_response
 from fric.log import FrequencyResponse, Log
 from fric.results.base import Result
 from fric.results.text import Table
@@ -28,6 +27,8 @@ def perturbation_of(
     record: Log | FrequencyResponse, plant: LinearPlant, averages: int = 1
 ) -> tuple[Perturbation, tuple[str, ...]]:
     """Return the perturbation of a plant by a measured response, or by one that a record shows, and its warnings."""
+    from fric.identify.plant.frequency_response import measure_response  # with SciPy's signal processing
+
     if isinstance(record, FrequencyResponse):
         return measured_perturbation(record, plant, averages=averages), ()
     response = measure_response(record)
