@@ -261,6 +261,6 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
 
 
 def _row(arc: Arc) -> list[str]:
-    reversals = "counter-clockwise" if arc.direction > 0 else "clockwise"
+    sense = "counter-clockwise" if arc.direction > 0 else "clockwise"
     microns = [f"{1e6 * one:.2f}" for one in (arc.measured.glitch, arc.simulated.glitch, arc.difference)]
-    return [arc.scheme.title, readable(arc.feed, "m/s"), reversals, *microns]
+    return [arc.scheme.title, readable(arc.feed, "m/s"), sense, *microns]

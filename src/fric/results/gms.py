@@ -49,13 +49,13 @@ class GMSResult(IdentifiedFriction):
         """Return alpha, k and C, why there are so many blocks, and what a replay leaves of each record."""
         document = self.document
         fit = document["gms_fit"]
-        warnings: list[Piece] = [parameters(document["gms"]), fit["blocks"], *map(_replayed, fit["records"])]
+        pieces: list[Piece] = [parameters(document["gms"]), fit["blocks"], *map(_replayed, fit["records"])]
         if "assumed" in document["static"]["F_c"]:
             plateau = parameters({"F_s": document["static"]["F_s"]})
-            warnings.append(Table(("plateau", *plateau.columns[1:]), plateau.rows))
+            pieces.append(Table(("plateau", *plateau.columns[1:]), plateau.rows))
         else:
-            warnings.append(f"alpha summed to {fit['alpha_sum']['value']:.4f} before it was normalised")
-        return warnings
+            pieces.append(f"alpha summed to {fit['alpha_sum']['value']:.4f} before it was normalised")
+        return pieces
 
 
 def _replayed(record: Mapping[str, Any]) -> str:

@@ -172,14 +172,14 @@ class CirclesResult(Result):
 
     def report(self) -> list[Piece]:
         """Return a line a test."""
-        warnings: list[Piece] = []
+        pieces: list[Piece] = []
         for test in self.done.tests:
             sense = "counter-clockwise" if test.direction > 0 else "clockwise"
             held = ", ".join(f"{name}: {' '.join(list(trace.channels())[1:])}" for name, trace in test.axes.items())
             of = f"{test.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}, {sense}"
-            warnings.append(f"{of}; {held or 'ball bar: angle deviation'}")
+            pieces.append(f"{of}; {held or 'ball bar: angle deviation'}")
         count = len(self.done.tests)
-        return [*warnings, f"{count} circle test{'s' * (count != 1)} in {self.done.output}"]
+        return [*pieces, f"{count} circle test{'s' * (count != 1)} in {self.done.output}"]
 
 
 def holds_circles(mapping: MappingDocument | Path | str | None = None, kind: str | None = None) -> bool:

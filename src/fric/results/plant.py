@@ -63,18 +63,18 @@ class PlantResult(Identified):
     def report(self) -> list[Piece]:
         """Return A, B, T_d and K_f, and where they are from."""
         fit, found = self.document["fit"], self.sections()
-        warnings: list[Piece] = [parameters(found["plant"])]
+        pieces: list[Piece] = [parameters(found["plant"])]
         if "second_mass" in found:
-            warnings.append(parameters(found["second_mass"], "second mass"))
+            pieces.append(parameters(found["second_mass"], "second mass"))
         if "parameters" in fit:
             rows = [(*row, f"{fit['parameters'][row[0]]['deviation']:.4g}") for row in estimate_rows(fit["parameters"])]
-            warnings += [
+            pieces += [
                 named(("", "value", "95 % interval", "unit", "deviation"), rows),
                 f"{fit['points']} points, relative error {100 * fit['relative_error']['value']:.4f} %, "
                 f"condition number {fit['condition_number']:.4f}",
             ]
-            return warnings
-        warnings += [
+            return pieces
+        pieces += [
             f"{response['record']}: {response['estimate']}; {response['lines']} lines used, "
             f"{readable(response['lowest']['value'], 'Hz')} to {readable(response['highest']['value'], 'Hz')}"
             for response in fit["responses"]
@@ -82,7 +82,7 @@ class PlantResult(Identified):
         delay = f"transport delay {readable(fit['transport_delay']['value'], 's')}"
         if "hold_delay" in fit:
             delay += f", hold {readable(fit['hold_delay']['value'], 's')} (half a sample): together T_d"
-        return [*warnings, delay]
+        return [*pieces, delay]
 
 
 def identify_plant(
