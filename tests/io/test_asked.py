@@ -14,8 +14,8 @@ from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
 from fric.io.likely import named_as
-from fric.io.propose import proposal, propose
-from fric.io.readers.base import Column
+from fric.io.propose import proposal, propose, sure_proposal
+from fric.io.readers.base import Column, named
 
 RUN = CliRunner()
 TRIBOMETER = "Time [s]\tNormal [uN]\tPosition [mm]\tFriction [uN]\n" + "".join(
@@ -134,7 +134,35 @@ def test_the_command_proposes_and_cuts(tmp_path: Path) -> None:
         ("TrqAct", "force"), ("Motorkraft", "force"), ("ActVelo", "velocity"), ("Drehzahl", "velocity"),
         ("SetPos", "reference"), ("u_cmd", "reference"), ("Lage-Sollwert", "reference"), ("Preset", None),
         ("Momentanwert", None), ("Offset", None), ("Following error", "error"), ("position error", "error"),
+        ("Tempo", "time"), ("Posizione asse", "position"), ("Riferimento", "reference"), ("Coppia", "force"),
+        ("Position de consigne", "reference"), ("Vitesse", "velocity"), ("Thermocouple", None), ("Belt tension", None),
     ],
 )  # fmt: skip
 def test_what_names_of_columns_tell(name, channel):
     assert named_as(Column(name, "mm")) == channel
+
+
+@pytest.mark.parametrize(
+    ("header", "channel", "unit"),
+    [
+        ("t_ms", "time", "ms"), ("time_s", "time", "s"), ("PosAct_mm", "position", "mm"), ("FrcAct_N", "force", "N"),
+        ("PosCmd_mm", "reference", "mm"), ("u_V", "input", "V"), ("F_N", None, None), ("x_m", None, None),
+        ("q_rad", "position", "rad"), ("Trq_Nm", "force", "Nm"),
+    ],
+)  # fmt: skip
+def test_names_that_end_in_their_unit(header, channel, unit):
+    """F_N is a normal force, and x_m the position of a motor, or a mean."""
+    column = named(header)
+    assert (named_as(column), column.unit) == (channel, unit)
+
+
+def test_a_file_with_names_that_end_in_their_units_needs_no_mapping_by_hand(tmp_path: Path) -> None:
+    rows = "\n".join(f"{k},{k / 100},{np.sin(k / 9):.4f},0.5,{k / 100}" for k in range(60))
+    (file,) = written(tmp_path, a="t_ms,PosAct_mm,FrcAct_N,Ctrl_V,PosCmd_mm\n" + rows)
+    mapping = tmp_path / "map.yaml"
+    mapping.write_text(sure_proposal(file) or "")
+    fric("ingest", file, "--map", mapping, "-o", tmp_path / "log.h5")
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert log.time[-1] == pytest.approx(0.059)
+    assert log.position[-1] == pytest.approx(0.59e-3)
+    assert set(log.channels()) == {"time", "position", "force", "input", "reference"}

@@ -93,7 +93,7 @@ def _by_header(table: Table) -> dict[str, Channel]:
     found: dict[str, tuple[int, int]] = {}  # channel: rank, column
     names = [" ".join(re.split(r"[^0-9a-zµ]+", column.name.casefold())).strip() for column in table.columns]
     for n, (name, column) in enumerate(zip(names, table.columns, strict=True)):
-        if name in ("time", "t", "zeit"):
+        if name in ("time", "t", "zeit", "tempo", "temps", "tiempo"):
             _keep(found, "time", 0, n)
         elif name in ANGLES and converts(column.unit, "angle"):
             _keep(found, "angle", 0, n)

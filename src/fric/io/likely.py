@@ -10,16 +10,22 @@ from fric.io.readers.base import Column, Table, plain_name
 from fric.units import Motion, converts, is_unit
 
 WORDS = {
-    "error": ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung"),  # no channel
-    "time": ("time", "zeit", "timestamp", "clock"),
+    "error": ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung",
+              "errore", "scostamento", "erreur", "écart"),  # no channel
+    "time": ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo"),
     "reference": ("reference", "ref", "setpoint", "set point", "set", "target", "soll", "sollwert", "demand", "desired",
-                  "commanded", "command", "cmd"),
-    "position": ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder"),
-    "velocity": ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl"),
-    "force": ("force", "torque", "trq", "frc", "friction", "kraft", "moment", "drehmoment", "reibung"),
-    "input": ("input", "voltage", "volt", "spannung", "control signal"),
+                  "commanded", "command", "cmd", "riferimento", "consigne", "référence", "consigna", "referencia"),
+    "position": ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder",
+                 "posizione", "spostamento", "déplacement", "posición", "posicion"),
+    "velocity": ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl", "velocità", "vitesse",
+                 "velocidad"),
+    "force": ("force", "torque", "trq", "frc", "friction", "kraft", "moment", "drehmoment", "reibung", "forza",
+              "coppia", "attrito", "fuerza"),
+    "input": ("input", "voltage", "volt", "spannung", "control signal", "tensione"),
 }  # fmt: skip
-"""Words of a name that tell a channel, in the order in which they are asked: a reference position is a reference."""
+"""Words of a name that tell a channel, in the order in which they are asked: a reference position is a reference.
+
+Where a word means another thing in English (tension, couple), the unit tells."""
 ALONE = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
 """Names of one letter."""
 ASKED = ("force", "position", "velocity")
@@ -31,7 +37,8 @@ AXES = "xyzabcuvw"
 
 def named_as(column: Column) -> str | None:
     """Return the channel that the name of a column tells; None where it tells none."""
-    parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.name)  # ActPos is an actual position
+    alone = column.name.removesuffix(f"_{column.unit}")
+    parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", alone)  # ActPos is an actual position
     name = re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
     for channel, words in WORDS.items():
         if any(re.search(_pattern(word, channel), name) for word in words):

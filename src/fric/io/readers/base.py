@@ -260,15 +260,17 @@ class Memory(Table):
             yield Block(start, part, sum(values.nbytes for values in part))
 
 
+_SUFFIX = re.compile(r"(?:.+_(?:ms|us|µs|mm|um|µm|nm|deg|rad|mrad|Nm|mNm|kN|V|mV)|(?:[tT]|[tT]ime|[zZ]eit)_s|\w{2,}_N)")
+"""Names that end in their unit; F_N is a normal force, and x_m may be a motor's or a mean."""
 _NAMED = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
 
 
 def named(header: str) -> Column:
-    """Take a header such as ``force [N]`` or ``force (N)`` apart into name and unit."""
+    """Take a header such as ``force [N]`` or ``force (N)`` apart into name and unit; of ``force_N`` the name stays."""
     text = header.strip().strip("\"'").lstrip("#%").strip()
     found = _NAMED.fullmatch(text)
     if found is None or not found["name"]:
-        return Column(text)
+        return Column(text, text.rpartition("_")[2] if _SUFFIX.fullmatch(text) else None)
     unit = found["square"] if found["square"] is not None else found["round"]
     return Column(text if found["square"] is None and not is_unit(unit) else found["name"], unit.strip() or None)
 
