@@ -43,6 +43,16 @@ def warm() -> Iterator[dict[str, str]]:
         yield found
 
 
+@pytest.fixture(scope="session", autouse=True)
+def alone() -> Iterator[None]:
+    """Give a study one process where a test asks for no more: the tests have the cores, and another starts cold."""
+    from fric.simulate import processes
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(processes, "default_workers", lambda: 1)
+        yield
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Count from the start of the session FRIC_LONG_MINUTES (0); whoever selects by -m gets what was selected."""
     if hasattr(config, "workerinput"):

@@ -125,7 +125,10 @@ def main() -> None:
     """Import everything; serve where an address is given, and be the command that is asked for."""
     for name in (*modules(), "rich.console", "rich.table"):
         importlib.import_module(name)
+    from fric.simulate import processes
+
     if len(sys.argv) > 1:
+        processes.default_workers = lambda: 1  # as in the tests' own processes (`alone` in tests/conftest.py)
         gc.freeze()  # what is there stays shared by all children
         serve(sys.argv[1])
         status = _run()
