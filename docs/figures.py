@@ -1,7 +1,7 @@
-"""The figures of README.md, docs/tutorial.md and docs/data-quality.md: `python docs/figures.py` draws them.
+"""The figures of README.md, docs/tutorial.md, docs/schemes.md and docs/data-quality.md: `python docs/figures.py`.
 
 Those of the README and the tutorial are what their own commands draw. Those on data quality are drawn from the logs
-that the commands of that page make.
+that the commands of that page make. Each control block has a figure of its own, beside a scheme without it.
 """
 
 from __future__ import annotations
@@ -16,13 +16,20 @@ from matplotlib.axes import Axes
 
 import fric
 from docs import examples
+from fric.documents.schemes import read_schemes
+from fric.figures.reversal import reversal_figure
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure, save_figure
 from fric.identify.static_map.points import stroke_points
 from fric.io.hdf5 import read_logs
 from fric.log import Log
+from fric.simulate.circle import Circle, run_circle
 from fric.simulate.experiment import experiment
 
 FIGURES = Path(__file__).parent / "figures"
+BESIDE = {"pulse": "a", "repetitive": "a", "adaptive": "f"} | dict.fromkeys(
+    ("kalman-gms", "two-dof", "sliding", "scheduled"), "c"
+)
+"""A scheme with each control block, and the scheme that it is shown beside."""
 
 
 def run_page(page: Path, folder: Path) -> None:
@@ -51,6 +58,15 @@ def tutorial(folder: Path) -> None:
     run_page(FIGURES.parent / "tutorial.md", folder)
     for drawn in folder.glob("*.png"):
         shutil.copy(drawn, FIGURES / f"tutorial-{drawn.name}")
+
+
+def schemes(_: Path) -> None:
+    """Draw a reversal with each control block, beside one without it."""
+    table = fric.read_machine("xy-table")
+    named = read_schemes(FIGURES.parents[1] / "configs/literature.yaml")
+    runs = {name: run_circle(table, named[name], Circle()) for name in {*BESIDE, *BESIDE.values()}}
+    for name, other in BESIDE.items():
+        save_figure(reversal_figure([runs[other], runs[name]]), FIGURES / f"scheme-{name}.png", force=True)
 
 
 def data_quality(folder: Path) -> None:
@@ -156,6 +172,6 @@ def _signs(axes: Axes, log: Log, sign: float) -> None:
 
 
 if __name__ == "__main__":
-    for draw in (readme, tutorial, data_quality):
+    for draw in (readme, tutorial, schemes, data_quality):
         with tempfile.TemporaryDirectory() as scratch:
             draw(Path(scratch))
