@@ -16,6 +16,7 @@ from zlib import crc32
 import numpy as np
 
 from fric.arrays import Real
+from fric.friction import FrictionModel
 from fric.friction.completed import Completed, since_reversal, travels
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.voltage import VoltageRecord, refined, voltage_record
@@ -80,17 +81,33 @@ class LeftOver:
         return replace(machine, axes={**machine.axes, **axes})
 
     def _completed(self, axis: Axis, index: int | None) -> Completed:
-        grid = travels(2 * max(record.radius for record in self.records[axis.name]))
-        sums, counts = np.zeros((2, len(grid))), np.zeros((2, len(grid)))
-        for record in self.records[axis.name]:
-            position, force = _left(record, axis)
-            _gather(position, force, grid, sums, counts)
         share = 1.0
         if index is not None:
             key = np.random.SeedSequence(self.seed, spawn_key=(index, crc32(f"left over {axis.name}".encode())))
             share = exp(SHARE / 1.96 * np.random.default_rng(key).standard_normal())
-        forwards, backwards = (share * _filled(grid, *one) for one in zip(sums, counts, strict=True))
-        return Completed(axis.friction, tuple(forwards), tuple(backwards))
+        return completed(axis.friction, [_left(record, axis) for record in self.records[axis.name]], share)
+
+
+def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]], share: float = 1.0) -> Completed:
+    """Return a friction model with the mean of what it leaves of records, over the travel since the last reversal.
+
+    Parameters
+    ----------
+    friction
+        The model.
+    left
+        Records, each with the force that the model leaves of it at the samples used [N].
+    share
+        Share of it that is taken.
+    """
+    grid = travels(2 * max(record.radius for record, _ in left))
+    sums, counts = np.zeros((2, len(grid))), np.zeros((2, len(grid)))
+    for record, force in left:
+        whole = record.revolution[record.used] >= 0
+        motion = np.array(since_reversal(record.position))[:, record.used]
+        _gather(motion[:, whole], force[whole], grid, sums, counts)
+    forwards, backwards = (share * _filled(grid, *one) for one in zip(sums, counts, strict=True))
+    return Completed(friction, tuple(forwards), tuple(backwards))
 
 
 def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
@@ -104,18 +121,14 @@ def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
     return replace(test, axes={**test.axes, axis.name: replace(trace, input=given)})
 
 
-def _left(record: VoltageRecord, axis: Axis) -> tuple[Real, Real]:
-    """Return the motion [m] and the force that a machine leaves of it [N], at the samples of whole revolutions."""
+def _left(record: VoltageRecord, axis: Axis) -> tuple[VoltageRecord, Real]:
+    """Return a record along its refined motion, and the force that a machine leaves of it [N], at the samples used."""
     plant = axis.plant
     m, a = 1.0 / plant.B, plant.A / plant.B
     own = refined(record, axis.friction, plant.T_d, (m, a, axis.constant_load / plant.K_f), plant.K_f)
     used = own.used
     voltage = own.delayed(plant.T_d) - m * own.inertia[used] - a * own.damping[used]
-    force = plant.K_f * voltage - own.friction(axis.friction) - axis.constant_load
-    whole = own.revolution[used] >= 0
-    direction, travel = since_reversal(own.position)
-    features = np.array([direction[used][whole], travel[used][whole]])
-    return features, force[whole]
+    return own, plant.K_f * voltage - own.friction(axis.friction) - axis.constant_load
 
 
 def _gather(motion: Real, force: Real, grid: Real, sums: Real, counts: Real) -> None:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import pi
 
 import numpy as np
 
-from fric.arrays import Real
 from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.identify.circle.left_over import completed
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.revolutions import fit_circle
 from fric.identify.circle.tuned import TunedAxis
+from fric.notice import Notice
 from fric.reference import circle
 from fric.simulate.axis import run_axis
 from fric.simulate.machine import Axis
@@ -24,6 +24,13 @@ DRAWS = 6
 """Machines that are drawn from what tuning leaves open."""
 ACCURACY = 1e-8
 """To what the simulated plant is integrated [m]."""
+SMEARED = 4.0
+"""Times what is left over adds to a glitch that it may add besides: behind a filter of 70 Hz, in the mean over strokes
+and travels, and where an axis breaks away in a jump, it is told smaller than it is. Of 18 machines with other laws of
+friction all 70 next circles are within their intervals so; they left 2.9 times what the model alone predicts (median),
+1.3 times what is predicted with it. One that was recorded without compensation, whose reversals jump, takes 3.6."""
+DIFFERS, MORE = 1.5, 0.15e-6
+"""Times, and by how much more than, what the model alone predicts [m], from which another law of friction is told."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +47,8 @@ class NextCircle:
         Its largest glitch [m].
     ci95
         Between what [m].
+    alone
+        The same if friction were what was found and nothing besides [m].
     """
 
     feed: float
@@ -47,6 +56,7 @@ class NextCircle:
     scheme: str
     glitch: float
     ci95: tuple[float, float]
+    alone: float
 
 
 def next_circles(
@@ -54,9 +64,10 @@ def next_circles(
 ) -> list[NextCircle]:
     """Return what schemes (c) and (f) should leave of the circles that were recorded, once more, with the new belief.
 
-    The machine is taken to be what tuning found. The interval is that of machines drawn from the covariance of what
-    was found, and of a part of the encoder's step; to above it is widened by what a circle with (c) shows where what
-    tuning left of the recorded voltage (the mean of the revolutions, as far as it is more than noise) disturbs it too.
+    The machine is taken to be what tuning found, and what that leaves of the recorded voltages is of its friction, over
+    the travel since the last reversal: where the law differs from the model, the next circle meets that again.
+    The interval is that of machines drawn from the covariance of what was found, and of a part of the encoder's step.
+    Above it is wider by `SMEARED` times what is left over adds, which behind the filter is told smaller than it is.
 
     Parameters
     ----------
@@ -75,24 +86,39 @@ def next_circles(
     true = {name: _true(tuned[name]) for name in names}
     step = max(tuned[name].axis.encoder.resolution for name in names)
     for n, test in enumerate(tests):
-        bare = PAPER_SCHEMES["c"]
-        try:
-            own = _glitch(test, true, bare)
-            more = max(_glitch(test, true, bare, {name: _left_over(n, tuned[name]) for name in names}) - own, 0.0)
-        except FricError:  # no stable loop, or more voltage than there is
-            continue
-        for scheme in (bare, *([PAPER_SCHEMES["f"]] if observers else [])):
+        whole = {name: _completed(n, tuned[name]) for name in names}
+        for scheme in (PAPER_SCHEMES[name] for name in ("cf" if observers else "c")):
             try:
-                own = _glitch(test, true, scheme)
-                around = [own, *(_glitch(test, drawn, scheme) for drawn in draws)]
-            except FricError:
+                own, alone = _glitch(test, whole, scheme), _glitch(test, true, scheme)
+                around = [own, alone, *(_glitch(test, drawn, scheme) for drawn in draws)]
+            except FricError:  # no stable loop, or more voltage than there is
                 continue
             # the ends of a few draws lie inside the interval
             width = 0.3 * (max(around) - min(around)) + step / 4
-            limits = max(min(around) - width, 0.0), max(around) + width + more
-            found.append(NextCircle(test.feed, test.radius, scheme.name, own, limits))
+            high = max(around) + width + SMEARED * max(own - alone, 0.0)
+            found.append(
+                NextCircle(test.feed, test.radius, scheme.name, own, (max(min(around) - width, 0.0), high), alone)
+            )
             done()
     return found
+
+
+def law_warnings(predicted: Sequence[NextCircle]) -> list[Notice]:
+    """Return that friction differs from the model, where what is left over makes more of a circle than the model."""
+    more = [one for one in predicted if one.glitch > max(DIFFERS * one.alone, one.alone + MORE)]
+    if not more:
+        return []
+    worst = max(more, key=lambda one: one.glitch - one.alone)
+    alone = f"{worst.alone * 1e6:.2f} µm"
+    return [
+        Notice(
+            f"friction follows another law than the model: under ({worst.scheme}) the model explains {alone} of the "
+            f"next circle at {worst.feed * 1e3:g} mm/s, and with what it leaves over at the recorded reversals "
+            f"{worst.glitch * 1e6:.2f} to {worst.ci95[1] * 1e6:.2f} are expected. Tune again with the circles that "
+            f"this leaves; fric learn, which needs no model, can leave {alone} at best",
+            "law-differs", "doubt",
+        )
+    ]  # fmt: skip
 
 
 def _true(tuned: TunedAxis) -> Axis:
@@ -115,47 +141,22 @@ def _drawn(tuned: TunedAxis, rng: np.random.Generator) -> Axis:
     return replace(true, friction=coordinates.belief(x), plant=Plant(plant.A, plant.B, late, plant.K_f))
 
 
-def _glitch(
-    test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme, left: Mapping[str, _LeftOver] | None = None
-) -> float:
-    """Return the glitch of one circle [m], with what tuning left as a disturbance where it is given."""
+def _glitch(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme) -> float:
+    """Return the glitch of one circle [m]."""
     sampling = next(iter(axes.values())).cascade.sampling
     references = circle(test.radius, test.feed, 1, sampling, direction=test.direction)
-    angle = np.unwrap(np.arctan2(references[1].position, references[0].position))
-    measured = []
-    for (name, axis), reference in zip(axes.items(), references, strict=True):
-        excitation = None
-        if left is not None:
-            early = round(axis.plant.T_d * sampling)
-            voltage = left[name](angle)
-            excitation = -np.concatenate([voltage[early:], np.full(early, voltage[-1])])
-        measured.append(run_axis(axis, reference, scheme, excitation=excitation, accuracy=ACCURACY).position)
+    measured = [
+        run_axis(axis, reference, scheme, accuracy=ACCURACY).position
+        for axis, reference in zip(axes.values(), references, strict=True)
+    ]
     return circularity(measured[0], measured[1], test.radius).glitch
 
 
-@dataclass(frozen=True)
-class _LeftOver:
-    """What tuning left of the voltage on a circle, the mean of its revolutions [V], by angle [rad]."""
-
-    angle: Real
-    voltage: Real
-
-    def __call__(self, angle: Real) -> Real:
-        return np.interp(angle % (2 * pi), self.angle, self.voltage, period=2 * pi)
-
-
-def _left_over(n: int, tuned: TunedAxis) -> _LeftOver:
-    record, part = tuned.after.balance.records[n], tuned.after.parts()[n]
-    steady = record.revolution[record.used] >= 0
-    if not steady.any():
-        return _LeftOver(np.array([0.0]), np.array([0.0]))
-    own = (record.angle[record.used][steady] % (2 * pi)) / (2 * pi)
-    bins = 720
-    cell = (own * bins).astype(int) % bins
-    mean = np.bincount(cell, part[steady], bins) / np.maximum(np.bincount(cell, minlength=bins), 1)
-    noise, rms = record.repeating(part) or 0.0, float(np.sqrt(np.mean(part**2)))
-    share = float(np.sqrt(max(rms**2 - noise**2, 0.0))) / max(rms, 1e-12)
-    return _LeftOver((np.arange(bins) + 0.5) * 2 * pi / bins, share * mean)
+def _completed(n: int, tuned: TunedAxis) -> Axis:
+    """Return the axis as it truly is where what was found leaves of the n-th circle is of its friction, by travel."""
+    true, after = _true(tuned), tuned.after
+    left = tuned.nominal.K_f * after.parts()[n]
+    return replace(true, friction=completed(true.friction, [(after.balance.records[n], left)]))
 
 
 def worse_ahead(tests: Sequence[MeasuredCircle], predicted: Sequence[NextCircle], *, trusted: bool) -> str:

@@ -12,7 +12,7 @@ from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
 from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.measured import MeasuredCircle
-from fric.identify.circle.next_circle import NextCircle, next_circles, worse_ahead
+from fric.identify.circle.next_circle import NextCircle, law_warnings, next_circles, worse_ahead
 from fric.identify.circle.tune_bootstrap import explained
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
 from fric.identify.circle.tune_identifiability import alike_warnings, identifiability_warnings, timing_warnings
@@ -155,7 +155,7 @@ class Tuned:
     tests
         The circles.
     predicted
-        What the next circles should show; empty where one axis alone was tuned.
+        What the next circles should show; empty where the result is refused.
     warnings
         What the circles cannot tell, and what was refused.
     """
@@ -232,6 +232,8 @@ def tune(
         text = f"{why}: the result is refused, and what was believed is kept"
         warnings.append(Notice(text, "tuning-refused", "wrong"))
         axes = {name: replace(one, axis=machine.axes[name], improves=False, loop=False) for name, one in axes.items()}
+        predicted = []  # what is kept shows what was recorded
+    warnings += law_warnings(predicted)
     for name, one in axes.items():
         if not one.improves and not why:
             text = (

@@ -19,7 +19,7 @@ from fric.simulate.machine import Axis
 APART = 3.0
 """Ratio of the feeds of two circles from which they tell different things."""
 LATE = 0.25
-"""Relative distance of the delay's whole interval from what was believed, from which it is told."""
+"""Relative distance of the delay from what was believed, from which it is told; its interval must not hold that."""
 ALIKE = 0.5
 """Distance of two blocks' slip displacements, in the logarithm, below which they are not told apart: what is left has
 several least points there, whose alpha and k differ by up to 20 %."""
@@ -87,11 +87,11 @@ def identifiability_warnings(
 
 
 def timing_warnings(axis: Axis, found: Fitted, T_d: Estimate) -> Iterator[Notice]:
-    """Yield that position and voltage are shifted against each other: where the whole interval of the delay is."""
+    """Yield that position and voltage are shifted against each other, where the interval of the delay says so too."""
     nominal = found.balance.coordinates.T_d
     low, high = (float(limit) for limit in np.ravel(T_d.ci95 or (T_d.value, T_d.value)))
-    late = low > (1 + LATE) * nominal
-    if late or high < (1 - LATE) * nominal:
+    late = float(T_d) > nominal
+    if abs(float(T_d) - nominal) > LATE * nominal and not low <= nominal <= high:
         yield Notice(
             f"axis {axis.name}: the position is {'late against' if late else 'ahead of'} the voltage: the delay is "
             f"{float(T_d) * 1e3:.2f} ms ({low * 1e3:.2f} to {high * 1e3:.2f}), and {nominal * 1e3:.2f} ms were "
