@@ -116,7 +116,9 @@ def test_what_is_nothing_to_learn_with_is_refused(table):
 
 def test_where_learning_leaves_clearly_less_the_shape_of_the_model_is_wrong(table, tmp_path):
     from fric.identify.circle.model_shape import wrong_shape
+    from fric.io.circle import write_circles
     from fric.io.run import read_runs
+    from fric.report.collect import collect
 
     found = learn(table, Circle(radius=0.01), 2)  # the paper's controllers believe 0.73 of the friction, without lead
     assert "model-shape" in {warning.code for warning in found.warnings}
@@ -129,5 +131,12 @@ def test_where_learning_leaves_clearly_less_the_shape_of_the_model_is_wrong(tabl
     assert wrong_shape(again)
     assert not wrong_shape(again[1:])
     logs = ROOT / "data/presliding-sine.h5"
-    compared = fric.compare(logs, models="dahl", folds=2, circles=[tmp_path / "run.h5"])
+    measured = []
+    for one, on in ((found.rounds[0], "f"), (found.rounds[-1], "learned")):
+        measured.append(tmp_path / f"{on}.h5")
+        write_circles(measured[-1], [replace(measured_from_run(one.run), scheme=on)])
+    compared = fric.compare(logs, models="dahl", folds=2, circles=measured)
     assert "model-shape" in {one["code"] for one in compared.document["warnings_coded"]}
+    told = {one.source: {warning.code for warning in one.result.warnings} for one in collect(measured).circles}
+    assert "model-shape" in told["learned.h5"] - told["f.h5"]
+    assert fric.diagnose(measured[1], machine="xy-table").held is None

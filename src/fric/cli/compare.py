@@ -31,7 +31,7 @@ def compare(
     seed: Annotated[int, option("Seed of the coarse search.", min=0)] = 0,
     circles: Annotated[
         list[Path] | None,
-        option("Runs of one circle, learned and with a model: what they say.", metavar="RUN.h5"),
+        option("Runs or measured tests of one circle, learned and with a model: what they say.", metavar="CIRCLE.h5"),
     ] = None,
     plot: Plot = None,
     implausible: Implausible = "error",

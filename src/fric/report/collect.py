@@ -17,6 +17,7 @@ from fric.documents.bundled import located
 from fric.documents.circle_map import CircleMapDocument
 from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
+from fric.identify.circle.model_shape import LEARNED, wrong_shape_measured
 from fric.input import foreign
 from fric.io.hdf5 import read_records
 from fric.io.recognise import recognise
@@ -104,9 +105,21 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
             hint="Give a friction file of `fric identify`, a run file of `fric simulate circle`, or a circle test too.",
         )
     machine = machine or next((str(test.machine) for test in tests if test.machine), "")
-    held = tuple(Measured(path.name, diagnose(path, machine=machine or None)) for path in measured)
+    held = _with_shape([Measured(path.name, diagnose(path, machine=machine or None)) for path in measured])
     inputs = _sorted(items, tests, records)
     return replace(inputs, logs=tuple(logs), circles=held, machine=machine, tolerance=tolerance, maps=tuple(maps))
+
+
+def _with_shape(held: Sequence[Measured]) -> tuple[Measured, ...]:
+    """Return measured circles, the one that was learned with what it says of the friction model."""
+    notices = wrong_shape_measured(one.result.found.test for one in held)
+    made = []
+    for one in held:
+        found = one.result.found
+        if notices and found.test.scheme == LEARNED:
+            found = replace(found, warnings=(*found.warnings, *notices))
+        made.append(replace(one, result=replace(one.result, found=found)))
+    return tuple(made)
 
 
 def _item(source: str, tree: Mapping[str, Any]) -> Item:

@@ -9,10 +9,12 @@ from typing import Any
 from fric.documents.comparison import comparison_tree
 from fric.errors import FricError
 from fric.friction import models as known_models
-from fric.identify.circle.model_shape import wrong_shape
+from fric.identify.circle.model_shape import wrong_shape, wrong_shape_measured
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import Comparison, compare_models
 from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
+from fric.io.circle import choose_circles
+from fric.io.recognise import recognise
 from fric.io.run import read_runs
 from fric.results.base import Result
 from fric.results.given import Advance, friction_of, logs_of, path_of, plant_of, silent
@@ -100,8 +102,8 @@ def compare(
     static, plant, blocks, seed
         As in `identify_model`.
     circles
-        Run files of one circle, one that was learned and one with a friction model: where learning leaves clearly
-        less, the model's shape is wrong, and that is told.
+        Run files or measured tests of one circle, one that was learned (``--scheme learned`` where it was ingested) and
+        one with a friction model: where learning leaves clearly less, the model's shape is wrong, and that is told.
     advance
         Is told of each model that is done.
 
@@ -129,6 +131,9 @@ def compare(
     if kept:
         settings |= {"static": kept.estimates("static"), "negative": kept.backward()}
     found = compare_models(names, ready, splits, **settings)
-    runs = [run for path in circles for run in read_runs(path_of("compare", "run files", path), traces=False)]
+    paths = [path_of("compare", "run files, or circle tests", path) for path in circles]
+    measured = [path for path in paths if recognise(path).startswith("circle/")]
+    runs = [run for path in paths if path not in measured for run in read_runs(path, traces=False)]
     notices = wrong_shape((run.scheme, run.contour.glitch) for run in runs)
+    notices += wrong_shape_measured(choose_circles(measured))
     return ComparisonResult(replace(found, warnings=(*found.warnings, *notices)))

@@ -15,6 +15,7 @@ from fric.identify.circle.agreement import CAUSES, Agreement, agreement, circles
 from fric.identify.circle.diagnose import Diagnosis, both_directions
 from fric.identify.circle.diagnose import diagnose as take_apart
 from fric.identify.circle.document import diagnosis_document
+from fric.identify.circle.model_shape import LEARNED
 from fric.results.base import Result
 from fric.results.given import CIRCLES, Advance, circles_of, path_of, quantity, refused, silent
 from fric.results.machine import schemes_of
@@ -170,7 +171,7 @@ def diagnose(
     if not (measured := circles_of("diagnose", circles, scheme)):
         raise refused("diagnose", CIRCLES, None)
     found = take_apart(both_directions(measured, quantity(feed, "velocity")))
-    if machine is None:
+    if machine is None or (scheme is None and found.test.scheme == LEARNED):  # which no machine file tells
         return DiagnosisResult(found)
     wanted = schemes_of("diagnose", scheme or found.test.scheme or "a", known)[0]
     subject, identified = machine_to_predict(Path(path_of("diagnose", "a machine file", machine)))

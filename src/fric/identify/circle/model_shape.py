@@ -1,8 +1,11 @@
 """Whether a circle that was learned shows that the friction model has the wrong shape."""
 
+from collections import defaultdict
 from collections.abc import Iterable
 
-from fric.control.scheme import Scheme
+from fric.control.scheme import PAPER_SCHEMES, Scheme
+from fric.identify.circle.measured import MeasuredCircle
+from fric.identify.circle.next_circle import measured_glitch
 from fric.notice import Notice
 
 LEARNED = "learned"
@@ -38,3 +41,13 @@ def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
             "model-shape", "doubt",
         )
     ]  # fmt: skip
+
+
+def wrong_shape_measured(tests: Iterable[MeasuredCircle]) -> list[Notice]:
+    """Return the same of measured circles, those of one radius and feed together; what was on is what they say."""
+    known = {**PAPER_SCHEMES, LEARNED: Scheme(LEARNED, LEARNED, friction=LEARNED)}
+    alike = defaultdict(list)
+    for test in tests:
+        if test.scheme in known and not test.is_ball_bar:
+            alike[test.radius, test.feed].append((known[test.scheme], measured_glitch(test)))
+    return [notice for circles in alike.values() for notice in wrong_shape(circles)]
