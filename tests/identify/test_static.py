@@ -159,6 +159,13 @@ def test_scatter_between_strokes_widens_the_intervals():
     assert high - low > 1.0
 
 
+@pytest.mark.parametrize(("scatter", "severity"), [(3.0, "note"), (30.0, "doubt")])
+def test_a_map_whose_strokes_scatter_by_a_tenth_of_their_force_is_doubted(scatter, severity):
+    rng = np.random.default_rng(8)
+    logs = [replace(log, force=log.force + scatter * rng.standard_normal()) for log in _logs(6)]
+    assert {one.severity for one in identify_static(logs).warnings if one.code == "strokes-scatter"} == {severity}
+
+
 def test_scatter_beside_which_the_noise_of_strokes_is_lost_is_told():
     rng = np.random.default_rng(0)
     logs = [replace(log, force=log.force * (1 + 5 * rng.standard_normal())) for log in _logs(noise=1e-9)]

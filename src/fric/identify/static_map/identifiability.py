@@ -13,6 +13,9 @@ from fric.identify.static_map.map_fit import MapFit
 from fric.notice import Notice
 from fric.units import Motion, readable, si_unit
 
+SCATTERED = 0.1
+"""Scatter between strokes, as a share of their force, from which on a map of speed is doubted."""
+
 TAKEN = 0.05
 """Share of the drive's damping that its plant may be off by, before the strokes contradict it."""
 
@@ -98,8 +101,14 @@ def identifiability_warnings(fit: MapFit, motion: Motion) -> Iterator[Notice]:
     single_scatter = float(np.sum(fit.residual**2 / own)) if own.min() > 0 else np.inf
     if fit.between and chdtrc(problem.degrees_of_freedom, single_scatter) < 0.01:
         spread = readable(fit.between, si_unit("force", motion), 2)
+        share = fit.between / float(np.median(np.abs(problem.F)))
         text = f"strokes scatter by {spread} beyond their own noise; weights and intervals allow for it."
-        yield Notice(text, "strokes-scatter", "note")
+        if share > SCATTERED:
+            text += (
+                f" It is {share:.0%} of the force: friction that does not repeat, a play or an axis that hunts, is "
+                "no map of speed. Look at their records."
+            )
+        yield Notice(text, "strokes-scatter", "doubt" if share > SCATTERED else "note")
     yield from directions_differ(fit, motion)
     visible = fit.rmse > 1e-6 * float(np.abs(problem.F).max())
     if visible and smoother_than_noise((fit.residual / problem.standard_error)[np.argsort(problem.v)], -2.33):
