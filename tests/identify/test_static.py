@@ -166,6 +166,13 @@ def test_a_map_whose_strokes_scatter_by_a_tenth_of_their_force_is_doubted(scatte
     assert {one.severity for one in identify_static(logs).warnings if one.code == "strokes-scatter"} == {severity}
 
 
+def test_a_damping_that_is_within_its_interval_too_large_is_not_told_wrong():
+    plant = Plant(A=100.0, B=1.0, T_d=1e-3, K_f=1000.0)
+    sure, unsure = (identify_static(_logs(6), plant=plant, damping_error=error) for error in (0.0, 1.2e5))
+    assert "damping-too-large" in {one.code for one in sure.warnings}
+    assert "damping-too-large" not in {one.code for one in unsure.warnings}
+
+
 def test_scatter_beside_which_the_noise_of_strokes_is_lost_is_told():
     rng = np.random.default_rng(0)
     logs = [replace(log, force=log.force * (1 + 5 * rng.standard_normal())) for log in _logs(noise=1e-9)]

@@ -171,10 +171,11 @@ def _correlations(fit: MapFit, without: tuple[str, ...]) -> list[Notice]:
     return [Notice(text, "correlated", "note")] if pairs else []
 
 
-def damping_warning(fit: MapFit, plant: Plant, motion: Motion) -> list[Notice]:
+def damping_warning(fit: MapFit, plant: Plant, motion: Motion, off: float = 0.0) -> list[Notice]:
     """Say when more than the drive's own damping was taken off with a plant, or all viscous friction with it.
 
-    A response shows the sum of both in A; sigma is then what is left of it, and 0 within its error.
+    A response shows the sum of both in A; sigma is then what is left of it, and 0 within its error. The plant's damping
+    may be ``off`` by half its interval [N·s/m].
     """
     if fit.solution.theta["sigma"] > 0 or "sigma" not in fit.problem.free:
         return []
@@ -184,7 +185,7 @@ def damping_warning(fit: MapFit, plant: Plant, motion: Motion) -> list[Notice]:
     inverse = np.linalg.pinv(J[:, used] / size[used], rcond=1e-7) / size[used][:, None]
     at = [name for name, one in zip(fit.problem.free, used, strict=True) if one].index("sigma")
     short = -fit.solution.theta["sigma"] - float(inverse[at] @ (fit.residual / fit.problem.standard_error))
-    error = 2 * float(np.linalg.norm(inverse[at]))
+    error = float(np.hypot(2 * np.linalg.norm(inverse[at]), off))
     words = readable(plant.damping, si_unit("viscous", motion))
     if short > max(error, TAKEN * plant.damping):
         beyond = readable(short, si_unit("viscous", motion))

@@ -200,7 +200,7 @@ def identify_static(
         if known is not None:
             fit = replace(fit, estimates=dict(fit.estimates) | {"offset": known})
         if plant is not None:
-            warnings += damping_warning(fit, plant, motion)
+            warnings += damping_warning(fit, plant, motion, damping_error)
         warnings += identifiability_warnings(fit, motion)
     if step := coarse_step(logs):  # steps that lie alike at neighbouring speeds do not average out
         fit, negative = _wider(fit, 0.5 * step), negative and _wider(negative, 0.5 * step)
