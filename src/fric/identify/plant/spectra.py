@@ -122,8 +122,8 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
             hint="Log two periods or more, ten are good; or give the right --period.",
         )
     U, Z = (periods(x, period) for x in (input, position))
-    if count > 2 and _swings_in(U, Z):
-        U, Z = U[1:], Z[1:]
+    if count > 2 and _swings_in(U, Z):  # what it swings in by is no drift of the others
+        U, Z = (periods(x[-(count - 1) * period :], period) for x in (input, position))
     frequency = np.arange(1, U.shape[1] + 1) * sampling / period
     return Spectra(frequency, np.ones_like(U), U, Z, len(U), 1.0)
 
