@@ -48,7 +48,7 @@ def changes(fit: GMSFit) -> Iterator[Notice]:
             yield Notice(
                 f"the offset changes by {readable(text, newton, 2)} over record '{one.name}'", "offset-drifts", "doubt"
             )
-        if (segment := misfit_in_one_stretch(one)) is not None:
+        if (segment := segment_of_misfit(one)) is not None:
             begin, end, there, elsewhere = segment
             yield Notice(
                 f"the misfit of record '{one.name}' sits from {begin:.4g} to {end:.4g} s: {readable(there, newton, 2)} "
@@ -103,7 +103,7 @@ def _drifts(values: NDArray[np.float64], least: float) -> float | None:
     return change if abs(change) > max(half, least) else None
 
 
-def misfit_in_one_stretch(one: Replay) -> tuple[float, float, float, float] | None:
+def segment_of_misfit(one: Replay) -> tuple[float, float, float, float] | None:
     """Return begin and end [s] of the stretch that a replay's misfit sits in, its rms there and elsewhere [N].
 
     None where the misfit is spread over the record. Pieces stand off the lower quartile of all.

@@ -30,7 +30,7 @@ from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_e
 from fric.identify.records.clipping import without_clipped
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.prepared import Prepared, prepared
-from fric.identify.replay.lateness import half_width, lateness_told, one_lag, suspects
+from fric.identify.replay.lateness import half_width, lateness_notice, one_lag, suspects
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.notice import Notice
@@ -111,7 +111,7 @@ def identify_gms(
     doubtful = settled(of_shares((one.log, one.done.inertia_share, one.done.damping_share) for one in ready))
     settings = (static, negative, blocks, most_blocks, knots, refined, cycles)
     result, late = _identified(ready, len(presliding), *settings)
-    told_late: list[Notice] = []
+    lateness: list[Notice] = []
     if suspected := suspects(ready, late):
         moved = tuple(one.later(suspected.get(one.name, 0.0)) for one in ready)
         again, left = _identified(moved, len(presliding), *settings)
@@ -120,10 +120,10 @@ def identify_gms(
         if seen and one_lag(total, left):  # a drive logs all records alike: what differs between them is no lag
             sure = again.rmse < result.rmse
             result = again if sure else result
-            told_late = [lateness_told(ready, total, left, sure=sure)]
+            lateness = [lateness_notice(ready, total, left, sure=sure)]
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     amiss = record_flaws([*presliding, *sliding], "gms")
-    return replace(result, warnings=(*told_late, *warnings, *amiss, *doubtful, *left_out))
+    return replace(result, warnings=(*lateness, *warnings, *amiss, *doubtful, *left_out))
 
 
 def _identified(

@@ -182,10 +182,10 @@ def _lasts(
         if travel <= max(rest, 0.02 * abs(segment.velocity) * duration)
     ]
     rests = [start for start, _, travel, rest, _ in pieces if travel <= rest]
-    for other in found:  # what goes over into one far longer, in time and way, is its ramp, or how it catches up
+    for other in found:  # what goes over into one far longer, in time and travel, is its ramp, or how it catches up
         low, high = sorted((segment.start, other.start))
-        way = segment.velocity * len(segment), other.velocity * len(other)
-        short = len(segment) < MOMENT * len(other) and 0.0 < way[0] / way[1] < MOMENT
+        travels = segment.velocity * len(segment), other.velocity * len(other)
+        short = len(segment) < MOMENT * len(other) and 0.0 < travels[0] / travels[1] < MOMENT
         if short and not any(low <= rest < high for rest in rests):
             return False
     before = max((stop for _, stop in bounds if stop <= segment.start), default=0)

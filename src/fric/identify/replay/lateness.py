@@ -76,7 +76,7 @@ def one_lag(total: Mapping[str, float], left: Mapping[str, Estimate]) -> bool:
     )  # fmt: skip
 
 
-def lateness_told(
+def lateness_notice(
     records: Sequence[Prepared], total: Mapping[str, float], left: Mapping[str, Estimate], *, sure: bool
 ) -> Notice:
     """Say by how much the force of records is late, and whether it was moved back by that.
