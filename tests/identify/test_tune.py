@@ -348,9 +348,9 @@ def test_what_is_fed_less_leaves_less_where_a_loop_does_not_hold_falling_frictio
 def test_a_circle_ahead_that_may_be_worse_is_refused_by_what_can_be_trusted(circles, tuned):
     seen = measured_glitch(circles[1])
     ahead = [NextCircle(0.01, 0.03, scheme, 0.5 * seen, (0.0, 1.1 * seen), 0.5 * seen) for scheme in "cf"]
-    assert not worse_ahead(circles, ahead, trusted=True)
-    assert "may have a glitch" in worse_ahead(circles, ahead, trusted=False)
-    assert not worse_ahead(circles, tuned.predicted, trusted=False)
+    assert not worse_ahead(circles, ahead, lambda one: one.glitch)
+    assert "may have a glitch" in worse_ahead(circles, ahead, lambda one: one.drawn)
+    assert not worse_ahead(circles, tuned.predicted, lambda one: one.ci95[1])
 
 
 def test_a_ball_bar_does_not_tune(drawn):

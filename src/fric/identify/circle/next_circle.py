@@ -58,6 +58,11 @@ class NextCircle:
     ci95: tuple[float, float]
     alone: float
 
+    @property
+    def drawn(self) -> float:
+        """The largest that drawn machines show [m]: without what another law of friction may add."""
+        return self.ci95[1] - SMEARED * max(self.glitch - self.alone, 0.0)
+
 
 def next_circles(
     tests: Sequence[MeasuredCircle], tuned: Mapping[str, TunedAxis], done: Callable[[], object] = lambda: None
@@ -159,7 +164,9 @@ def _completed(n: int, tuned: TunedAxis) -> Axis:
     return replace(true, friction=completed(true.friction, [(after.balance.records[n], left)]))
 
 
-def worse_ahead(tests: Sequence[MeasuredCircle], predicted: Sequence[NextCircle], *, trusted: bool) -> str:
+def worse_ahead(
+    tests: Sequence[MeasuredCircle], predicted: Sequence[NextCircle], counted: Callable[[NextCircle], float]
+) -> str:
     """Return that the next circle may be worse than the recorded one, for messages; empty where it should not.
 
     Parameters
@@ -168,13 +175,13 @@ def worse_ahead(tests: Sequence[MeasuredCircle], predicted: Sequence[NextCircle]
         The circle tests that were tuned with.
     predicted
         What the next circles should show, for each the better scheme counts.
-    trusted
-        Whether the prediction itself is held against the recorded glitch, or the upper end of its interval.
+    counted
+        What of a prediction is held against the recorded glitch [m].
     """
     for test in tests:
         seen = measured_glitch(test)
         ahead = [one for one in predicted if (one.feed, one.radius) == (test.feed, test.radius)]
-        expected = [one.glitch if trusted else one.ci95[1] for one in ahead]
+        expected = [counted(one) for one in ahead]
         if expected and min(expected) > seen:
             return (
                 f"the next circle at {test.feed * 1e3:g} mm/s may have a glitch of {min(expected) * 1e6:.2f} µm, and "

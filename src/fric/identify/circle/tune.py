@@ -216,8 +216,8 @@ def tune(
     warnings = [warning for one in axes.values() for warning in one.warnings] + clock_flaws(logs, "inspect")
     better = all(one.improves for one in axes.values())
     predicted = next_circles(tests, axes, done) if better else []
-    # where friction of this shape, or one that stays, does not explain the circle, or errors grow by themselves in the
-    # loop, only a prediction's upper end counts
+    # where friction of this shape, or one that stays, does not explain the circle, only the upper end of a prediction
+    # counts; where errors grow by themselves in the loop, the largest of what was drawn
     doubtful = any(warning.code in {"circle-misfit", "friction-drifts"} for warning in warnings)
     grows = better and not all(holds(one) for one in axes.values())
     if any(clock.lost or clock.displaced > DISPLACED for clock in map(timing, logs)):
@@ -225,7 +225,7 @@ def tune(
     elif better and not predicted:
         why = "with what was found no stable circle can be simulated"
     else:
-        why = worse_ahead(tests, predicted, trusted=not (doubtful or grows))
+        why = worse_ahead(tests, predicted, lambda one: one.ci95[1] if doubtful else one.drawn if grows else one.glitch)
         if why:
             why += f": {GROWING if grows else MISFIT}"
     if why:
