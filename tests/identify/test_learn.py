@@ -114,6 +114,13 @@ def test_what_is_nothing_to_learn_with_is_refused(table):
         Learning.at(0.1, share=1.5)
 
 
+def test_that_learning_gains_nothing_is_told(table):
+    little = learn(table, Circle(radius=0.01), 1, Learning.at(0.1, share=0.01))
+    assert little.glitches[1] > 0.9 * little.glitches[0]
+    assert "learning-gains-nothing" in {warning.code for warning in little.warnings}
+    assert "learning-gains-nothing" not in {warning.code for warning in learn(table, Circle(radius=0.01), 1).warnings}
+
+
 def test_where_learning_leaves_clearly_less_the_shape_of_the_model_is_wrong(table, tmp_path):
     from fric.identify.circle.model_shape import wrong_shape
     from fric.io.circle import write_circles

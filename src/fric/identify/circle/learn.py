@@ -25,6 +25,8 @@ ACCURACY = 1e-9
 """To what the simulated plant is integrated [m]."""
 OTHERS = ((1.0, 0.5), (2 / 3, 1.0))
 """Circles to which what was learned is carried over, where it does not serve: shares of radius and feed."""
+GAINS = 0.9
+"""Share of the first glitch from which on learning has gained nothing."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,13 @@ def learn(
             "repeat is learned too. Stop earlier, or lower the share or the bandwidth"
         )
         warnings.append(Notice(text, "learning-diverges", "doubt"))
+    elif glitches[-1] > GAINS * glitches[0]:
+        text = (
+            f"learning leaves {glitches[-1] * 1e6:.2f} µm of {glitches[0] * 1e6:.2f}: what is left is noise and "
+            "counts, or grows by itself where the loop does not hold friction that falls with speed (fric tune tells "
+            "that, and --loop designs gains that hold it)"
+        )
+        warnings.append(Notice(text, "learning-gains-nothing", "doubt"))
     return Learned(machine, how, tuple(found), tuple(carried), tuple(warnings))
 
 
