@@ -17,6 +17,7 @@ from fric.documents.machine_files import read_machine
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.friction.directed import Directed
 from fric.identify.circle.belief import parameters
 from fric.identify.circle.measured import AxisTrace, MeasuredCircle
 from fric.identify.circle.tune import Tuned, tune, with_belief
@@ -139,7 +140,8 @@ def truth(axis: Axis, one: TunedAxis) -> dict[str, Any]:
     scale = one.nominal.K_f / axis.plant.K_f
     true = dict(parameters(axis.friction))  # type: ignore[arg-type]
     forces = {key: np.multiply(true[key], scale) for key in ("F_c", "F_s", "k", "C")}
-    unbelieved = scale * float(np.ravel(true["sigma"])[0]) - float(one.friction.static.sigma)  # type: ignore[attr-defined]
+    believed = one.friction.model if isinstance(one.friction, Directed) else one.friction
+    unbelieved = scale * float(np.ravel(true["sigma"])[0]) - float(believed.static.sigma)  # type: ignore[attr-defined]
     A = axis.plant.A + unbelieved * axis.plant.B / one.nominal.K_f
     return true | forces | {"A": A, "B": axis.plant.B, "T_d": axis.plant.T_d, "offset": axis.load * scale}
 
