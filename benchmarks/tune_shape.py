@@ -1,8 +1,8 @@
 """Tune: the shape differs too (`configs/spread-shape.yaml`)
 
 Each alpha, each k, F_s/F_c, v_s, delta, sigma, A, mass and load by 20 to 30 %. Where the loop does not hold falling
-friction, the upper end of what the next circle should show counts: what may be worse than the recorded circle is
-refused. Blocks whose slip displacements are within a factor of 1.65 have intervals as wide as they are unknown.
+friction, the largest of what drawn machines show counts: what may be worse than the recorded circle is refused. Blocks
+whose slip displacements are within a factor of 1.65 have intervals as wide as they are unknown.
 """
 
 from __future__ import annotations
