@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fric.identify.static_map.averages import autocorrelation_time, average
+from fric.identify.static_map.averages import autocorrelation_time, average, huber_mean
 
 
 def _ar1(n: int, memory: float, rng: np.random.Generator) -> np.ndarray:
@@ -66,3 +66,15 @@ def test_a_drive_that_pushes_to_one_side_has_its_mean_force(share):
     found = average(x)
     assert abs(found.value - x.mean()) < 0.05
     assert found.standard_error < 0.3
+
+
+def test_a_mean_of_coarse_steps_knows_what_rounding_does_to_it() -> None:
+    """Over noise of a third of a step most of a mean's error is rounding's, which more samples do not lessen."""
+    rng = np.random.default_rng(3)
+    inside, wide = [], []
+    for level in rng.uniform(50, 54, 100):
+        found = huber_mean(4.0 * np.round((level + rng.normal(0, 1.4, 20_000)) / 4.0))
+        inside.append(abs(found.value - level) <= 2 * found.standard_error)
+        wide.append(found.standard_error)
+    assert np.mean(inside) >= 0.9
+    assert np.median(wide) < 1.0

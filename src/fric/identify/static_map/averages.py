@@ -15,6 +15,8 @@ HUBER = 1.345
 
 GLITCH = 8.0
 """Deviations from the median beyond which a sample is a glitch, where few are."""
+LEVELS = 16
+"""Levels of a segment's force up to which its steps are coarse."""
 GLITCHES = 0.01
 """Share of the samples that glitches are at most: more of them is what the drive did."""
 
@@ -72,13 +74,28 @@ def huber_mean(samples: Real) -> Mean:
     psi = np.clip((x - centre) / scale, -HUBER, HUBER)
     tau = autocorrelation_time(psi)
     spread = scale * float(np.sqrt(np.mean(psi**2))) / max(float(np.mean(np.abs(psi) < HUBER)), 0.1)
-    error = spread * np.sqrt(tau / len(x))
+    error, rounding = spread * np.sqrt(tau / len(x)), _rounding_error(x)
     glitch = np.abs(x - np.median(x)) > GLITCH * scale
     kept = x[~glitch] if np.mean(glitch) <= GLITCHES else x
-    if abs(np.mean(kept) - centre) <= error:
-        return Mean(centre, error, tau)
+    if rounding < error and abs(np.mean(kept) - centre) <= error:
+        return Mean(centre, float(np.hypot(error, rounding)), tau)
     tau = autocorrelation_time(kept)
-    return Mean(float(np.mean(kept)), float(np.std(kept)) * np.sqrt(tau / len(kept)), tau)
+    error = float(np.std(kept)) * np.sqrt(tau / len(kept))
+    return Mean(float(np.mean(kept)), float(np.hypot(error, rounding)), tau)
+
+
+def _rounding_error(x: Real) -> float:
+    """Return what rounding to coarse steps q does to a mean, rms, where noise σ moves it over few of them.
+
+    It is ``q/√12·exp(-2π²σ²/q²)`` at most (Widrow and Kollár, Quantization Noise, 2008): that of a uniform error where
+    there is no noise, and nothing from σ = q on.
+    """
+    levels = np.unique(x)
+    if not 1 < len(levels) <= LEVELS:
+        return 0.0
+    q = float(np.min(np.diff(levels)))
+    variance = max(float(np.var(x)) - q**2 / 12, 0.0)
+    return q / np.sqrt(12) * float(np.exp(-2 * np.pi**2 * variance / q**2))
 
 
 def median(samples: Real) -> Mean:
