@@ -85,16 +85,17 @@ def huber_mean(samples: Real) -> Mean:
 
 
 def _rounding_error(x: Real) -> float:
-    """Return what rounding to coarse steps q does to a mean, rms, where noise σ moves it over few of them.
+    """Return what rounding to coarse steps q may do to a mean, where noise σ moves it over few of them.
 
-    It is ``q/√12·exp(-2π²σ²/q²)`` at most (Widrow and Kollár, Quantization Noise, 2008): that of a uniform error where
-    there is no noise, and nothing from σ = q on.
+    Rounding Gaussian noise shifts a mean by at most about ``q/π·exp(-2π²σ²/q²)`` (Widrow and Kollár, Quantization
+    Noise, 2008). Of the variance that is seen, up to q²/4 may be of two neighbouring levels alone, and is no noise; and
+    without noise the error is uniform over a step: so ``q/√12·exp(-2π²·max(s² - q²/4, 0)/q²)`` is taken.
     """
     levels = np.unique(x)
     if not 1 < len(levels) <= LEVELS:
         return 0.0
     q = float(np.min(np.diff(levels)))
-    variance = max(float(np.var(x)) - q**2 / 12, 0.0)
+    variance = max(float(np.var(x)) - q**2 / 4, 0.0)
     return q / np.sqrt(12) * float(np.exp(-2 * np.pi**2 * variance / q**2))
 
 
