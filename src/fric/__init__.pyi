@@ -55,11 +55,11 @@ from .results.formats import FormatsResult as FormatsResult
 from .results.formats import formats as formats
 from .results.gms import GMSResult as GMSResult
 from .results.gms import identify_gms as identify_gms
-from .results.ingest import CirclesResult as CirclesResult
 from .results.ingest import IngestResult as IngestResult
 from .results.ingest import holds_circles as holds_circles
 from .results.ingest import ingest as ingest
-from .results.ingest import ingest_circles as ingest_circles
+from .results.ingest_circles import CirclesResult as CirclesResult
+from .results.ingest_circles import ingest_circles as ingest_circles
 from .results.learn import LearnedTable as LearnedTable
 from .results.learn import LearnResult as LearnResult
 from .results.learn import learn as learn

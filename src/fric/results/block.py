@@ -18,7 +18,7 @@ from fric.estimate import elements
 from fric.friction import FrictionModel
 from fric.log import Record
 from fric.results.design import Design, perturbation_of
-from fric.results.given import cascade_of, document_of, friction_of
+from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.observer import BY_DEFAULT, measured_record
 from fric.results.text import Piece, Table, named
 from fric.units import Motion, parse_gain, readable

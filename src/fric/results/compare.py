@@ -17,7 +17,8 @@ from fric.io.circle import choose_circles
 from fric.io.recognise import recognise
 from fric.io.run import read_runs
 from fric.results.base import Result
-from fric.results.given import Advance, friction_of, logs_of, path_of, plant_of, silent
+from fric.results.given import Advance, logs_of, path_of, silent
+from fric.results.given_models import friction_of, plant_of
 from fric.results.text import Piece, Table
 from fric.units import readable
 

@@ -14,7 +14,8 @@ from fric.documents.controller import controller_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.results.design import Design
-from fric.results.given import document_of, in_si, quantity
+from fric.results.given import in_si, quantity
+from fric.results.given_models import document_of
 from fric.results.names import plain_names
 from fric.results.text import Piece
 from fric.units import Motion, parse_gain, readable

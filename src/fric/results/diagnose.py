@@ -17,7 +17,8 @@ from fric.identify.circle.diagnose import diagnose as take_apart
 from fric.identify.circle.document import diagnosis_document
 from fric.identify.circle.model_shape import LEARNED
 from fric.results.base import Result
-from fric.results.given import CIRCLES, Advance, circles_of, path_of, quantity, refused, silent
+from fric.results.given import Advance, path_of, quantity, refused, silent
+from fric.results.given_models import CIRCLES, circles_of
 from fric.results.machine import schemes_of
 from fric.results.text import Piece, Table
 from fric.units import readable

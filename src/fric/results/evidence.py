@@ -12,7 +12,7 @@ from fric.identify.circle.left_over import LeftOver
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.trust import distrusts, observers_distrust
 from fric.notice import Notice
-from fric.results.given import circles_of
+from fric.results.given_models import circles_of
 from fric.simulate.contour_run import pair
 from fric.simulate.monte_carlo import MonteCarlo
 from fric.simulate.prediction import Prediction, predicted

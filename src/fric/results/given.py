@@ -1,34 +1,18 @@
-"""What verbs take: records or the files that hold them, models or their files or results, quantities with units."""
+"""What verbs take: records or the files that hold them, paths, quantities with units, and who is told of progress."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol
 
-from fric.control.cascade import Cascade
-from fric.documents.controller import ControllerDocument
-from fric.documents.friction import FrictionDocument
-from fric.documents.plant import PlantDocument
-from fric.documents.yaml import read_document
-from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.friction.stribeck import StaticMap
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
-from fric.plausibility.bounds import settled
-from fric.plausibility.findings import of_plant
-from fric.results.base import Result
-from fric.units import Motion, parse, si_unit
+from fric.units import Motion, parse
 
 if TYPE_CHECKING:
-    from fric.documents.plan import PlanDocument  # it loads what plans and simulates
-    from fric.identify.circle.measured import MeasuredCircle
-
-D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, "PlanDocument")
-
-CIRCLES = "circle tests, or their files"
-"""What verbs take that are of measured circles."""
+    pass
 
 
 class Advance(Protocol):
@@ -97,90 +81,9 @@ def path_of(verb: str, wanted: str, given: Any) -> Path:
     return Path(given)
 
 
-def document_of(verb: str, kind: type[D], given: Any, of: tuple[str, Motion] | None = None, to: str = "log") -> D:
-    """Return the document that is given as itself, as its file or as a result.
-
-    Parameters
-    ----------
-    verb
-        What it is for, in the words of an error.
-    kind
-        The type of document.
-    given
-        A document, the path of its file, or a result whose document it is.
-    of
-        Name and motion of the axis that it must be of.
-    to
-        What that axis is of, in the words of an error.
-
-    Raises
-    ------
-    FricError
-        When something else is given, or the document is of another axis or motion.
-    """
-    wanted = f"a {kind.type} file, or a result that holds one"
-    if isinstance(given, Result):
-        if given.document.get("fric") != kind.type_name():
-            raise refused(verb, wanted, given)
-        found = kind.model_validate(given.document)
-    else:
-        found = given if isinstance(given, kind) else read_document(path_of(verb, wanted, given), kind)
-    if of is not None and (found.axis, found.motion) != of:
-        raise FricError(
-            f"is the {kind.type} of the {found.motion} axis {found.axis}, and the {to} is of the {of[1]} axis {of[0]}",
-            where=where_of(given),
-            hint=f"Give the {kind.type} of this axis.",
-        )
-    return found
-
-
-def circles_of(verb: str, given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:
-    """Return measured circles that are given as such, as files or in lists; of a run file those of a scheme."""
-    from fric.identify.circle.measured import MeasuredCircle
-
-    ones = [one for part in given for one in (part if isinstance(part, list | tuple) else [part])]
-    tests = [one for one in ones if isinstance(one, MeasuredCircle)]
-    files = [path_of(verb, CIRCLES, one) for one in ones if not isinstance(one, MeasuredCircle)]
-    if files:
-        from fric.io.circle import choose_circles  # with HDF5, which a table needs not
-
-        tests += choose_circles(files, scheme)
-    return tests
-
-
 def where_of(given: Any) -> str:
     """Return the file that is given, for an error; nothing where none is."""
     return str(given) if isinstance(given, str | Path) else ""
-
-
-def plant_of(verb: str, given: Any, axis: str, motion: Motion) -> Plant | None:
-    """Return the plant that is given as itself, as its file or as a result; None where none is."""
-    if given is None or isinstance(given, Plant):
-        return given
-    document = document_of(verb, PlantDocument, given, (axis, motion))
-    try:
-        plant = document.plant(motion)
-        settled(of_plant(plant, motion))
-        return plant
-    except FricError as error:
-        raise error.at(where_of(given)) if where_of(given) else error from None
-
-
-def cascade_of(verb: str, given: Any, axis: str, motion: Motion, to: str = "log") -> Cascade | None:
-    """Return the controller that is given as itself, as its file or as a result; None where none is."""
-    if given is None or isinstance(given, Cascade):
-        return given
-    return document_of(verb, ControllerDocument, given, (axis, motion), to).cascade(motion)
-
-
-def friction_of(verb: str, given: Any, axis: str, motion: Motion) -> FrictionDocument | None:
-    """Return the friction that is given as a static map, as its file or as a result; None where none is."""
-    if isinstance(given, StaticMap):
-        units = {p.name: si_unit(p.dimension, motion) for p in StaticMap.parameters}
-        static = {name: {"value": getattr(given, name), "unit": unit} for name, unit in units.items()}
-        head = {"fric": FrictionDocument.type_name(), "axis": axis, "motion": motion}
-        return FrictionDocument.model_validate(head | {"static": static})
-    return None if given is None else document_of(verb, FrictionDocument, given, (axis, motion))
 
 
 def quantity(given: str | float | None, dimension: str, motion: Motion = "linear") -> float | None:

@@ -17,7 +17,8 @@ from fric.log import Log
 from fric.plausibility.bounds import Finding, settled
 from fric.plausibility.findings import of_amplitudes, of_friction, of_level, of_logs
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import friction_of, logs_of, plant_of, several, where_of
+from fric.results.given import logs_of, several, where_of
+from fric.results.given_models import friction_of, plant_of
 from fric.results.text import Piece, Table, parameters
 from fric.units import readable
 

@@ -15,7 +15,8 @@ from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.plausibility.bounds import settled
 from fric.plausibility.findings import of_amplitudes, of_friction, of_level, of_logs, of_shares
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import friction_of, logs_of, plant_of, refused
+from fric.results.given import logs_of, refused
+from fric.results.given_models import friction_of, plant_of
 from fric.results.text import Piece, parameters
 from fric.units import Motion, readable
 

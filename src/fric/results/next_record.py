@@ -9,7 +9,8 @@ from fric.errors import FricError
 from fric.notice import Notice
 from fric.planning.next_record import Narrowing, narrowing
 from fric.planning.plan import Limits, Plan
-from fric.results.given import Advance, document_of, in_si, silent
+from fric.results.given import Advance, in_si, silent
+from fric.results.given_models import document_of
 from fric.results.machine import machine_of, schemes_of
 from fric.results.plan import PlanResult, settings_in_words
 from fric.results.prior import TYPICAL, prior_axis

@@ -20,7 +20,8 @@ from fric.planning.choose import choose, durations
 from fric.planning.plan import Expected, Limits, Plan, Planned
 from fric.results.base import Result
 from fric.results.expected import DRAWS, Expectation, expected
-from fric.results.given import Advance, document_of, in_si, silent
+from fric.results.given import Advance, in_si, silent
+from fric.results.given_models import document_of
 from fric.results.prior import TYPICAL, prior_axis
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Axis

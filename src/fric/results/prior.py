@@ -14,7 +14,8 @@ from fric.friction.directed import Directed
 from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.identify.records.resolution import lattice_step
 from fric.notice import Notice
-from fric.results.given import document_of, in_si, logs_of
+from fric.results.given import in_si, logs_of
+from fric.results.given_models import document_of
 from fric.results.machine import machine_of
 from fric.simulate.machine import Axis
 

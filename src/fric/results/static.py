@@ -16,7 +16,8 @@ from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.plausibility.bounds import Finding, settled
 from fric.plausibility.findings import of_friction, of_logs, of_strokes
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import document_of, in_si, plant_of, records_of
+from fric.results.given import in_si, records_of
+from fric.results.given_models import document_of, plant_of
 from fric.results.text import Piece, parameters
 from fric.units import readable
 

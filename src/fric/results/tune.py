@@ -17,7 +17,8 @@ from fric.identify.circle.tune import Tuned, steps_of_tuning
 from fric.identify.circle.tune import tune as refit
 from fric.output import refuse_existing, together
 from fric.results.base import Result
-from fric.results.given import CIRCLES, Advance, circles_of, path_of, refused, silent
+from fric.results.given import Advance, path_of, refused, silent
+from fric.results.given_models import CIRCLES, circles_of
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Machine
 from fric.threads import one_blas_thread

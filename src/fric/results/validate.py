@@ -15,7 +15,8 @@ from fric.identify.records.timing import even_sampling as sampling_of
 from fric.log import Log
 from fric.notice import Notice
 from fric.results.base import Result
-from fric.results.given import cascade_of, document_of, friction_of, in_si, logs_of
+from fric.results.given import in_si, logs_of
+from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.machine import unique
 from fric.results.text import Piece, Table
 from fric.simulate.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
