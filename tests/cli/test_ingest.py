@@ -1,6 +1,8 @@
 """`fric ingest` as it is called: each of its options."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -80,3 +82,11 @@ def test_a_log_file_is_not_called_what_it_is_not(log, tmp_path, name):
     with pytest.raises(FricError, match=r"what is written is HDF5(.|\n)*Call it own.*\.h5"):
         ingest(log, "-o", tmp_path / name)
     assert not (tmp_path / name).exists()
+
+
+def test_a_log_is_read_without_what_models_are_compiled_by(log, tmp_path):
+    words = ["ingest", str(log), "-o", str(tmp_path / "log.h5")]
+    code = f"import sys, fric.cli.main as m\ntry:\n m.app({words})\nfinally:\n print(sorted(sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert "'pandas'" in loaded
+    assert [name for name in ("numba", "scipy", "matplotlib", "pint") if f"'{name}'" in loaded] == []
