@@ -12,7 +12,7 @@ import pytest
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.export.bench import Program, read_trace, run_program
+from fric.export.bench import Program, read_session, read_trace, run_program
 from fric.export.trial import Arc, try_in_linuxcnc
 from tests.export.parts import MACHINE
 
@@ -30,6 +30,29 @@ def test_a_record_that_lost_rows_is_an_error(lost: int, rows: str, tmp_path: Pat
     (tmp_path / "trace.txt").write_text(rows)
     with pytest.raises(FricError, match="lost rows"):
         read_trace(tmp_path / "trace.txt", lost)
+
+
+@pytest.mark.parametrize(
+    ("printed", "told"),
+    [
+        ("task: main loop took 5 s\nUSRMOT: ERROR: command timeout\nShutting down", "broke the program off: USRMOT"),
+        ("session: TimeoutError: no power", "did not finish: session: TimeoutError: no power"),
+        ("", ""),
+    ],
+)
+def test_a_program_that_was_broken_off_is_an_error_and_no_shorter_record(
+    printed: str, told: str, tmp_path: Path
+) -> None:
+    """LinuxCNC is idle behind a command that its servo thread did not take in time, as behind the program's end."""
+    (tmp_path / "trace.txt").write_text("0 1\n1 1\n")
+    if "session" not in printed:
+        (tmp_path / "lost.txt").write_text("0\n")
+    if not told:
+        assert len(read_session(tmp_path, printed)) == 2
+        return
+    with pytest.raises(FricError, match=told):
+        read_session(tmp_path, printed)
+    assert (tmp_path / "log.txt").read_text() == printed
 
 
 @pytest.fixture(scope="module")

@@ -194,15 +194,30 @@ def run_session(machine: Machine, on: Scheme, exported: Scheme, folder: Path) ->
     settings = ["HOME=/mnt/home", f"FRIC_SECONDS={STILL:g}", f"FRIC_PINS={','.join(pins)}"]
     words = apart(place, folder, "env", "-u", "DISPLAY", *settings, "linuxcnc", "/mnt/bench.ini")
     done = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True)
-    (place / "log.txt").write_text(done.stdout + done.stderr)
+    return Recording(read_session(place, done.stdout + done.stderr), machine.axis(pair(machine)[0]).cascade.sampling)
+
+
+def read_session(place: Path, printed: str) -> Real:
+    """Return the rows of the record that a session left in its folder, and keep what LinuxCNC printed in ``log.txt``.
+
+    Raises
+    ------
+    FricError
+        When the session did not finish, LinuxCNC broke the program off, or rows were lost.
+    """
+    (place / "log.txt").write_text(printed)
+    lines = printed.splitlines()
     lost, trace = place / "lost.txt", place / "trace.txt"
     if not (lost.exists() and trace.exists()):
-        printed = [line for line in (done.stdout + done.stderr).splitlines() if line.startswith("session:")]
+        why = next((line for line in lines if line.startswith("session:")), printed.strip()[-160:])
+        raise FricError(f"LinuxCNC did not finish: {why}", where=str(place / "log.txt"))
+    # a command that the servo thread does not take in time ends the program, and LinuxCNC is idle as behind its end
+    if broken := next((line for line in lines if "USRMOT: ERROR" in line), ""):
         raise FricError(
-            f"LinuxCNC did not finish: {printed[0] if printed else done.stderr.strip()[-160:]}",
-            where=str(place / "log.txt"),
-        )
-    return Recording(read_trace(trace, int(lost.read_text())), machine.axis(pair(machine)[0]).cascade.sampling)
+            f"LinuxCNC broke the program off: {broken}", where=str(place / "log.txt"),
+            hint="Run the trial alone on the computer.",
+        )  # fmt: skip
+    return read_trace(trace, int(lost.read_text()))
 
 
 def read_trace(trace: Path, lost: int) -> Real:
