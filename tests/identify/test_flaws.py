@@ -126,6 +126,33 @@ def test_drift_is_told_by_its_rate_and_place_is_not_taken_for_time(rate: float) 
         assert over_time(steady(session(**other))) is None
 
 
+def test_a_force_that_ripples_hides_no_drift() -> None:
+    def rippling(rate: float, seed: int = 0) -> list[Log]:  # an axis that hunts between counts
+        return [
+            replace(log, force=log.force + 12.0 * np.sin(2 * np.pi * 73.0 * log.time))
+            for log in session(seed, rate=rate, noise=0.3)
+        ]
+
+    found = over_time(steady(rippling(0.0007)))
+    assert found is not None
+    assert found.rate == pytest.approx(0.0007, abs=2 * found.half)
+    assert all(over_time(steady(rippling(0.0, seed))) is None for seed in range(4))
+
+
+def test_a_drift_goes_on_in_the_pauses_where_one_clock_tells_them() -> None:
+    logs = session(rate=0.002)
+    alone, clocked, began = over_time(steady(logs)), [], 0.0
+    for log in logs:
+        clocked.append(replace(log, time=began + log.time))
+        began += 30.0 + log.time[-1]
+    found = over_time(steady(clocked))
+    assert alone is not None
+    assert found is not None
+    assert alone.duration == pytest.approx(sum(log.time[-1] for log in logs))
+    assert found.duration == pytest.approx(alone.duration + 30.0 * (len(logs) - 1))
+    assert found.rate == pytest.approx(alone.rate, rel=0.02)
+
+
 def test_a_force_that_settles_within_strokes_is_no_drift() -> None:
     logs = []
     for log in session():

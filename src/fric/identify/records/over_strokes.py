@@ -8,7 +8,7 @@ guideway warms up.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from scipy.special import stdtrit
@@ -70,7 +70,7 @@ class OverTime:
     rate, half
         Relative rate and half of its 95 % interval [1/s].
     duration
-        Time that all records together took [s].
+        Time from the first record to the last, where one clock tells it, else that of all records together [s].
     """
 
     rate: float
@@ -185,13 +185,15 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     if not 1.0 / SETTLING < late[0] / rate < SETTLING:  # what settles changes less and less
         return None
     logs = {id(log): log for log, _ in strokes}.values()
-    duration = float(sum(log.time[-1] - log.time[0] for log in logs))
+    spans = sorted((float(log.time[0]), float(log.time[-1])) for log in logs)
+    one_clock = all(after[0] >= before[1] for before, after in pairwise(spans))  # with the pauses, where it is known
+    duration = spans[-1][1] - spans[0][0] if one_clock else sum(end - begin for begin, end in spans)
     return OverTime(rate, float(stdtrit(freedom, 0.975)) * deviation, duration)
 
 
 def _rate(strokes: Sequence[tuple[Log, Segment]], begin: float) -> tuple[float, float, int] | None:
     """Return the relative rate in the strokes from a share of each on [1/s], its standard error, and its freedom."""
-    rows, slopes, weights = [], [], []
+    rows, slopes, errors = [], [], []
     for log, segment in strokes:
         start = segment.start + int(begin * len(segment))
         part = slice(start, segment.stop)
@@ -199,15 +201,17 @@ def _rate(strokes: Sequence[tuple[Log, Segment]], begin: float) -> tuple[float, 
         if log.force is None or segment.stop - start < 64 or not segment.settled or lasting < LASTING:
             continue
         t, F = log.time[part] - log.time[start], log.force[part] * np.sign(segment.velocity)
-        slope, error = _slope(t, F)
-        if error * float(t[-1]) <= STUCK * abs(float(np.mean(F))):  # no noise at all: the force is stuck
+        slope, rest, noise = _slope(t, F)
+        if max(rest, noise) * float(t[-1]) <= STUCK * abs(float(np.mean(F))):  # no noise at all: the force is stuck
             continue
         rows.append([float(np.mean(F)), abs(segment.velocity), segment.velocity])
         slopes.append(slope)
-        weights.append(1.0 / error)
+        errors.append((rest, noise))
     if len(rows) < 8:
         return None
-    X, y, w = np.array(rows), np.array(slopes), np.array(weights)
+    X, y, (rest, noise) = np.array(rows), np.array(slopes), np.array(errors).T
+    # what ripples over encoder counts averages out sooner than noise: all strokes together tell by how much
+    w = 1.0 / np.maximum(rest, noise * min(float(np.median(rest / np.maximum(noise, 1e-9 * rest))), 1.0))
     A, b = X * w[:, np.newaxis], y * w
     if np.linalg.matrix_rank(A) < 3:
         return None
@@ -217,13 +221,15 @@ def _rate(strokes: Sequence[tuple[Log, Segment]], begin: float) -> tuple[float, 
     return float(solution[0]), float(np.sqrt(spread * np.linalg.inv(A.T @ A)[0, 0])), freedom
 
 
-def _slope(t: Real, F: Real) -> tuple[float, float]:
-    """Return the slope of a force in time [N/s] and its standard error, by the means of eight parts."""
+def _slope(t: Real, F: Real) -> tuple[float, float, float]:
+    """Return the slope of a force in time [N/s] by the means of eight parts, and its standard error twice.
+
+    It is that by which the parts stand off a line, and that of samples which are independent.
+    """
     parts = np.array_split(np.arange(len(t)), 8)
     at, mean = (np.array([values[part].mean() for part in parts]) for values in (t, F))
     at, mean = at - at.mean(), mean - mean.mean()
     spread = float(np.sqrt(at @ at))
     slope = float(at @ mean) / spread**2
-    rest = mean - slope * at
     noise = np.array([F[part].std(ddof=1) / np.sqrt(len(part)) for part in parts])
-    return slope, float(max(np.sqrt(np.sum(rest**2) / 6.0), np.mean(noise)) / spread)
+    return slope, float(np.sqrt(np.sum((mean - slope * at) ** 2) / 6.0)) / spread, float(np.mean(noise)) / spread
