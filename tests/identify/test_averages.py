@@ -53,8 +53,10 @@ def test_moves_and_stretches_with_the_samples(shift, segment, method):
     assert there.standard_error == pytest.approx(segment * here.standard_error, rel=1e-3, abs=tolerance)
 
 
-def test_a_constant_is_sure():
+def test_a_constant_is_sure_but_for_the_steps_that_it_comes_in():
     assert average(np.full(50, 7.0)).standard_error == 0.0
+    for method in ("robust", "median"):
+        assert average(np.full(50, 8.0), method, 4.0).standard_error == pytest.approx(4.0 / np.sqrt(12))
 
 
 @pytest.mark.parametrize("share", [0.05, 0.2, 0.35])

@@ -75,6 +75,21 @@ def test_intervals_of_coarse_counts_hold_the_truth(step: float) -> None:
         assert high - low >= step
 
 
+@pytest.mark.parametrize("step", [20.0, 28.0])
+def test_counts_that_are_coarse_beside_friction_are_told_where_ramps_take_many(step: float) -> None:
+    """Inertia alone took the range of the force over twelve counts, and nothing was said."""
+    coarse = []
+    for log in fric.read(DATA / "constant-velocity.h5"):
+        force = step * np.round(log.force / step)
+        force[:6] = step * np.array([7.0, 8.0, 9.0, -7.0, -8.0, -9.0])  # a jerk of the ramp, in no stroke
+        coarse.append(replace(log, force=force))
+    found = fric.identify_static(*coarse).document
+    assert "force-coarse" in {one["code"] for one in found["warnings_coded"]}
+    for name, true in (("F_c", STATIC.F_c), ("F_s", STATIC.F_s), ("v_s", STATIC.v_s)):
+        low, high = found["static"][name]["ci95"]
+        assert low <= true <= (np.inf if high is None else high)
+
+
 def test_a_clipped_multisine_is_told() -> None:
     """Its crests are short: K_f came out as 143.0 ± 0.9 N/V for 150 without a word."""
     (log,) = fric.read(DATA / "frequency-response.h5")

@@ -54,25 +54,23 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
             "range of the trace.", f"{name}-clipped", "wrong",
         )
         for log, name, samples in found if samples
-    ] + _coarse_force(logs) + clock_flaws(logs, purpose)  # fmt: skip
-
-
-def coarse_step(logs: Sequence[Log]) -> float:
-    """Return the step in which the force comes [N], where it is no small part of it; else 0."""
-    levels = [np.unique(log.force) for log in logs if log.force is not None]
-    if not levels or sum(map(len, levels)) > COARSE * len(levels):  # noise of the channel itself is finer
-        return 0.0
-    forces = np.unique(np.concatenate(levels))
-    step = float(np.min(np.diff(forces))) if len(forces) > 1 else 0.0
-    return step if float(np.ptp(forces)) <= COARSE * step else 0.0
+    ] + ([] if purpose == "static" else _coarse_force(logs)) + clock_flaws(logs, purpose)  # fmt: skip
 
 
 def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
     """Return that the force comes in steps which are no small part of it."""
-    if not (step := coarse_step(logs)):
+    levels = [np.unique(log.force) for log in logs if log.force is not None]
+    if not levels or sum(map(len, levels)) > COARSE * len(levels):  # noise of the channel itself is finer
         return []
+    forces = np.unique(np.concatenate(levels))
+    step = float(np.min(np.diff(forces))) if len(forces) > 1 else 0.0
+    return coarse_force(step, logs[0]) if 0.0 < float(np.ptp(forces)) <= COARSE * step else []
+
+
+def coarse_force(step: float, log: Log) -> list[Notice]:
+    """Return what to say where the force of a record comes in such steps [N]."""
     return [Notice(
-        f"the force comes in steps of {readable(step, logs[0].unit('force'))}: what lies between them is lost, and "
+        f"the force comes in steps of {readable(step, log.unit('force'))}: what lies between them is lost, and "
         "forces are off by up to half a step. Log it finer.", "force-coarse", "doubt",
     )]  # fmt: skip
 

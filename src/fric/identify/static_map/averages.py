@@ -36,19 +36,22 @@ class Mean:
         Its standard error, in the same unit.
     tau
         Integrated autocorrelation time [samples]: ``n / tau`` samples are worth as much as independent ones.
+    rounding
+        What coarse steps of the samples have of the standard error, in the same unit.
     """
 
     value: float
     standard_error: float
     tau: float
+    rounding: float = 0.0
 
 
-def average(samples: Real, method: Average = "robust") -> Mean:
-    """Return the robust mean (Huber) or the median of a segment of samples, shape (n,)."""
-    return huber_mean(samples) if method == "robust" else median(samples)
+def average(samples: Real, method: Average = "robust", step: float = 0.0) -> Mean:
+    """Return the robust mean (Huber) or the median of a segment of samples, shape (n,), that come in steps."""
+    return huber_mean(samples, step) if method == "robust" else median(samples, step)
 
 
-def huber_mean(samples: Real) -> Mean:
+def huber_mean(samples: Real, step: float = 0.0) -> Mean:
     """Return Huber's M-estimate of location, with the scale from the median absolute deviation, or the mean.
 
     At constant velocity the mean force is that of friction, and Huber's is not where an encoder's counts make the drive
@@ -62,8 +65,9 @@ def huber_mean(samples: Real) -> Mean:
     x = np.asarray(samples, float)
     centre = float(np.median(x))
     scale = MAD_TO_SIGMA * float(np.median(np.abs(x - centre))) or float(np.std(x))
+    rounding = _rounding_error(x, step)
     if scale <= np.finfo(float).eps * abs(centre):
-        return Mean(float(np.mean(x)), 0.0, 1.0)
+        return Mean(float(np.mean(x)), rounding, 1.0, rounding)
     for _ in range(50):
         psi = np.clip((x - centre) / scale, -HUBER, HUBER)
         inside = float(np.mean(np.abs(psi) < HUBER))
@@ -74,43 +78,47 @@ def huber_mean(samples: Real) -> Mean:
     psi = np.clip((x - centre) / scale, -HUBER, HUBER)
     tau = autocorrelation_time(psi)
     spread = scale * float(np.sqrt(np.mean(psi**2))) / max(float(np.mean(np.abs(psi) < HUBER)), 0.1)
-    error, rounding = spread * np.sqrt(tau / len(x)), _rounding_error(x)
+    error = spread * np.sqrt(tau / len(x))
     glitch = np.abs(x - np.median(x)) > GLITCH * scale
     kept = x[~glitch] if np.mean(glitch) <= GLITCHES else x
     if rounding < error and abs(np.mean(kept) - centre) <= error:
-        return Mean(centre, float(np.hypot(error, rounding)), tau)
+        return Mean(centre, float(np.hypot(error, rounding)), tau, rounding)
     tau = autocorrelation_time(kept)
     error = float(np.std(kept)) * np.sqrt(tau / len(kept))
-    return Mean(float(np.mean(kept)), float(np.hypot(error, rounding)), tau)
+    return Mean(float(np.mean(kept)), float(np.hypot(error, rounding)), tau, rounding)
 
 
-def _rounding_error(x: Real) -> float:
+def _rounding_error(x: Real, step: float) -> float:
     """Return what rounding to coarse steps q may do to a mean, where noise σ moves it over few of them.
+
+    The samples themselves tell the step where they have two levels or more, and none was given.
 
     Rounding Gaussian noise shifts a mean by at most about ``q/π·exp(-2π²σ²/q²)`` (Widrow and Kollár, Quantization
     Noise, 2008). Of the variance that is seen, up to q²/4 may be of two neighbouring levels alone, and is no noise; and
     without noise the error is uniform over a step: so ``q/√12·exp(-2π²·max(s² - q²/4, 0)/q²)`` is taken.
     """
     levels = np.unique(x)
-    if not 1 < len(levels) <= LEVELS:
+    if len(levels) > LEVELS or (len(levels) == 1 and not step):
         return 0.0
-    q = float(np.min(np.diff(levels)))
+    q = step or float(np.min(np.diff(levels)))
     variance = max(float(np.var(x)) - q**2 / 4, 0.0)
     return q / np.sqrt(12) * float(np.exp(-2 * np.pi**2 * variance / q**2))
 
 
-def median(samples: Real) -> Mean:
+def median(samples: Real, step: float = 0.0) -> Mean:
     """Return the median; its standard error is read off the order statistics around it.
 
     With n/tau independent samples the rank of the true median is n/2 ± sqrt(n/tau)/2 of the effective ranks, so one
-    standard error is half the distance between the two quantiles ``1/2 ± 1/(2·sqrt(n/tau))``.
+    standard error is half the distance between the two quantiles ``1/2 ± 1/(2·sqrt(n/tau))``. Of samples
+    in steps it is one of them, whatever their noise.
     """
     x = np.asarray(samples, float)
     middle = float(np.median(x))
     tau = autocorrelation_time(np.sign(x - middle))
     half = min(0.5, 0.5 / np.sqrt(len(x) / tau))
     low, high = np.quantile(x, [0.5 - half, 0.5 + half])
-    return Mean(middle, float(high - low) / 2, tau)
+    rounding = step / np.sqrt(12)
+    return Mean(middle, float(np.hypot((high - low) / 2, rounding)), tau, rounding)
 
 
 def autocorrelation_time(x: Real, window: float = 5.0) -> float:

@@ -9,10 +9,11 @@ from typing import Literal
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.identify.records.flaws import coarse_step, record_flaws, stroke_flaws
+from fric.identify.records.flaws import record_flaws, stroke_flaws
 from fric.identify.records.over_strokes import OverPlace, over_place
 from fric.identify.records.segments import Segment
 from fric.identify.static_map.averages import Average
@@ -20,7 +21,7 @@ from fric.identify.static_map.forms import directions_predict
 from fric.identify.static_map.identifiability import damping_warning, directions_differ, identifiability_warnings
 from fric.identify.static_map.map_fit import Form, MapFit, ShapeFactor, SpeedPoint, Weights, fit_map, solved
 from fric.identify.static_map.over_position import OverPosition, steady_strokes, without_places
-from fric.identify.static_map.points import stroke_points
+from fric.identify.static_map.points import rounded_by, stroke_points
 from fric.identify.static_map.unsettled import settled_points
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
@@ -144,8 +145,7 @@ def identify_static(
         points, strokes, place, over_position, partial(solved, delta=delta, weights=weights, form=form, damping=damping,
                                                        offset=load or 0.0), load is None,
     )  # fmt: skip
-    if settling is not None:
-        together = settling if together is None else np.vstack([settling, together])
+    together = np.vstack([one for one in (settling, together, _rounded(points)) if one is not None])
     warnings = amiss + (list[str](settles) or unsettled)
     positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
     if direction == "each" and not (positive and backward):
@@ -202,8 +202,6 @@ def identify_static(
         if plant is not None:
             warnings += damping_warning(fit, plant, motion, damping_error)
         warnings += identifiability_warnings(fit, motion)
-    if step := coarse_step(logs):  # steps that lie alike at neighbouring speeds do not average out
-        fit, negative = _wider(fit, 0.5 * step), negative and _wider(negative, 0.5 * step)
     warnings += _flaws(strokes, place, fit, taken_off=any(p.over_position for p in points))
     method = (
         f"{fit.describe_form(motion, forms)}; separable least squares; weights {weights}; average {average}; "
@@ -212,6 +210,16 @@ def identify_static(
         + "; 95 % intervals by profile likelihood"
     )
     return StaticFit(axis, motion, tuple(points), fit, negative, {}, tuple(warnings), method, plant)
+
+
+def _rounded(points: Sequence[SpeedPoint]) -> Real:
+    """Return how coarse steps of the force put strokes off together [N], half widths, shape (2, n).
+
+    All by one amount, and the slow ones against the fast ones; none where the force came in no such steps.
+    """
+    force = np.array([point.force for point in points])
+    along = np.argsort(np.argsort([abs(point.velocity) for point in points])) / (0.5 * (len(points) - 1)) - 1.0
+    return rounded_by(points) * np.sign(force) * np.array([np.ones_like(along), along])
 
 
 def _median_force(points: Sequence[SpeedPoint]) -> float:
@@ -262,6 +270,7 @@ def _one_speed(points: Sequence[SpeedPoint], motion: Motion) -> tuple[dict[str, 
     within = float(np.sqrt(np.sum(error**2))) / len(F)
     across = float(np.std(F, ddof=1)) / sqrt(len(F)) if len(F) > 1 else 0.0
     half = max(1.96 * within, float(stdtrit(len(F) - 1, 0.975)) * across if len(F) > 1 else 0.0)
+    half = float(np.hypot(half, rounded_by(points)))
     at_speed = {
         "velocity": Estimate(speed, si_unit("velocity", motion)),
         "force": Estimate.around(value, si_unit("force", motion), half),

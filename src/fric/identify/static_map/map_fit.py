@@ -47,6 +47,8 @@ class SpeedPoint:
         What was taken off the force because it comes again at the places of this stroke [N].
     onset
         Time in the record from which on it was at constant velocity [s], the force settling; ``start`` where None.
+    rounding
+        What steps in which the force was logged have of the standard error [N].
     """
 
     velocity: float
@@ -60,6 +62,7 @@ class SpeedPoint:
     swing: float = 0.0
     over_position: float = 0.0
     onset: float | None = None
+    rounding: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.identify.records.chords import SHORTEST, travelled
-from fric.identify.records.flaws import coarse_step
+from fric.identify.records.flaws import SMALL, coarse_force
 from fric.identify.records.resolution import lattice_step
 from fric.identify.records.segments import Segment, steady_segments
 from fric.identify.static_map.averages import Average, average
@@ -51,7 +51,7 @@ def stroke_points(
     stated = [log for log in logs if log.kind == "constant-velocity"]
     points, warnings = table_points(tables, plant)
     without = []
-    step = coarse_step(stated or logs)
+    step = _force_step(stated or logs)
     for log in stated or logs:
         found, reason = _points_of(log, average, plant, step)
         points += found
@@ -71,6 +71,8 @@ def stroke_points(
             f"{len(without)} of {len(stated or logs)} records give no stroke: {'; '.join(without)}",
             "records-without-stroke", "doubt" if 4 * len(without) > len(stated or logs) else "note",
         ))  # fmt: skip
+    if rounded_by(points) > SMALL * float(np.median([abs(p.force) for p in points])):
+        warnings += coarse_force(step, logs[0])
     unit = si_unit("velocity", records[0].motion)
     swinging = sorted({abs(p.velocity) for p in points if p.swing})
     if swinging:
@@ -84,6 +86,20 @@ def stroke_points(
     return sorted(points, key=lambda point: point.velocity), warnings
 
 
+def rounded_by(points: Sequence[SpeedPoint]) -> float:
+    """Return by how much the steps in which a force was logged may put off strokes of neighbouring speeds alike [N].
+
+    It is half a step where no noise helps, of which the error of each point has 1/√3.
+    """
+    return float(np.sqrt(3.0) * np.median([point.rounding for point in points]))
+
+
+def _force_step(logs: Sequence[Log]) -> float:
+    """Return the step in which the forces of records come [N], whatever its size; 0 where there is none."""
+    forces = [log.force[:: max(len(log) // ENOUGH, 1)] for log in logs if log.force is not None]
+    return (lattice_step(np.concatenate(forces)) or 0.0) if forces else 0.0
+
+
 def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> tuple[list[SpeedPoint], str]:
     force = log.require("force", "the friction map")
     segments, reason = steady_segments(log), ""
@@ -95,16 +111,15 @@ def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> t
     points = []
     for segment in segments:
         part = slice(segment.start, segment.stop)
-        mean = average(force[part], method)
+        mean = average(force[part], method, step)
         damping = plant.K_f * plant.A / plant.B * segment.velocity if plant else 0.0
         swing = velocity_swing(log, segment)
-        error = float(np.hypot(mean.standard_error, step / np.sqrt(12.0)))  # anywhere between two of its levels
-        if swing > STICKS:
-            error = float(np.hypot(error, 0.5 * np.std(force[part])))
+        error = float(np.hypot(mean.standard_error, 0.5 * np.std(force[part]) if swing > STICKS else 0.0))
         points.append(
             SpeedPoint(
                 segment.velocity, mean.value - damping, error, len(segment), log.name, float(log.time[segment.start]),
                 float(log.time[segment.stop - 1]), segment.settled, swing, onset=float(log.time[segment.onset]),
+                rounding=mean.rounding,
             )
         )  # fmt: skip
     return points, reason

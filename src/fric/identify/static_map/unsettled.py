@@ -114,9 +114,10 @@ def settled_points(
         fall, error, _ = one.fall(shared.log_C)
         mean = average(force - fall * one.shape(shared.log_C), method)
         error *= shared.scale * float(np.mean(one.shape(shared.log_C)))
+        error = float(np.linalg.norm([mean.standard_error, error, points[one.number].rounding]))
         found[one.number] = replace(
             points[one.number], force=points[one.number].force + mean.value - average(force, method).value,
-            standard_error=float(np.hypot(mean.standard_error, error)), settled=False,
+            standard_error=error, settled=False,
         )  # fmt: skip
     return found, together, [_notice(taken[worth], number[worth], shared, points, motion)]
 
