@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect as introspection
+import json
 import re
 import textwrap
 from pathlib import Path
@@ -15,6 +16,7 @@ from typer.testing import CliRunner
 
 import fric
 from fric.cli.main import app
+from fric.documents import document_types
 from fric.documents.yaml import plain, read_tree
 
 ROOT = Path(__file__).parents[2]
@@ -130,7 +132,7 @@ def test_a_machine_believes_models_plants_and_designs(plant):
         (lambda r: fric.circle(r), "circle takes a machine, or its file, and was given a StaticResult"),
         (lambda r: fric.circle("xy-tabel"), "Is it xy-table, which comes with fric"),
         (lambda r: fric.circle("xy-table", 3), "takes names of schemes"),
-        (lambda r: fric.circle("xy-table", radius=None), "takes a number in SI, or a text"),
+        (lambda r: fric.circle("xy-table", radius=None), "takes radius as a number or a text, and was given None"),
         (lambda r: fric.circle("xy-table", radius="30"), "has no unit"),
         (lambda r: fric.read_machine("virtual-rig").with_belief(y=r), "axis y was given what is known of axis x"),
         (lambda r: fric.read_machine("virtual-rig").with_belief(x="f.yaml"), "str is nothing that the controller"),
@@ -140,6 +142,30 @@ def test_a_machine_believes_models_plants_and_designs(plant):
 def test_what_does_not_fit_ends_in_a_sentence(call, said_so, static):
     with pytest.raises(fric.FricError, match=re.compile(said_so, re.DOTALL)):
         call(static)
+
+
+@pytest.mark.parametrize("name", [name for name in fric.__all__ if name[0].islower()])
+def test_no_verb_takes_what_is_of_no_type(name):
+    function = getattr(fric, name)
+    needed = [one for one in introspection.signature(function).parameters.values() if one.default is one.empty]
+    words = {one.name: "somewhere" for one in needed if one.kind is one.KEYWORD_ONLY}
+    places = [one for one in needed if one.kind is not one.KEYWORD_ONLY and one.kind is not one.VAR_KEYWORD]
+    for given in (None, 3, b"x", {"a": 1}, [1, 2], object()) if places else ():
+        with pytest.raises(fric.FricError, match=r"was given|no "):
+            function(*[given] * len(places), **words)
+
+
+def test_every_document_says_its_type_and_is_of_it(static, tmp_path):
+    """What is printed as what is written: `fric schema` describes it."""
+    out = tmp_path / "out"
+    run = fric.circle("xy-table", "a,f", radius=0.005, revolutions=1)
+    run.save(tmp_path / "run.h5")
+    made = fric.export_axis("c", "xy-table", axis="x")
+    made.save(out, force=True)
+    table = fric.learn(tmp_path / "run.h5", scheme="f", machine="xy-table")
+    results = [made, table, fric.formats(), fric.example("tribometer", output=out), fric.read(STROKES), run, static]
+    for one in [json.loads((out / "manifest.json").read_text()), *(result.document for result in results)]:
+        document_types()[one["fric"].partition("/")[0]].model_validate(one)
 
 
 def test_no_result_is_told_by_its_arrays(plant, static, gms):

@@ -11,6 +11,7 @@ from fric.automatic.result import FleetResult, fleet
 from fric.automatic.session import Run, Session, identify_axes, run_apart
 from fric.automatic.sources import Sources, find_sources
 from fric.automatic.steps import circle_step, diagnosis_step, machine_tree, step, trace_step, tune_step
+from fric.documents.automatic import AutoDocument
 from fric.documents.bundled import located
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
@@ -20,6 +21,7 @@ from fric.results.diagnose import diagnose
 from fric.results.given import in_si
 from fric.results.machine import machine_of
 from fric.results.text import Piece
+from fric.verb import verb
 from fric.verdict.decide import decide
 from fric.verdict.evidence import Evidence, Verdict
 
@@ -61,7 +63,8 @@ class AutoResult(Result):
     def document(self) -> dict[str, Any]:
         """Report, axes, and the verdict."""
         report = str(self.folder / "report.html") if self.page else None
-        return {"report": report, "axes": self.axes, "verdict": self.verdict(), "warnings": list(self.description)}
+        content = {"report": report, "axes": self.axes, "verdict": self.verdict()}
+        return AutoDocument.made(content, notices=self.warnings).tree()
 
     def verdict(self) -> dict[str, Any]:
         """Return the scheme to use, its glitch, and whether that is to be trusted, and why not."""
@@ -84,6 +87,7 @@ class AutoResult(Result):
         return [*lines, f"{self.folder / 'report.html'}"] if self.page else lines
 
 
+@verb
 def auto(
     *logs: Path | str,
     output: Path | str,

@@ -7,6 +7,7 @@ from typing import Any
 
 from fric.documents.base import Document, Part, Quantity
 from fric.errors import FricError, near
+from fric.verb import verb
 
 __all__ = ["Document", "Part", "Quantity", "document_types"]
 
@@ -26,6 +27,7 @@ def document_types() -> dict[str, type[Document]]:
     return dict(sorted(found.items()))
 
 
+@verb
 def document_schema(type_name: str) -> dict[str, Any]:
     """Return the JSON Schema of a document type.
 

@@ -222,7 +222,7 @@ class Document(Part):
 
     def tree(self) -> dict[str, Any]:
         """Return what was given, as plain values in the order of a file, ready to be written or printed."""
-        given = self.model_dump(exclude_unset=True)
+        given = self.model_dump(exclude_unset=True, by_alias=True)
         return {key: given[key] for key in sorted(given, key=lambda key: (key in FOOT) - (key in HEAD))}
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import fric
 from fric.errors import FricError, near
 from fric.input import missing
+from fric.verb import verb
 
 RIG = "rig"
 """The example of the README: logs of the virtual rig, and the rig itself."""
@@ -18,6 +19,7 @@ def folder(name: str) -> Path:
     return next((place / name for place in (package, package.parents[1]) if (place / name).is_dir()), package / name)
 
 
+@verb
 @cache
 def bundled(kind: str) -> dict[str, Path]:
     """Return the bundled documents of a type by their names: ``xy-table`` and ``virtual-rig`` of ``machine``, …."""

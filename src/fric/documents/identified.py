@@ -17,6 +17,7 @@ from fric.simulate.intervals import Intervals, closed_intervals, friction_interv
 from fric.simulate.machine import Machine
 from fric.simulate.reality.flaws import NONE
 from fric.simulate.spread import Spread
+from fric.verb import verb
 
 NO_INTERVAL = "no parameter has a 95 % interval"
 
@@ -55,7 +56,8 @@ class Identified:
         }  # fmt: skip
 
 
-def read_identified(path: Path, *, nominal_files: Iterable[str] = (), **instead: Any) -> Identified:
+@verb
+def read_identified(path: Path | str, *, nominal_files: Iterable[str] = (), **instead: Any) -> Identified:
     """Read a machine file with the intervals of what was identified of it.
 
     What is identified of an axis is what its controller believes: the friction file given in ``nominal_files``, or that

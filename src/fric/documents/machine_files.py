@@ -20,6 +20,7 @@ from fric.notice import Notice
 from fric.plausibility.bounds import Finding, settled
 from fric.plausibility.findings import of_friction, of_plant
 from fric.simulate.machine import Axis, Machine
+from fric.verb import verb
 
 NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {
     "plant": PlantDocument,
@@ -31,8 +32,9 @@ NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocumen
 """What a controller's side of an axis can be given as a file, by document type."""
 
 
+@verb
 def read_machine(
-    path: Path,
+    path: Path | str,
     *,
     nominal_files: Iterable[str] = (),
     gain: float | None = None,
@@ -93,7 +95,7 @@ def _of_axis(axis: Axis, where: str) -> Iterator[Finding]:
     yield Finding("sampling", axis.cascade.sampling, axis.motion, where)
 
 
-def read_machine_document(path: Path, nominal_files: Iterable[str] = ()) -> MachineDocument:
+def read_machine_document(path: Path | str, nominal_files: Iterable[str] = ()) -> MachineDocument:
     """Read a machine file as a document, with the files that its controllers use instead in their places."""
     document = read_document(path, MachineDocument)
     axes = dict(document.axes)

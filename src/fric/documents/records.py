@@ -119,6 +119,22 @@ class InspectionDocument(Document):
     records: list[InspectedLog | InspectedResponse | InspectedTable]
 
 
+class RecordPart(Part):
+    """What one record is."""
+
+    kind: Kind | None
+    samples: int
+
+
+class RecordsDocument(Document):
+    """Records of one axis."""
+
+    type: ClassVar[str] = "records"
+
+    axis: str
+    records: dict[str, RecordPart]
+
+
 class IngestedPart(Part):
     """A record that was added."""
 

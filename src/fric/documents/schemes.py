@@ -10,6 +10,7 @@ from fric.documents.base import Document, Part, Quantity
 from fric.documents.lead import LeadGiven, lead_of
 from fric.documents.yaml import read_document
 from fric.errors import FricError
+from fric.verb import verb
 
 
 class SchemePart(Part):
@@ -62,6 +63,7 @@ class SchemesDocument(Document):
         return {name: part.scheme(name) for name, part in self.schemes.items()}
 
 
-def read_schemes(path: Path) -> dict[str, Scheme]:
+@verb
+def read_schemes(path: Path | str) -> dict[str, Scheme]:
     """Read compensation schemes by name from a schemes file."""
     return read_document(path, SchemesDocument).read()

@@ -9,6 +9,7 @@ from fric.documents.base import Document, Part, Quantity
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.simulate.spread import Distribution, Spread, check_spreads
+from fric.verb import verb
 
 
 class SpreadPart(Part):
@@ -50,6 +51,7 @@ class SpreadDocument(Document):
         return {name: part.spread() for name, part in self.spreads.items()}
 
 
-def read_spreads(path: Path) -> dict[str, Spread]:
+@verb
+def read_spreads(path: Path | str) -> dict[str, Spread]:
     """Read spreads by name from a spread file."""
     return read_document(path, SpreadDocument).read()

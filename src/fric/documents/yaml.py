@@ -33,7 +33,7 @@ def _yaml() -> YAML:
     return yaml
 
 
-def read_document(path: Path, model: type[D]) -> D:
+def read_document(path: Path | str, model: type[D]) -> D:
     """Read a YAML document and validate it against its schema.
 
     A document may name other files, beside it or by a whole path: they are read too.

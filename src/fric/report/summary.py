@@ -16,8 +16,9 @@ from fric.report.drift import description, document_changes, glitch_changes
 from fric.report.page import render_report
 from fric.report.report_input import ReportInput
 from fric.results.base import Result
-from fric.results.given import Advance, in_si, path_of, silent
+from fric.results.given import Advance, in_si, silent
 from fric.units import readable
+from fric.verb import verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -59,6 +60,7 @@ class Report(Result):
         return render_report(self.inputs, self.title)
 
 
+@verb
 def make_report(
     *files: Path | str,
     circles: Iterable[Path | str] = (),
@@ -89,7 +91,7 @@ def make_report(
         When a file is none of fric's.
     """
     allowed = None if tolerance is None else in_si(tolerance, "position")
-    paths, measured = ([path_of("make_report", "files", one) for one in given] for given in (files, circles))
+    paths, measured = (list(map(Path, given)) for given in (files, circles))
     found = collect(paths, measured, allowed)
     return Report(with_machines(found, advance), title)
 

@@ -18,6 +18,7 @@ from fric.documents.bundled import located
 from fric.documents.machine import MachineDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.provenance import provenance
+from fric.documents.reproduction import ReproductionDocument
 from fric.documents.yaml import plain, read_document, read_tree, write_document
 from fric.errors import FricError
 from fric.figures.circle import polar_figure
@@ -35,6 +36,7 @@ from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
 from fric.simulate.processes import end_with_parent
+from fric.verb import verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -72,7 +74,8 @@ class Reproduction(Result):
     def document(self) -> dict[str, Any]:
         """The page, and what each scheme leaves at each feed."""
         feeds = {f"{feed:g}": circle_document(runs) for feed, runs in self.runs.items()}
-        return {"page": str(self.page), "steps": self.steps, "made": self.made, "feeds": feeds}
+        content = {"page": str(self.page), "steps": self.steps, "made": self.made, "feeds": feeds}
+        return ReproductionDocument.made(content).tree()
 
     def circles(self) -> list[CircleResult]:
         """Return what each scheme leaves, a circle a feed."""
@@ -100,6 +103,7 @@ def reproduction_steps(axes: int = 2) -> int:
     return axes * len(STEPS) + len(FEEDS) + 2
 
 
+@verb
 def reproduce_paper(
     folder: Path | str, machine: Path | str = "xy-table", *, seed: int = 1, advance: Advance = silent
 ) -> Reproduction:

@@ -22,6 +22,7 @@ from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.observer import BY_DEFAULT, measured_record
 from fric.results.text import Piece, Table, named
 from fric.units import Motion, parse_gain, readable
+from fric.verb import verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,6 +88,7 @@ class BlockResult(Design):
         return [named(["cascade", "value"], rows), text]
 
 
+@verb
 def design_block(
     name: str,
     plant: Any,

@@ -25,6 +25,7 @@ from fric.simulate.monte_carlo import MonteCarlo, Study, monte_carlo_document
 from fric.simulate.prediction import Prediction
 from fric.simulate.processes import cluster_outcomes, outcomes
 from fric.units import readable
+from fric.verb import verb
 from fric.verdict.candidates import candidates_of
 from fric.verdict.decide import decide
 from fric.verdict.evidence import Verdict
@@ -168,6 +169,7 @@ def _named(run: CircleRun) -> str:
     return f"({run.scheme.name}) {run.scheme.title}"
 
 
+@verb
 def circle(
     machine: Any,
     schemes: Any = "all",

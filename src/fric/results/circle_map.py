@@ -19,6 +19,7 @@ from fric.simulate.contour_run import pair
 from fric.simulate.over_circles import CircleMap, Grid
 from fric.simulate.processes import cluster_outcomes, outcomes
 from fric.units import readable
+from fric.verb import verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -102,7 +103,7 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
         When a value is no quantity of this dimension, or not positive.
     """
     if not isinstance(given, str):
-        found = tuple(float(one) for one in (given if isinstance(given, list | tuple) else [given]))
+        found = tuple(in_si(one, dimension) for one in (given if isinstance(given, list | tuple) else [given]))
     else:
         text = given.replace("...", "…")
         ends = text.split("…")
@@ -117,6 +118,7 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
     return found
 
 
+@verb
 def circle_map(
     machine: Any,
     schemes: Any = "a,b,c,f",

@@ -17,10 +17,11 @@ from fric.io.circle import choose_circles
 from fric.io.recognise import recognise
 from fric.io.run import read_runs
 from fric.results.base import Result
-from fric.results.given import Advance, logs_of, path_of, silent
+from fric.results.given import Advance, logs_of, silent
 from fric.results.given_models import friction_of, plant_of
 from fric.results.text import Piece, Table
 from fric.units import readable
+from fric.verb import verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -73,6 +74,7 @@ class ComparisonResult(Result):
         }
 
 
+@verb
 def compare(
     *logs: Any,
     models: str | Sequence[str] = "all",
@@ -132,7 +134,7 @@ def compare(
     if kept:
         settings |= {"static": kept.estimates("static"), "negative": kept.backward()}
     found = compare_models(names, ready, splits, **settings)
-    paths = [path_of("compare", "run files, or circle tests", path) for path in circles]
+    paths = [Path(path) for path in circles]
     measured = [path for path in paths if recognise(path).startswith("circle/")]
     runs = [run for path in paths if path not in measured for run in read_runs(path, traces=False)]
     notices = wrong_shape((run.scheme, run.contour.glitch) for run in runs)

@@ -19,6 +19,7 @@ from fric.results.given_models import document_of
 from fric.results.names import plain_names
 from fric.results.text import Piece
 from fric.units import Motion, parse_gain, readable
+from fric.verb import verb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,6 +72,7 @@ class ControllerResult(Design):
         return self.loops_figure(self.design.cascade.sampling / 2)
 
 
+@verb
 def design_controller(
     plant: Any,
     *,

@@ -17,11 +17,12 @@ from fric.identify.circle.diagnose import diagnose as take_apart
 from fric.identify.circle.document import diagnosis_document
 from fric.identify.circle.model_shape import LEARNED
 from fric.results.base import Result
-from fric.results.given import Advance, path_of, quantity, refused, silent
+from fric.results.given import Advance, path_of, quantity, silent
 from fric.results.given_models import CIRCLES, circles_of
 from fric.results.machine import schemes_of
 from fric.results.text import Piece, Table
 from fric.units import readable
+from fric.verb import refused, verb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -137,6 +138,7 @@ def _row(label: str, quantity: dict[str, Any], unit: str, offset: float = 0.0) -
     return [label, shown, text, unit]
 
 
+@verb
 def diagnose(
     *circles: Any,
     machine: Any = None,

@@ -7,10 +7,12 @@ from typing import Any
 
 from fric.documents.bundled import RIG
 from fric.documents.bundled import example as files_of
+from fric.documents.listings import ExampleDocument
 from fric.io.propose import proposal
 from fric.output import write_folder
 from fric.results.base import Result
 from fric.results.text import Piece
+from fric.verb import verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,7 +36,8 @@ class ExampleResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Name, folder and files."""
-        return {"name": self.name, "folder": str(self.folder), "files": list(self.files)}
+        content = {"name": self.name, "folder": str(self.folder), "files": list(self.files)}
+        return ExampleDocument.made(content).tree()
 
     def report(self) -> list[Piece]:
         """Return the files, and what may be done with them."""
@@ -46,6 +49,7 @@ class ExampleResult(Result):
         return lines
 
 
+@verb
 def example(name: str = RIG, *, output: Path | str, force: bool = False) -> ExampleResult:
     """Copy an example into a folder: logs, a mapping and a machine of the virtual rig, or a bundled document.
 

@@ -16,8 +16,10 @@ from fric.results.records import Records
 from fric.simulate.experiment import experiment as run_experiment
 from fric.simulate.machine import Axis
 from fric.simulate.trial import Trial, logs_of
+from fric.verb import verb
 
 
+@verb
 def experiment(
     machine: Any,
     kind: str | None = None,

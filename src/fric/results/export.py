@@ -8,6 +8,7 @@ from typing import Any
 
 from fric.control.scheme import Scheme
 from fric.documents.bundled import located
+from fric.documents.exported import ExportDocument
 from fric.documents.machine_files import axis_notices, read_machine, read_machine_document
 from fric.documents.provenance import sources
 from fric.errors import FricError, near
@@ -28,6 +29,7 @@ from fric.results.text import Piece, Table
 from fric.results.verdict import evidence_of
 from fric.simulate.machine import Machine
 from fric.units import readable
+from fric.verb import verb
 from fric.verdict.candidates import candidates_of
 from fric.verdict.evidence import Evidence
 
@@ -73,7 +75,9 @@ class ExportResult(Result):
         if self.part.role == "compensation":
             why = [*self.against, *self.doubts]
             content["verdict"] = {"trusted": not why, "why": [one.as_dict() for one in why]}
-        return content | ({"trial": trial_document(self.arcs)} if self.arcs else {})
+        content |= {"trial": trial_document(self.arcs)} if self.arcs else {}
+        ExportDocument.model_validate(content)
+        return content
 
     @property
     def warnings(self) -> Sequence[str]:
@@ -109,6 +113,7 @@ class ExportResult(Result):
         return {**self.files, "manifest.json": manifest_text(self.document)}
 
 
+@verb
 def export_axis(
     target: str,
     machine: Any,

@@ -4,9 +4,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from fric.documents.listings import FormatsDocument
 from fric.io import readers
 from fric.results.base import Result
 from fric.results.text import Piece, Table
+from fric.verb import verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -24,13 +26,12 @@ class FormatsResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Each format: endings of its files, library, version, whether it is read here, and the extra."""
-        return {
-            "formats": [
-                {"name": name, "endings": list(endings), "library": library or None, "version": version or None,
-                 "installed": version is not None, "extra": extra or None}
-                for name, endings, library, version, extra in self.rows
-            ]
-        }  # fmt: skip
+        rows = [
+            {"name": name, "endings": list(endings), "library": library or None, "version": version or None,
+             "installed": version is not None, "extra": extra or None}
+            for name, endings, library, version, extra in self.rows
+        ]  # fmt: skip
+        return FormatsDocument.made({"formats": rows}).tree()
 
     def report(self) -> list[Piece]:
         """Return a row a format."""
@@ -42,6 +43,7 @@ class FormatsResult(Result):
         return [Table(("format", "files", "installed"), rows)]
 
 
+@verb
 def formats() -> FormatsResult:
     """Return the formats of logs that `ingest` reads, and which of their libraries are installed."""
     return FormatsResult(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from fric.errors import FricError
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.units import Motion, parse
+from fric.verb import refused
 
 if TYPE_CHECKING:
     pass
@@ -65,13 +66,6 @@ def _flat(verb: str, given: Iterable[Any]) -> Iterable[Record]:
             yield from _flat(verb, one)
         else:
             raise refused(verb, "log files, or records that fric.read returns", one)
-
-
-def refused(verb: str, wanted: str, given: Any) -> FricError:
-    """Return the error of an argument of a wrong type, in a sentence."""
-    kind = type(given).__name__
-    what = "None" if given is None else f"{'an' if kind[0].lower() in 'aeiou' else 'a'} {kind}"
-    return FricError(f"{verb} takes {wanted}, and was given {what}")
 
 
 def path_of(verb: str, wanted: str, given: Any) -> Path:

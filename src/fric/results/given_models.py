@@ -16,8 +16,9 @@ from fric.friction.stribeck import StaticMap
 from fric.plausibility.bounds import settled
 from fric.plausibility.findings import of_plant
 from fric.results.base import Result
-from fric.results.given import path_of, refused, where_of
+from fric.results.given import path_of, where_of
 from fric.units import Motion, si_unit
+from fric.verb import refused
 
 if TYPE_CHECKING:
     from fric.documents.plan import PlanDocument  # it loads what plans and simulates

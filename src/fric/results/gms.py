@@ -21,6 +21,7 @@ from fric.results.given import logs_of, several, where_of
 from fric.results.given_models import friction_of, plant_of
 from fric.results.text import Piece, Table, parameters
 from fric.units import readable
+from fric.verb import verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,6 +72,7 @@ def _replayed(record: Mapping[str, Any]) -> str:
     return text
 
 
+@verb
 def identify_gms(
     *logs: Any,
     static: Any = None,

@@ -19,9 +19,10 @@ from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_session import BadCells
 from fric.results.base import Result
-from fric.results.given import Advance, in_si, path_of, silent
+from fric.results.given import Advance, in_si, silent
 from fric.results.text import Piece
 from fric.units import Motion
+from fric.verb import verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -75,6 +76,7 @@ class IngestResult(Result):
         return fric.read(self.done.output).to_frame()
 
 
+@verb
 def ingest(
     *files: Path | str,
     output: Path | str,
@@ -120,7 +122,7 @@ def ingest(
     FricError
         When a file cannot be read, a column has no meaning, or a cell is no number.
     """
-    paths, mapping = [path_of("ingest", "files", one) for one in files], mapping_of(mapping)
+    paths, mapping = list(map(Path, files)), mapping_of(mapping)
     advance(0, total=sizes(paths))
     done = read_foreign(
         paths,
@@ -152,6 +154,7 @@ def mapping_of(given: MappingDocument | Path | str | None) -> MappingDocument | 
     return read_document(Path(given), MappingDocument) if isinstance(given, str | Path) else given
 
 
+@verb
 def holds_circles(mapping: MappingDocument | Path | str | None = None, kind: str | None = None) -> bool:
     """Return whether files are of circles: where the kind, or else the mapping, says so.
 

@@ -12,10 +12,11 @@ from fric.io.ingest_circle import IngestedCircles, StatedCircle
 from fric.io.ingest_circle import ingest_circles as read_circles
 from fric.io.ingest_session import BadCells
 from fric.results.base import Result
-from fric.results.given import Advance, path_of, quantity, silent
+from fric.results.given import Advance, quantity, silent
 from fric.results.ingest import mapping_of
 from fric.results.text import Piece
 from fric.units import readable
+from fric.verb import verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,6 +48,7 @@ class CirclesResult(Result):
         return [*pieces, f"{count} circle test{'s' * (count != 1)} in {self.done.output}"]
 
 
+@verb
 def ingest_circles(
     *files: Path | str,
     output: Path | str,
@@ -88,7 +90,7 @@ def ingest_circles(
     FricError
         When a file does not read, or there is no whole circle in it.
     """
-    paths, direction = [path_of("ingest_circles", "files", one) for one in files], -1 if clockwise else 1
+    paths, direction = list(map(Path, files)), -1 if clockwise else 1
     stated = StatedCircle(
         quantity(radius, "position"),
         quantity(feed, "velocity"),

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fric.documents.bundled import located
+from fric.documents.learned import LearnedFeedforwardDocument, LearningDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.provenance import provenance
 from fric.errors import FricError
@@ -27,6 +28,7 @@ from fric.results.text import Table as TextTable
 from fric.simulate.circle import Circle
 from fric.simulate.machine import Machine
 from fric.units import readable
+from fric.verb import verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,17 +54,13 @@ class LearnResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch by round, and what is left of other circles [m]."""
-        test, how = self.found.rounds[0].run.circle, self.found.how
         rounds = [
             {"glitch": one.run.circularity.glitch, "quadrants": list(one.run.circularity.quadrants)}
             for one in self.found.rounds
         ]
-        return {
-            "radius": test.radius, "feed": test.feed, "direction": test.direction, "share": how.share,
-            "bandwidth": how.bandwidth, "rounds": rounds,
-            "carried_over": [{"radius": a, "feed": b, "glitch": glitch} for a, b, glitch in self.found.carried],
-            "warnings": list(self.warnings), "warnings_coded": [one.as_dict() for one in self.found.warnings],
-        }  # fmt: skip
+        carried = [{"radius": a, "feed": b, "glitch": glitch} for a, b, glitch in self.found.carried]
+        content = _circle(self.found.rounds[0].run.circle, self.found.how) | {"rounds": rounds, "carried_over": carried}
+        return LearningDocument.made(content, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return the glitch of each round, and of other circles."""
@@ -111,13 +109,9 @@ class LearnedTable(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The circle, and the largest voltage by axis [V]."""
-        test, how = self.table.test, self.table.how
         axes = {name: {"largest": float(abs(w).max()), "samples": len(w)} for name, w in self.table.voltage.items()}
-        return {
-            "radius": test.radius, "feed": test.feed, "direction": test.direction, "share": how.share,
-            "bandwidth": how.bandwidth, "axes": axes, "warnings": list(self.warnings),
-            "warnings_coded": [one.as_dict() for one in self.table.warnings],
-        }  # fmt: skip
+        content = _circle(self.table.test, self.table.how) | {"axes": axes}
+        return LearnedFeedforwardDocument.made(content, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return what is fed forward, by axis."""
@@ -131,6 +125,12 @@ class LearnedTable(Result):
         write_feedforward(Path(path), self.table, json.dumps(provenance()), force=force)
 
 
+def _circle(test: Circle | MeasuredCircle, how: Learning) -> dict[str, Any]:
+    circle = {name: getattr(test, name) for name in ("radius", "feed", "direction")}
+    return circle | {"share": how.share, "bandwidth": how.bandwidth}
+
+
+@verb
 def learn(
     given: Any,
     *,

@@ -8,8 +8,9 @@ from fric.control.scheme import Scheme, choose_schemes
 from fric.documents.identified import Identified
 from fric.documents.machine_files import read_machine
 from fric.documents.schemes import read_schemes
-from fric.results.given import path_of, refused
+from fric.results.given import path_of
 from fric.simulate.machine import Machine
+from fric.verb import refused
 
 
 def machine_of(verb: str, given: Any) -> Machine:
@@ -37,7 +38,9 @@ def schemes_of(verb: str, asked: Any, known: Any = None) -> list[Scheme]:
         return [asked]
     if isinstance(known, str | Path):
         known = read_schemes(Path(known))
-    if known is not None and not isinstance(known, Mapping):
+    if known is not None and not (
+        isinstance(known, Mapping) and all(isinstance(one, Scheme) for one in known.values())
+    ):
         raise refused(verb, "schemes by name, or their file", known)
     if isinstance(asked, str):
         return choose_schemes(asked, known)

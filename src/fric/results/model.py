@@ -15,10 +15,11 @@ from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.plausibility.bounds import settled
 from fric.plausibility.findings import of_amplitudes, of_friction, of_level, of_logs, of_shares
 from fric.results.friction import IdentifiedFriction
-from fric.results.given import logs_of, refused
+from fric.results.given import logs_of
 from fric.results.given_models import friction_of, plant_of
 from fric.results.text import Piece, parameters
 from fric.units import Motion, readable
+from fric.verb import refused, verb
 
 CLIPPED = 0.1
 """Share of a record whose force may be clipped: those samples are not compared."""
@@ -54,6 +55,7 @@ class ModelResult(IdentifiedFriction):
         return [*text, f"{fit['samples']} samples, rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}"]
 
 
+@verb
 def identify_model(
     model: str,
     *logs: Any,

@@ -16,6 +16,7 @@ from fric.results.plan import PlanResult, settings_in_words
 from fric.results.prior import TYPICAL, prior_axis
 from fric.results.text import Piece, Table
 from fric.units import readable
+from fric.verb import verb
 
 
 class NextRecordResult(PlanResult):
@@ -51,6 +52,7 @@ class NextRecordResult(PlanResult):
         return [one.planned(self.plan.axis.motion) for one in part.records]
 
 
+@verb
 def plan_next(
     last: Any,
     *,

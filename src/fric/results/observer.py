@@ -28,6 +28,7 @@ from fric.results.given import in_si, quantity, records_of
 from fric.results.given_models import cascade_of, document_of
 from fric.results.text import Piece, Table
 from fric.units import Motion, parse_gain
+from fric.verb import verb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -108,6 +109,7 @@ def _hertz(quantity: dict[str, Any] | None) -> str:
     return "–" if quantity is None else f"{quantity['value']:.4g} Hz"
 
 
+@verb
 def design_observer(
     plant: Any,
     log: Any = None,

@@ -10,7 +10,7 @@ from typing import Any
 from fric.documents.contours import PathResultDocument
 from fric.io.path import read_path
 from fric.results.base import Result
-from fric.results.given import Advance, in_si, path_of, silent
+from fric.results.given import Advance, in_si, silent
 from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
 from fric.results.verdict import facts
@@ -18,6 +18,7 @@ from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
 from fric.simulate.path import PathRun, PointPath, RecordedPath, path_document, run_path
 from fric.units import readable
+from fric.verb import verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,6 +87,7 @@ class PathResult(Result):
         }  # fmt: skip
 
 
+@verb
 def path(
     machine: Any,
     points: PointPath | RecordedPath | Path | str,
@@ -117,14 +119,14 @@ def path(
         When the path has a corner, or the machine cannot follow it.
     """
     subject = machine_of("path", machine)
-    file, followed = None, points
-    if not isinstance(followed, PointPath | RecordedPath):
-        file = path_of("path", "a path, or the file of its points", points)
-        followed = read_path(file, in_si(velocity, "velocity"))
+    if isinstance(points, PointPath | RecordedPath):
+        name, followed = "path", points
+    else:
+        name, followed = Path(points).name, read_path(Path(points), in_si(velocity, "velocity"))
     chosen = schemes_of("path", schemes, known)
     advance(0, total=len(chosen))
     runs = []
     for wanted in chosen:
         runs.append(run_path(subject, wanted, followed))
         advance()
-    return PathResult(subject, runs, file.name if file else "path")
+    return PathResult(subject, runs, name)

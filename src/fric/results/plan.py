@@ -26,6 +26,7 @@ from fric.results.prior import TYPICAL, prior_axis
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Axis
 from fric.units import readable, si_unit
+from fric.verb import verb
 
 MOST = 16
 """Times as many strokes, cycles or periods as usual that an accuracy may take."""
@@ -139,6 +140,7 @@ def settings_in_words(one: Planned, motion: Any) -> str:
     return ", ".join(described)
 
 
+@verb
 def plan(
     *,
     stroke: float | str,

@@ -20,6 +20,7 @@ from fric.results.base import Identified
 from fric.results.given import quantity, records_of
 from fric.results.text import Piece, named, parameters
 from fric.units import readable
+from fric.verb import verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -85,6 +86,7 @@ class PlantResult(Identified):
         return [*pieces, delay]
 
 
+@verb
 def identify_plant(
     *logs: Any,
     method: Literal["auto", "response", "motion"] = "auto",

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from fric.columns import CHANNELS
-from fric.documents.records import InspectionDocument
+from fric.documents.records import InspectionDocument, RecordsDocument
 from fric.identify.records.inspected import Inspection
 from fric.identify.records.inspection import Inspected
 from fric.identify.records.inspection import inspect as inspect_record
@@ -21,6 +21,7 @@ from fric.results.given import records_of
 from fric.results.inspected import described
 from fric.results.text import Piece, Table
 from fric.units import readable
+from fric.verb import verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,10 +61,8 @@ class Records(Result, Sequence[Record]):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Kind and samples by record."""
-        return {
-            "axis": self.axis,
-            "records": {log.name: {"kind": _kind(log), "samples": _samples(log)} for log in self.records},
-        }
+        records = {log.name: {"kind": _kind(log), "samples": _samples(log)} for log in self.records}
+        return RecordsDocument.made({"axis": self.axis, "records": records}).tree()
 
     def report(self) -> list[Piece]:
         """Return a line a record."""
@@ -108,6 +107,7 @@ def _duration(log: Record) -> str:
     return "" if not isinstance(log, Log) else readable(log.time[-1], "s")
 
 
+@verb
 def read(*files: Any) -> Records:
     """Read the records of log files of one axis.
 
@@ -171,6 +171,7 @@ class InspectionResult(Result):
         return {one.name: {"kind": one.kind, "stated": one.stated} | uses[one.name] for one in self.found}
 
 
+@verb
 def inspect(*logs: Any) -> InspectionResult:
     """Tell what each record holds, and what it is good for.
 

@@ -20,6 +20,7 @@ from fric.results.given import in_si, records_of
 from fric.results.given_models import document_of, plant_of
 from fric.results.text import Piece, parameters
 from fric.units import readable
+from fric.verb import verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,6 +54,7 @@ class StaticResult(IdentifiedFriction):
         return [*text, f"{fit['points']} strokes{quality}"]
 
 
+@verb
 def identify_static(
     *logs: Any,
     plant: Any = None,

@@ -17,11 +17,12 @@ from fric.identify.circle.tune import Tuned, steps_of_tuning
 from fric.identify.circle.tune import tune as refit
 from fric.output import refuse_existing, together
 from fric.results.base import Result
-from fric.results.given import Advance, path_of, refused, silent
+from fric.results.given import Advance, path_of, silent
 from fric.results.given_models import CIRCLES, circles_of
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Machine
 from fric.threads import one_blas_thread
+from fric.verb import refused, verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -120,6 +121,7 @@ class TuneResult(Result):
         self.document["files"] = list(map(str, self.files))
 
 
+@verb
 def tune(
     machine: Any, *circles: Any, scheme: str | None = None, loop: bool = False, advance: Advance = silent
 ) -> TuneResult:

@@ -21,6 +21,7 @@ from fric.results.machine import unique
 from fric.results.text import Piece, Table
 from fric.simulate.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
 from fric.units import readable
+from fric.verb import verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -80,6 +81,7 @@ class ValidationResult(Result):
         return pd.DataFrame(rows).set_index(["record", "loop", "signal"])
 
 
+@verb
 def validate(
     *logs: Any, plant: Any, controller: Any = None, friction: Any = None, model: str | None = None,
     load: float | str | None = None,

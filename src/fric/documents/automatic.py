@@ -1,0 +1,23 @@
+"""What came of a folder of logs, as `--json` prints it: ``fric: auto/1``."""
+
+from typing import ClassVar
+
+from fric.documents.base import Document, Part
+from fric.documents.contours import VerdictPart
+
+
+class StepsPart(Part):
+    """Which steps were done for an axis, and which record is missing for others."""
+
+    done: list[str]
+    missing: list[str]
+
+
+class AutoDocument(Document):
+    """The report, what was done by axis, and the verdict."""
+
+    type: ClassVar[str] = "auto"
+
+    report: str | None
+    axes: dict[str, StepsPart]
+    verdict: VerdictPart
