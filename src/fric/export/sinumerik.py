@@ -9,8 +9,10 @@ with ``e = exp(-(t - t_0)/T)``: a decay of K_p/K_i makes a step of voltage of it
 at the reversal: it rises to its maximum at ACCEL1, stays until ACCEL2, falls to its minimum at ACCEL3.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -104,25 +106,42 @@ def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
     rise = rise_of(part)
     t = np.arange(len(rise)) / part.sampling
 
+    @cache
+    def at(one: Pulse, feed: float) -> float:
+        return left_over(axis, part, one, feed)
+
     def left(one: Pulse) -> list[float]:
-        return [left_over(axis, part, one, feed) for feed in FEEDS]
+        return [at(one, feed) for feed in FEEDS]
+
+    def least(pulses: Iterable[Pulse]) -> Pulse:
+        """Return the pulse of the least sum; slow circles take longest, and are left out where fast ones leave more."""
+        best, bound = flat(0.0, 1.0), inf
+        for one in pulses:
+            total = 0.0
+            for feed in FEEDS:
+                total += at(one, feed)
+                if total >= bound:
+                    break
+            else:
+                best, bound = one, total
+        return best
 
     def begun(decay: float) -> Pulse:
         pulse = through_controller(part, decay, t)
         return flat(max(float(pulse @ rise / (pulse @ pulse)), 0.0), decay)
 
-    best = min(map(begun, map(float, DECAYS)), key=lambda one: sum(left(one)))
+    best = least(map(begun, map(float, DECAYS[::-1])))  # long ones are usual: they leave little early
     tried = [flat(float(share) * best.largest, best.decay) for share in SHARES]
     table = np.array([left(one) for one in tried])
     alone = [tried[n].largest for n in np.argmin(table, axis=0)]
-    plain = tried[int(np.argmin(table.sum(axis=1)))]
+    plain = least(tried)
     fast, middle, slow = (feed**2 / RADIUS for feed in FEEDS)
     adaptive = Pulse(max(alone), min(alone[0], max(alone)), best.decay, plain.a_1, plain.a_2, plain.a_3)
     if alone[2] < adaptive.largest:
         adaptive = replace(adaptive, a_1=min(slow * adaptive.largest / alone[2], middle))
     if alone[0] < adaptive.largest:
         adaptive = replace(adaptive, a_2=middle, a_3=fast)
-    return min((plain, adaptive), key=lambda one: sum(left(one))), alone
+    return least((plain, adaptive)), alone
 
 
 def as_block(part: Part, pulse: Pulse) -> dict[str, float]:

@@ -81,5 +81,12 @@ def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
     with mpl.rc_context(STYLE), staged(path, force=force) as draft:
         metadata = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
         drawn = io.BytesIO()  # on a full disk the PDF backend raises what says nothing of the disk
+        layout, dpi = figure.get_layout_engine(), figure.dpi
+        if layout is not None and ending == "png":  # to lay out, savefig draws all of it once more
+            figure.dpi = STYLE["savefig.dpi"]
+            layout.execute(figure)
+            figure.set_layout_engine(None)
         figure.savefig(drawn, format=ending, metadata=metadata)
+        figure.dpi = dpi
+        figure.set_layout_engine(layout)
         draft.write_bytes(drawn.getvalue())

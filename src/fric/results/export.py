@@ -28,10 +28,11 @@ from fric.results.machine import schemes_of, unique
 from fric.results.text import Piece, Table
 from fric.results.verdict import evidence_of
 from fric.simulate.machine import Machine
+from fric.simulate.prediction import Prediction
 from fric.units import readable
 from fric.verb import verb
 from fric.verdict.candidates import candidates_of
-from fric.verdict.evidence import Evidence
+from fric.verdict.evidence import Candidate
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -185,10 +186,10 @@ def export_axis(
     files = chosen.files(made, **options)
     against, doubts = list[Notice](), list[Notice]()
     if part == "compensation":
+        drawings = [_drawing(Path(one), subject, wanted, axis) for one in drawn]
         held = {str(one): diagnose(one, machine=machine).disagreements(str(one)) for one in circles}
         apart = [text for texts in held.values() for text in texts]
-        more = {"compared": bool(circles), "disagreements": held, "notices": notices}
-        around = [_around(Path(one), subject, wanted, axis, more) for one in drawn]
+        around = [evidence_of(*one, compared=bool(circles), disagreements=held, notices=notices) for one in drawings]
         against, doubts = judged(subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around)
     arcs: list[Arc] = []
     if trial is not None:
@@ -217,8 +218,10 @@ def require_trust(part: Part, against: Sequence[Notice], doubts: Sequence[Notice
         )
 
 
-def _around(file: Path, machine: Machine, scheme: Scheme, axis: str, more: dict[str, Any]) -> Evidence:
-    """Return what a scheme, and none, left on the machines that a run file holds.
+def _drawing(
+    file: Path, machine: Machine, scheme: Scheme, axis: str
+) -> tuple[dict[str, Any], list[Candidate], Prediction | None]:
+    """Return what a run file says of itself, what a scheme and none left on its machines, and what was predicted.
 
     Raises
     ------
@@ -239,7 +242,7 @@ def _around(file: Path, machine: Machine, scheme: Scheme, axis: str, more: dict[
         replace(one, drawn=left[one.scheme.name].glitches, swings=left[one.scheme.name].swings) if left else one
         for one in candidates_of(runs, prediction=prediction)
     ]
-    return evidence_of(made, candidates, prediction, **more)
+    return made, candidates, prediction
 
 
 def one_target(name: str, part: str, *, single: bool) -> Target:

@@ -30,7 +30,7 @@ def recorded_again(found: Fitted, draws: int = DRAWS) -> list[Real]:
     for _ in range(draws):
         records = []
         for n, record in enumerate(balance.records):
-            again = voltage_record(_once_more(found, n, rng), record.axis)
+            again = voltage_record(_once_more(found, n, rng), record.axis, record)
             records.append(refined(again, *_truth(found, n)))
         once = replace(balance, records=tuple(records))
         left.append((once.voltage(x) - once.friction(x) - once.columns() @ found.plant) / weights)

@@ -39,6 +39,43 @@ TAPS = 3.0
 """Half of the length of the filter, in periods of its corner: what is beyond is 1e-5 of it."""
 
 
+@dataclass(frozen=True, eq=False)
+class Filter:
+    """The filter over what is compared, from nodes, between which friction is linear, to the samples used.
+
+    Parameters
+    ----------
+    time, used, nodes
+        As those of a `VoltageRecord`.
+    """
+
+    time: Real
+    used: Mask
+    nodes: Indices
+
+    @cached_property
+    def matrix(self) -> csr_array:
+        """Its weights, shape (samples used, nodes)."""
+        from scipy.signal import sosfiltfilt
+
+        n, rate = len(self.time), 1.0 / float(self.time[1] - self.time[0])
+        half = min(int(TAPS * rate / COMPARED), (n - 1) // 2)
+        pulse = np.zeros(2 * half + 1)
+        pulse[half] = 1.0
+        taps = sosfiltfilt(low_pass(COMPARED, rate), pulse, padtype=None)
+        rows = np.flatnonzero(self.used)
+        columns = np.clip(rows[:, None] + np.arange(-half, half + 1), 0, n - 1)
+        ends = np.arange(len(rows) + 1) * len(taps)
+        smoothing = csr_array((np.tile(taps / taps.sum(), len(rows)), columns.ravel(), ends), shape=(len(rows), n))
+        before = np.clip(np.searchsorted(self.nodes, np.arange(n), side="right") - 1, 0, len(self.nodes) - 2)
+        share = (np.arange(n) - self.nodes[before]) / (self.nodes[before + 1] - self.nodes[before])
+        between = csr_array(
+            (np.stack([1 - share, share], 1).ravel(), np.stack([before, before + 1], 1).ravel(), 2 * np.arange(n + 1)),
+            shape=(n, len(self.nodes)),
+        )
+        return smoothing @ between
+
+
 @dataclass(frozen=True)
 class VoltageRecord:
     """One axis of one circle test, made ready to be replayed.
@@ -71,6 +108,8 @@ class VoltageRecord:
         The motion at these instants [m], shape (N,).
     test, axis
         The circle test, and the name of the axis.
+    filter
+        The filter over what is compared, which all records at these samples share.
     """
 
     where: str
@@ -90,6 +129,7 @@ class VoltageRecord:
     whole: Real
     test: MeasuredCircle
     axis: str
+    filter: Filter
 
     @property
     def sampled(self) -> float:
@@ -103,34 +143,12 @@ class VoltageRecord:
         return 1.0 / float(self.time[second] - self.time[first])
 
     @cached_property
-    def _filter(self) -> csr_array:
-        """The filter, from the nodes, between which friction is linear, to the samples used."""
-        from scipy.signal import sosfiltfilt
-
-        n, rate = len(self.time), 1.0 / float(self.time[1] - self.time[0])
-        half = min(int(TAPS * rate / COMPARED), (n - 1) // 2)
-        pulse = np.zeros(2 * half + 1)
-        pulse[half] = 1.0
-        taps = sosfiltfilt(low_pass(COMPARED, rate), pulse, padtype=None)
-        rows = np.flatnonzero(self.used)
-        columns = np.clip(rows[:, None] + np.arange(-half, half + 1), 0, n - 1)
-        ends = np.arange(len(rows) + 1) * len(taps)
-        smoothing = csr_array((np.tile(taps / taps.sum(), len(rows)), columns.ravel(), ends), shape=(len(rows), n))
-        before = np.clip(np.searchsorted(self.nodes, np.arange(n), side="right") - 1, 0, len(self.nodes) - 2)
-        share = (np.arange(n) - self.nodes[before]) / (self.nodes[before + 1] - self.nodes[before])
-        between = csr_array(
-            (np.stack([1 - share, share], 1).ravel(), np.stack([before, before + 1], 1).ravel(), 2 * np.arange(n + 1)),
-            shape=(n, len(self.nodes)),
-        )
-        return smoothing @ between
-
-    @cached_property
     def _motion(self) -> tuple[Real, ...]:
         return tuple(np.ascontiguousarray(part[self.nodes]) for part in (self.time, self.position, self.velocity))
 
     def friction(self, model: FrictionModel) -> Real:
         """Return the friction of a model along the motion behind the filter [N], at the samples used."""
-        return np.asarray(self._filter @ model.replay(*self._motion))
+        return np.asarray(self.filter.matrix @ model.replay(*self._motion))
 
     def delayed(self, T_d: float) -> Real:
         """Return the control voltage as it acts, a delay later [V], at the samples used."""
@@ -153,11 +171,20 @@ class VoltageRecord:
         return float(np.sqrt(np.nanmean(apart**2) / 2))
 
 
-def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
+def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None = None) -> VoltageRecord:
     """Return one axis of a circle test, ready to be replayed.
 
     The reference is exact, so only the tracking error is smoothed: ``z = r - LP(r - z_m)`` with a Butterworth filter
     of second order at 200 Hz, there and back.
+
+    Parameters
+    ----------
+    test
+        The circle test.
+    name
+        Name of the axis.
+    like
+        A record of this axis along the same reference at the same instants, whose samples and angles are then its own.
 
     Raises
     ------
@@ -198,6 +225,13 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
 
     thin = t[::every]
     inertia, damping, voltage = (compared(values)[: len(thin)] for values in (a, rate_of, u))
+    smooth = np.ascontiguousarray(z[::every]), np.ascontiguousarray(v[::every])
+    spline = CubicSpline(thin, voltage)
+    if like is not None:
+        return replace(
+            like, position=smooth[0], velocity=smooth[1], inertia=inertia, damping=damping, voltage=spline,
+            raw=(t, r, z_m, u), whole=z, test=test,
+        )  # fmt: skip
     angle, revolution, moving = _revolutions(test, thin)
     edge = int(rate / COMPARED * 4)
     used = moving & (thin - thin[0] >= RUN_IN * (thin[-1] - thin[0]))
@@ -206,8 +240,8 @@ def voltage_record(test: MeasuredCircle, name: str) -> VoltageRecord:
     slides = np.abs(np.gradient(r, t))[::every] > SLIDING * test.feed
     nodes = np.flatnonzero(~slides | (np.arange(len(thin)) % COARSE == 0) | (np.arange(len(thin)) == len(thin) - 1))
     return VoltageRecord(
-        where, test.feed, test.radius, thin, np.ascontiguousarray(z[::every]), np.ascontiguousarray(v[::every]),
-        inertia, damping, CubicSpline(thin, voltage), used, nodes, revolution, angle, (t, r, z_m, u), z, test, name,
+        where, test.feed, test.radius, thin, *smooth, inertia, damping, spline, used, nodes, revolution, angle,
+        (t, r, z_m, u), z, test, name, Filter(thin, used, nodes),
     )  # fmt: skip
 
 
