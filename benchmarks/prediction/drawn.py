@@ -14,12 +14,12 @@ from fric.simulate.reality.flaws import Excitation, Reality, SecondMass
 from fric.simulate.reality.parts import (
     Clock,
     Cogging,
-    ColouredNoise,
     Direction,
     Drift,
     Dwell,
     ForceChannel,
     Interpolation,
+    NoiseColour,
     Wave,
 )
 from fric.simulate.spread import draw_machine
@@ -50,7 +50,7 @@ def _flaws(rng: np.random.Generator) -> dict[str, dict[str, Any]]:
         "jitter": {"clock": Clock(jitter=size(80e-6), stamped=bool(rng.integers(2)))},
         "lost": {"clock": Clock(lost=size(0.01), stamped=bool(rng.integers(2)))},
         "skew": {"clock": Clock(position=size(0.4e-3))},
-        "coloured-noise": {"noise": ColouredNoise(size(2.0), size(2.0))},
+        "coloured-noise": {"noise": NoiseColour(size(2.0), size(2.0))},
         "interpolation": {"encoder": Interpolation(size(0.15e-6), 20e-6, phase())},
         "cogging": {"cogging": (Cogging(size(6.0), size(24e-3), phase()), Cogging(size(2.0), size(4e-3), phase()))},
         "waves": {"waves": (Wave(size(0.06), size(3.2e-3), phase()), Wave(size(0.04), size(41e-3), phase()))},

@@ -15,7 +15,7 @@ from fric.errors import FricError
 from fric.log import Log
 from fric.simulate.experiment import constant_velocity, experiment, frequency_response, presliding_sine
 from fric.simulate.reality.flaws import Reality
-from fric.simulate.reality.parts import Clock, ColouredNoise, ForceChannel, Interpolation
+from fric.simulate.reality.parts import Clock, ForceChannel, Interpolation, NoiseColour
 from fric.simulate.reality.trace import _between, _driven, encoder_tells
 
 MACHINES = Path("configs/reality")
@@ -87,7 +87,7 @@ def test_a_force_in_steps_of_the_current_lies_on_them() -> None:
 def test_coloured_noise_has_the_size_and_the_memory_that_were_asked_for() -> None:
     settings = {"amplitudes": [15e-6], "cycles": 2, "samples": 80_000}
     clean = presliding_sine(IDEAL, **settings)[0]
-    noise = ColouredNoise(3.0, 20.0)
+    noise = NoiseColour(3.0, 20.0)
     log = presliding_sine(replace(IDEAL, reality=Reality(noise=noise)), seed=1, **settings)[0]
     rest = log.force - clean.force
     # 20 s of noise with a memory of 8 ms hold some 1250 independent values: four standard errors are 8 %

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
-from math import inf
+from math import inf, isfinite
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
@@ -227,9 +227,25 @@ class Document(Part):
 
 
 class Physical(Part):
-    """A part whose fields are quantities of known dimensions."""
+    """A part whose fields are quantities, each with its dimension beside it: ``Annotated[Quantity, "force"]``."""
 
     dimensions: ClassVar[dict[str, str]]
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Note the dimension of each field that has one."""
+        given = ((name, one) for name, field in cls.model_fields.items() for one in field.metadata)
+        cls.dimensions = {name: one for name, one in given if isinstance(one, str)}
+
+    @classmethod
+    def of(cls, given: object, motion: Motion) -> dict[str, Estimate]:
+        """Return the numbers of what has such fields, as quantities in SI; none for one that is not there or finite."""
+        values = {name: getattr(given, name, None) for name in cls.dimensions}
+        return {
+            name: Estimate(value, si_unit(cls.dimensions[name], motion))
+            for name, value in values.items()
+            if value is not None and isfinite(value)
+        }
 
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
         """Return the quantities that are given, in SI; raise ValueError with the mend on a misfit."""

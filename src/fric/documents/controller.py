@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -20,21 +20,14 @@ if TYPE_CHECKING:
 class ControllerPart(Physical):
     """The cascade of one axis: position P, velocity PI, velocity by first difference and low-pass."""
 
-    dimensions: ClassVar[dict[str, str]] = {
-        "K_v": "rate",
-        "K_p": "velocity gain",
-        "K_i": "position gain",
-        "velocity_filter": "frequency",
-        "sampling": "frequency",
-        "limit": "input",
-    }
-
-    K_v: Quantity = Field(description="position gain [1/s]")
-    K_p: Quantity = Field(description="proportional velocity gain [V*s/m]")
-    K_i: Quantity = Field(description="integral velocity gain [V/m]")
-    velocity_filter: Quantity = Field(description="corner of the low-pass on the velocity [Hz]")
-    sampling: Quantity = Field(description="sampling of the controller [Hz]")
-    limit: Quantity | None = Field(None, description="saturation of the control voltage [V]; none where left out")
+    K_v: Annotated[Quantity, "rate"] = Field(description="position gain [1/s]")
+    K_p: Annotated[Quantity, "velocity gain"] = Field(description="proportional velocity gain [V*s/m]")
+    K_i: Annotated[Quantity, "position gain"] = Field(description="integral velocity gain [V/m]")
+    velocity_filter: Annotated[Quantity, "frequency"] = Field(description="corner of the low-pass on the velocity [Hz]")
+    sampling: Annotated[Quantity, "frequency"] = Field(description="sampling of the controller [Hz]")
+    limit: Annotated[Quantity | None, "input"] = Field(
+        None, description="saturation of the control voltage [V]; none where left out"
+    )
 
     def cascade(self, motion: Motion) -> Cascade:
         """Return the cascade in SI; a value that is not physical raises a `FricError`."""

@@ -12,14 +12,14 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.lead import LeadGiven, lead_of
 from fric.documents.observer import ObserverDocument, ObserverPart
 from fric.documents.plant import PlantDocument, PlantPart
-from fric.documents.reality import RealityPart, SecondMassPart
+from fric.documents.reality import FlawPart
 from fric.documents.yaml import read_document
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.friction import FrictionModel
 from fric.notice import Notice
 from fric.simulate.machine import Axis, Machine, NominalFriction, Published
-from fric.simulate.reality.flaws import NONE, SecondMass
+from fric.simulate.reality.flaws import NONE, Reality, SecondMass
 from fric.units import Motion
 
 
@@ -40,25 +40,19 @@ def _from_file(document: type[Document], inline: type[Part] | None = None) -> Be
 class EncoderPart(Physical):
     """An encoder: its resolution."""
 
-    dimensions: ClassVar[dict[str, str]] = {"resolution": "position"}
-
-    resolution: Quantity = Field(description="one step; 0 for a position that is not quantised")
+    resolution: Annotated[Quantity, "position"] = Field(description="one step; 0 for a position that is not quantised")
 
 
 class NoisePart(Physical):
     """Noise of what is logged."""
 
-    dimensions: ClassVar[dict[str, str]] = {"force": "force"}
-
-    force: Quantity = Field(description="root mean square of the force channel's noise")
+    force: Annotated[Quantity, "force"] = Field(description="root mean square of the force channel's noise")
 
 
 class FeedforwardPart(Physical):
     """The friction that the controller believes."""
 
-    dimensions: ClassVar[dict[str, str]] = {"gain": "ratio"}
-
-    gain: Quantity | None = Field(
+    gain: Annotated[Quantity | None, "ratio"] = Field(
         default=None, description="share of the believed friction that is fed forward; 1 if left out"
     )
     lead: LeadGiven = Field(
@@ -92,17 +86,15 @@ class AxisPart(Part):
         description="parameters of further control blocks, by their names, or a block file each; "
         "what is left out is as the block is designed for the axis",
     )
-    second_mass: SecondMassPart | None = Field(None, description="one rigid mass where left out")
-    reality: RealityPart | None = Field(None, description="flaws of logs and guideway; none where left out")
+    second_mass: FlawPart[SecondMass] | None = Field(None, description="one rigid mass where left out")
+    reality: FlawPart[Reality] | None = Field(None, description="flaws of logs and guideway; none where left out")
 
 
 class PublishedPart(Physical):
     """Glitches that were published for this machine."""
 
-    dimensions: ClassVar[dict[str, str]] = {"radius": "position", "velocity": "velocity"}
-
-    radius: Quantity
-    velocity: Quantity
+    radius: Annotated[Quantity, "position"]
+    velocity: Annotated[Quantity, "velocity"]
     glitch: dict[str, Quantity] = Field(description="glitch by scheme")
     source: str = ""
 
@@ -243,9 +235,9 @@ def _axis(name: str, part: AxisPart) -> Axis:
             observer=part.observer.observer(motion, G_n.A, G_n.B) if part.observer else None,
             encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),
             force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
-            reality=part.reality.reality(motion) if part.reality else NONE,
+            reality=part.reality.made(motion) if part.reality else NONE,
             blocks={key: _block(name, key, given, motion) for key, given in part.blocks.items()},
-            second_mass=part.second_mass.second_mass(motion)
+            second_mass=part.second_mass.made(motion)
             if part.second_mass
             else spring_of(part.plant, true_friction(part.friction), motion),
         )

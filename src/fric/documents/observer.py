@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import log10
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -23,12 +23,14 @@ if TYPE_CHECKING:
 class ObserverPart(Physical):
     """A disturbance observer ``d̂ = Q·(G_n⁻¹·z - u_t)``, ``G_n = B/(s·(s + A))``."""
 
-    dimensions: ClassVar[dict[str, str]] = {"cutoff": "frequency", "A": "rate", "B": "acceleration per input"}
-
     filter: str = Field("binomial2", description="the filter Q: binomial2 to 4, butterworth2 and 3, umeno-hori")
-    cutoff: Quantity = Field(description="corner frequency 1/(2*pi*tau) of Q [Hz]")
-    A: Quantity | None = Field(None, description="damping of the nominal plant [1/s]; the plant's where left out")
-    B: Quantity | None = Field(None, description="gain of the nominal plant; the plant's where left out")
+    cutoff: Annotated[Quantity, "frequency"] = Field(description="corner frequency 1/(2*pi*tau) of Q [Hz]")
+    A: Annotated[Quantity | None, "rate"] = Field(
+        None, description="damping of the nominal plant [1/s]; the plant's where left out"
+    )
+    B: Annotated[Quantity | None, "acceleration per input"] = Field(
+        None, description="gain of the nominal plant; the plant's where left out"
+    )
 
     def observer(self, motion: Motion, A: float, B: float) -> DisturbanceObserver:
         """Return the observer in SI; A and B are those of the plant, taken where the file gives none.

@@ -1,7 +1,7 @@
 """A plan, ``fric: plan/1``: the records to take of an axis, and the intervals to be expected from them."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -23,11 +23,9 @@ SETTINGS = {
 class LimitsPart(Physical):
     """What the axis may do."""
 
-    dimensions: ClassVar[dict[str, str]] = {"stroke": "position", "feed": "velocity", "acceleration": "acceleration"}
-
-    stroke: Quantity
-    feed: Quantity
-    acceleration: Quantity
+    stroke: Annotated[Quantity, "position"]
+    feed: Annotated[Quantity, "velocity"]
+    acceleration: Annotated[Quantity, "acceleration"]
 
 
 class ExperimentPart(Part):

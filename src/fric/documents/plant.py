@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -27,25 +27,20 @@ if TYPE_CHECKING:
 class PlantPart(Physical):
     """The plant of eq. (1), ``B·e^(-s·T_d)/(s·(s + A))``."""
 
-    dimensions: ClassVar[dict[str, str]] = {
-        "A": "rate",
-        "B": "acceleration per input",
-        "T_d": "time",
-        "K_f": "force per input",
-        "force_lag": "time",
-        "force_filter": "frequency",
-    }
-
-    A: Quantity = Field(description="linear damping of the drive [1/s]")
-    B: Quantity | None = Field(
+    A: Annotated[Quantity, "rate"] = Field(description="linear damping of the drive [1/s]")
+    B: Annotated[Quantity | None, "acceleration per input"] = Field(
         None, description="acceleration per volt [m/(s^2*V)]; left out where no input was logged"
     )
-    T_d: Quantity = Field(description="delay of the measured response, half a sample of hold included [s]")
-    K_f: Quantity | None = Field(None, description="force constant [N/V]; left out where no force was logged")
-    force_lag: Quantity | None = Field(
+    T_d: Annotated[Quantity, "time"] = Field(
+        description="delay of the measured response, half a sample of hold included [s]"
+    )
+    K_f: Annotated[Quantity | None, "force per input"] = Field(
+        None, description="force constant [N/V]; left out where no force was logged"
+    )
+    force_lag: Annotated[Quantity | None, "time"] = Field(
         None, description="by how much the force is logged later than the voltage, at low frequency [s]"
     )
-    force_filter: Quantity | None = Field(
+    force_filter: Annotated[Quantity | None, "frequency"] = Field(
         None, description="corner of the first-order filter that is part of the lag [Hz]; left out where none is seen"
     )
 
@@ -149,11 +144,11 @@ class PlantFitPart(Part):
 class SecondMassPart(Physical):
     """A table on a spring behind the motor, as the response shows it."""
 
-    dimensions: ClassVar[dict[str, str]] = {"frequency": "frequency", "ratio": "ratio", "damping": "ratio"}
-
-    frequency: Quantity = Field(description="free resonance of the two masses [Hz]")
-    ratio: Quantity = Field(description="mass of the table over that of both [1]; assumed where the encoder is there")
-    damping: Quantity = Field(description="damping ratio of the resonance [1]")
+    frequency: Annotated[Quantity, "frequency"] = Field(description="free resonance of the two masses [Hz]")
+    ratio: Annotated[Quantity, "ratio"] = Field(
+        description="mass of the table over that of both [1]; assumed where the encoder is there"
+    )
+    damping: Annotated[Quantity, "ratio"] = Field(description="damping ratio of the resonance [1]")
     encoder: Literal["motor", "table"] = Field("motor", description="where the encoder is")
 
     def resonance(self, motion: Motion) -> Resonance:

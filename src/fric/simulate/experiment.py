@@ -179,7 +179,7 @@ def frequency_response(
     FricError
         When the highest frequency is not below half the controller's rate, or there is no peak.
     """
-    usual = axis.reality.multisine or Excitation()
+    usual = axis.reality.multisine or Excitation(60, 2.0, 500.0)
     mean = usual.mean if mean is None else mean
     peaks = (usual.peak or abs(mean) / 2,) if peaks is None else peaks
     if not peaks or min(peaks) <= 0:

@@ -1,17 +1,18 @@
 """What a real axis has beyond eq. (1) and one friction model, each off by default."""
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 from fric.errors import FricError
 from fric.simulate.reality.parts import (
     Clock,
     Cogging,
-    ColouredNoise,
     Direction,
     Drift,
     Dwell,
     ForceChannel,
     Interpolation,
+    NoiseColour,
     Wave,
     not_negative,
     positive,
@@ -20,51 +21,53 @@ from fric.simulate.reality.parts import (
 
 @dataclass(frozen=True)
 class Excitation:
-    """How the multisine of a frequency response is made on this machine, where it is not said.
+    """How the multisine of a frequency response is made.
 
     Parameters
     ----------
     lines
         Frequencies.
-    lowest, highest
-        First and last frequency [Hz].
-    mean, peak
-        Mean speed, and peak velocity of the multisine [m/s]; half the mean where the peak is 0.
+    lowest
+        First frequency; all are its multiples [Hz].
+    highest
+        Last frequency [Hz].
+    mean
+        Mean speed [m/s].
+    peak
+        Peak speed of the multisine; half the mean where left out [m/s].
     """
 
-    lines: int = 60
-    lowest: float = 2.0
-    highest: float = 500.0
-    mean: float = 30e-3
-    peak: float = 0.0
+    lines: int
+    lowest: Annotated[float, "frequency"]
+    highest: Annotated[float, "frequency"]
+    mean: Annotated[float, "velocity"] = 30e-3
+    peak: Annotated[float, "velocity"] = 0.0
 
 
 @dataclass(frozen=True)
 class Reality:
-    """The flaws of one axis; none by default.
+    """What the axis has beyond the model: simulated in logs and circles, never part of what a controller believes.
 
     Parameters
     ----------
-    force, clock, noise, encoder, cogging, waves, direction, dwell
+    force, clock, noise, encoder, cogging, waves, direction, dwell, multisine
         See the class of each; of cogging and waves there may be several.
     gravity
         A constant force against positive motion [N].
     friction
         Drift of the level of friction.
     force_constant
-        Drift of what the motor gives for a volt, while the drive goes on with what it was.
-    multisine
-        How it is excited.
+        Drift of what the motor gives for a volt. The drive goes on with what it was.
     """
 
     force: ForceChannel = field(default_factory=ForceChannel)
     clock: Clock = field(default_factory=Clock)
-    noise: ColouredNoise | None = None
+    noise: NoiseColour | None = None
     encoder: Interpolation | None = None
     cogging: tuple[Cogging, ...] = ()
     waves: tuple[Wave, ...] = ()
     direction: Direction = field(default_factory=Direction)
-    gravity: float = 0.0
+    gravity: Annotated[float, "force"] = 0.0
     dwell: Dwell | None = None
     friction: Drift | None = None
     force_constant: Drift | None = None
@@ -87,23 +90,23 @@ class SecondMass:
     Parameters
     ----------
     mass
-        Mass of the table, a part of the moving mass [kg].
+        Of the table, a part of the moving mass [kg].
     stiffness
-        Of the spring between motor and table [N/m].
+        Of the spring [N/m].
     damping
         Beside the spring [N·s/m].
     backlash
-        Play of the spring, from flank to flank [m].
+        Play from flank to flank [m].
     encoder
-        Whether the encoder is on the ``motor`` or on the ``table``.
+        Where it is: motor or table.
     friction
-        On which of them the friction acts.
+        Where it acts: motor or table.
     """
 
-    mass: float
-    stiffness: float
-    damping: float = 0.0
-    backlash: float = 0.0
+    mass: Annotated[float, "mass"]
+    stiffness: Annotated[float, "stiffness"]
+    damping: Annotated[float, "viscous"] = 0.0
+    backlash: Annotated[float, "position"] = 0.0
     encoder: str = "motor"
     friction: str = "table"
 

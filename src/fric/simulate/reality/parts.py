@@ -1,14 +1,20 @@
-"""What a real axis has beyond the models, in its logs, its friction and its motor: a class a flaw."""
+"""What a real axis has beyond the models, in its logs, its friction and its motor: a class a flaw.
+
+Beside each number stands its dimension (`fric.units`): machine files give it in any unit of that.
+"""
 
 from dataclasses import dataclass, fields
 from math import inf
+from typing import Annotated
 
 from fric.errors import FricError
 
 
 @dataclass(frozen=True)
 class Cogging:
-    """A force of the motor over position, ``force·sin(2π·z/pitch + phase)``, against positive motion.
+    """A force of the motor over position.
+
+    It is ``force·sin(2π·z/pitch + phase)``, against positive motion.
 
     Parameters
     ----------
@@ -20,9 +26,9 @@ class Cogging:
         Phase at position 0 [rad].
     """
 
-    force: float
-    pitch: float
-    phase: float = 0.0
+    force: Annotated[float, "force"]
+    pitch: Annotated[float, "position"]
+    phase: Annotated[float, "angle"] = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "cogging", "pitch")
@@ -30,7 +36,9 @@ class Cogging:
 
 @dataclass(frozen=True)
 class Wave:
-    """A level of friction that varies over position, by the factor ``1 + amplitude·sin(2π·z/pitch + phase)``.
+    """A wave of the friction's level over position.
+
+    The level varies by the factor ``1 + amplitude·sin(2π·z/pitch + phase)``.
 
     Parameters
     ----------
@@ -42,9 +50,9 @@ class Wave:
         Phase at position 0 [rad].
     """
 
-    amplitude: float
-    pitch: float
-    phase: float = 0.0
+    amplitude: Annotated[float, "ratio"]
+    pitch: Annotated[float, "position"]
+    phase: Annotated[float, "angle"] = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "waves", "pitch")
@@ -63,8 +71,8 @@ class Direction:
         Of sigma [1].
     """
 
-    level: float = 1.0
-    viscous: float = 1.0
+    level: Annotated[float, "ratio"] = 1.0
+    viscous: Annotated[float, "ratio"] = 1.0
 
     def __post_init__(self) -> None:
         positive(self, "direction", "level")
@@ -78,9 +86,9 @@ class Direction:
 
 @dataclass(frozen=True)
 class Dwell:
-    """Static friction that grows with the age θ of the contact: ``F_s·(1 + growth·ln(1 + θ/time))``.
+    """Static friction that grows with the age of the contact: F_s·(1 + growth·ln(1 + age/time)).
 
-    The age follows the ageing law of rate-and-state friction, ``dθ/dt = 1 - θ·|v|/distance`` (A. Ruina, Journal of
+    The age θ follows the ageing law of rate-and-state friction, ``dθ/dt = 1 - θ·|v|/distance`` (A. Ruina, Journal of
     Geophysical Research 88, 1983, p. 10359): at rest it is the time of rest, in sliding ``distance/|v|``.
 
     Parameters
@@ -93,9 +101,9 @@ class Dwell:
         Sliding that renews the contact [m].
     """
 
-    growth: float
-    time: float
-    distance: float
+    growth: Annotated[float, "ratio"]
+    time: Annotated[float, "time"]
+    distance: Annotated[float, "position"]
 
     def __post_init__(self) -> None:
         not_negative(self, "dwell")
@@ -104,18 +112,20 @@ class Dwell:
 
 @dataclass(frozen=True)
 class Drift:
-    """A factor that goes from 1 to ``1 + amount`` while the machine runs, ``1 + amount·(1 - exp(-t/time))``.
+    """A factor that goes from 1 to 1 + amount.
+
+    It does so while the machine runs, as ``1 + amount·(1 - exp(-t/time))``.
 
     Parameters
     ----------
     amount
         Where it goes, less 1 [1].
     time
-        Time constant [s]; t counts from the first experiment of a session.
+        Time constant, from the first experiment of a session [s].
     """
 
-    amount: float
-    time: float
+    amount: Annotated[float, "ratio"]
+    time: Annotated[float, "time"]
 
     def __post_init__(self) -> None:
         positive(self, "drift", "time")
@@ -146,21 +156,21 @@ def below_one(flaw: object, name: str, field: str) -> None:
 
 @dataclass(frozen=True)
 class ForceChannel:
-    """What a drive makes of the force before it logs it.
+    """What the drive makes of the force before it logs it.
 
     Parameters
     ----------
     lag
-        Time by which the logged force is late against position and voltage [s].
+        Time by which it is late against position and voltage [s].
     filter
-        Corner of the drive's first-order low-pass on it, at the controller's rate [Hz].
+        Corner of a first-order low-pass [Hz], at the controller's rate.
     step
         Step in which it is logged, as one of the motor's current [N].
     """
 
-    lag: float = 0.0
-    filter: float = inf
-    step: float = 0.0
+    lag: Annotated[float, "time"] = 0.0
+    filter: Annotated[float, "frequency"] = inf
+    step: Annotated[float, "force"] = 0.0
 
     def __post_init__(self) -> None:
         not_negative(self, "force")
@@ -169,24 +179,26 @@ class ForceChannel:
 
 @dataclass(frozen=True)
 class Clock:
-    """When a trace takes its samples, and which of them are lost.
+    """When samples are taken.
 
     Parameters
     ----------
     jitter
-        Standard deviation of the instants of the samples around even ones [s].
+        Standard deviation of the instants [s], around even ones.
     lost
-        Share of the samples that is lost, here and there [1].
-    position, input
-        Time by which position and voltage are logged late, each against the clock [s].
+        Share of the samples that is lost [1], here and there.
+    position
+        Time by which the position is logged late [s], against the clock.
+    input
+        Time by which the voltage is logged late [s], against the clock.
     stamped
-        Whether the time that is logged tells jitter and loss; else it is counted on evenly.
+        Whether the time that is logged tells jitter and loss. Else it is counted on evenly.
     """
 
-    jitter: float = 0.0
-    lost: float = 0.0
-    position: float = 0.0
-    input: float = 0.0
+    jitter: Annotated[float, "time"] = 0.0
+    lost: Annotated[float, "ratio"] = 0.0
+    position: Annotated[float, "time"] = 0.0
+    input: Annotated[float, "time"] = 0.0
     stamped: bool = True
 
     def __post_init__(self) -> None:
@@ -195,19 +207,21 @@ class Clock:
 
 
 @dataclass(frozen=True)
-class ColouredNoise:
-    """Noise of the logged force that remembers: white noise behind a first-order low-pass.
+class NoiseColour:
+    """Noise of the logged force that remembers.
+
+    It is white noise behind a first-order low-pass.
 
     Parameters
     ----------
     force
-        Its root mean square [N].
+        Root mean square [N].
     corner
-        Corner of the low-pass [Hz].
+        Corner of the low-pass that it is behind [Hz].
     """
 
-    force: float
-    corner: float
+    force: Annotated[float, "force"]
+    corner: Annotated[float, "frequency"]
 
     def __post_init__(self) -> None:
         not_negative(self, "noise")
@@ -216,7 +230,9 @@ class ColouredNoise:
 
 @dataclass(frozen=True)
 class Interpolation:
-    """Sub-divisional error of an encoder: it tells ``z + error·sin(2π·z/pitch + phase)``, in whole steps.
+    """Sub-divisional error of the encoder.
+
+    It tells ``z + error·sin(2π·z/pitch + phase)``, in whole steps.
 
     Parameters
     ----------
@@ -228,9 +244,9 @@ class Interpolation:
         Phase at position 0 [rad].
     """
 
-    error: float
-    pitch: float
-    phase: float = 0.0
+    error: Annotated[float, "position"]
+    pitch: Annotated[float, "position"]
+    phase: Annotated[float, "angle"] = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "encoder", "pitch")

@@ -17,7 +17,7 @@ from fric.log import Log
 from fric.simulate.axis import Trace
 from fric.simulate.machine import Axis
 from fric.simulate.reality.motion import sensing_of
-from fric.simulate.reality.parts import ColouredNoise
+from fric.simulate.reality.parts import NoiseColour
 
 
 def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: str, kind: Kind, seed: int) -> Log:
@@ -146,7 +146,7 @@ def _driven(axis: Axis, voltage: Real) -> Callable[[Real], Real]:
     return added
 
 
-def _coloured(rng: np.random.Generator, count: int, noise: ColouredNoise, sampling: float) -> Real:
+def _coloured(rng: np.random.Generator, count: int, noise: NoiseColour, sampling: float) -> Real:
     """Return noise that remembers, in its steady state from the first sample on."""
     from scipy.signal import lfilter
 
