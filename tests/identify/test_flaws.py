@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fric.documents.records import InspectionDocument
 from fric.identify.plant.identify import identify_plant
 from fric.identify.records.encoder_error import encoder_error
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
@@ -173,7 +174,7 @@ def test_what_varies_is_wrong_where_the_interval_of_the_map_does_not_hold_it() -
 def test_inspect_tells_what_a_record_tells() -> None:
     found = inspect(session(jitter=150e-6)[-1])
     assert [w.code for w in found.warnings] == ["sampling-jitters"]
-    plain = found.as_dict()
+    (plain,) = InspectionDocument.made({"records": [found]}).tree()["records"]
     assert plain["warnings_coded"][0]["code"] == "sampling-jitters"
     assert plain["warnings"][0] == plain["warnings_coded"][0]["text"]
 

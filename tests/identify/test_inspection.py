@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fric.documents.records import InspectionDocument
 from fric.identify.records.inspection import inspect
 from fric.io.hdf5 import read_records
 from fric.log import FrequencyResponse, Log
@@ -120,14 +121,14 @@ def test_jitter_of_the_clock():
 def test_short_records_are_told_and_not_failed_on(samples):
     found = inspect(Log(time=np.arange(float(samples)), position=np.zeros(samples), force=np.zeros(samples)))
     assert not any(use.good for use in found.uses)
-    json.dumps(found.as_dict(), allow_nan=False)
+    json.dumps(InspectionDocument.made({"records": [found]}).tree(), allow_nan=False)
 
 
 def test_a_channel_without_a_number():
     log = sine()
     found = inspect(replace(log, force=np.full(len(log), np.nan)))
     assert found.channels["force"].low is None
-    json.dumps(found.as_dict(), allow_nan=False)
+    json.dumps(InspectionDocument.made({"records": [found]}).tree(), allow_nan=False)
 
 
 def test_a_frequency_response_as_measured():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fric
+from fric.documents.fit import PreparedPart
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -47,12 +48,12 @@ def test_what_was_prepared_is_data():
     small, _, sliding = prepared(logs, axis.plant)
     assert small.done.delay == axis.plant.T_d
     assert small.done.encoder == pytest.approx(0.25e-6)
-    told = sliding.in_sliding().done.as_dict("linear")
-    assert told["mass"] == {"value": axis.plant.M, "unit": "kg"}
-    assert told["own"] == ["offset", "damping"]
+    told = PreparedPart.of(sliding.in_sliding().done, "linear")
+    assert told["mass"] == Estimate(axis.plant.M, "kg")
+    assert told["own"] == ("offset", "damping")
     assert 0 < told["inertia_share"] < 1
-    assert prepared(logs[:1])[0].done.as_dict("linear")["own"] == ["offset"]
-    assert "mass" not in prepared(logs[:1])[0].done.as_dict("linear")
+    assert PreparedPart.of(prepared(logs[:1])[0].done, "linear")["own"] == ("offset",)
+    assert "mass" not in PreparedPart.of(prepared(logs[:1])[0].done, "linear")
 
 
 def test_the_force_acts_where_the_plant_says():

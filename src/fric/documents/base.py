@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
-from math import inf, isfinite
+from math import inf
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
@@ -101,6 +101,11 @@ class CodedWarning(Part):
     severity: Severity = Field("doubt", description="wrong: a number is wrong until this is mended")
     text: str
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_notice(cls, given: Any) -> Any:
+        return Notice.of(given).as_dict() if isinstance(given, str) else given
+
 
 class CovarianceBlock(Part):
     """Covariance of what was identified together; square, in the order of the names, in SI units."""
@@ -185,7 +190,7 @@ class Document(Part):
     @classmethod
     def made(
         cls,
-        content: Mapping[str, Any],
+        content: object,
         *,
         notices: Iterable[str] = (),
         logs: Iterable[Record] = (),
@@ -196,7 +201,7 @@ class Document(Part):
         Parameters
         ----------
         content
-            What it holds, by key.
+            What it holds, by key; or something with attributes of these names.
         notices
             Its warnings.
         logs
@@ -204,10 +209,11 @@ class Document(Part):
         also
             Further keys of its provenance.
         """
+        if not isinstance(content, Mapping):
+            content = {name: getattr(content, name) for name in cls.model_fields.keys() - {*HEAD, *FOOT}}
         head = {"fric": cls.type_name()}
-        return cls.model_validate(
-            head | dict(content) | warned(notices) | {"provenance": provenance(logs) | dict(also or {})}
-        )
+        foot = warned(notices) | {"provenance": provenance(logs) | dict(also or {})}
+        return cls.model_validate(head | dict(content) | foot, from_attributes=True)
 
     def notices(self) -> tuple[Notice, ...]:
         """Return the warnings as data; one that an older file tells without a code is a doubt."""
@@ -238,14 +244,11 @@ class Physical(Part):
         cls.dimensions = {name: one for name, one in given if isinstance(one, str)}
 
     @classmethod
-    def of(cls, given: object, motion: Motion) -> dict[str, Estimate]:
-        """Return the numbers of what has such fields, as quantities in SI; none for one that is not there or finite."""
-        values = {name: getattr(given, name, None) for name in cls.dimensions}
-        return {
-            name: Estimate(value, si_unit(cls.dimensions[name], motion))
-            for name, value in values.items()
-            if value is not None and isfinite(value)
-        }
+    def of(cls, given: object, motion: Motion) -> dict[str, Any]:
+        """Return what the fields of something in SI are in a file; what is None, infinite or not there is left out."""
+        values = {name: getattr(given, name, None) for name in cls.model_fields}
+        kept = {name: value for name, value in values.items() if value not in (None, inf)}
+        return kept | in_units(kept, cls.dimensions, motion)
 
     def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
         """Return the quantities that are given, in SI; raise ValueError with the mend on a misfit."""
@@ -277,6 +280,11 @@ class AxisDocument(OfAxis, Physical):
     def _units_fit(self) -> Self:
         self.estimates(self.motion)
         return self
+
+
+def in_units(values: Mapping[str, Any], dimensions: Mapping[str, str], motion: Motion) -> dict[str, Estimate]:
+    """Return numbers in SI with their units, by name."""
+    return {name: Estimate(values[name], si_unit(one, motion)) for name, one in dimensions.items() if name in values}
 
 
 def quantities(given: Mapping[str, Any], dimensions: dict[str, str], motion: Motion, where: str) -> dict[str, Estimate]:

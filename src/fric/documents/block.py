@@ -9,8 +9,8 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 
 from fric.control import block_type, blocks
 from fric.control.cascade import Cascade
-from fric.documents.base import OfAxis, Quantity, quantities
-from fric.documents.controller import ControllerPart, controller_values
+from fric.documents.base import OfAxis, Quantity, in_units, quantities
+from fric.documents.controller import ControllerPart
 from fric.documents.provenance import provenance
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -104,12 +104,9 @@ def block_tree(
         "axis": axis,
         "motion": motion,
         "block": block.name,
-        "parameters": {
-            one.name: {"value": getattr(block, one.name), "unit": si_unit(one.dimension, motion)}
-            for one in block.parameters
-        },
+        "parameters": _given(in_units(vars(block), {one.name: one.dimension for one in block.parameters}, motion)),
         "reason": design.reason,
-        **({} if cascade is None else {"controller": _given(controller_values(cascade, motion))}),
+        **({} if cascade is None else {"controller": _given(ControllerPart.of(cascade, motion))}),
         "margins": margins,
         "warnings": list(warnings),
         "provenance": provenance(logs),

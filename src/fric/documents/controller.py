@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import isfinite
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from fric.control.cascade import Cascade
 from fric.documents.base import AxisDocument, Part, Physical, Quantity
-from fric.estimate import Estimate
-from fric.units import Motion, si_unit
+from fric.units import Motion
 
 if TYPE_CHECKING:
     from fric.design.cascade import CascadeDesign
@@ -59,13 +57,6 @@ class ControllerDocument(AxisDocument, ControllerPart):
 
 def controller_tree(design: CascadeDesign, axis: str, motion: Motion, notices: Iterable[str] = ()) -> dict[str, Any]:
     """Return a cascade with its margins as a controller document."""
-    content: dict[str, Any] = {"axis": axis, "motion": motion, **controller_values(design.cascade, motion)}
+    content: dict[str, Any] = {"axis": axis, "motion": motion, **ControllerPart.of(design.cascade, motion)}
     content["margins"] = {name: loop.margins.as_dict() for name, loop in design.loops().items()}
     return ControllerDocument.made(content, notices=notices).tree()
-
-
-def controller_values(cascade: Cascade, motion: Motion) -> dict[str, Estimate]:
-    """Return what a cascade is given by, by name, with units; what is infinite is left out."""
-    values = {name: float(getattr(cascade, name)) for name in ControllerPart.dimensions}
-    units = {name: si_unit(ControllerPart.dimensions[name], motion) for name in values}
-    return {name: Estimate(value, units[name]) for name, value in values.items() if isfinite(value)}

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import CovarianceBlock, Part, Quantity
+from fric.documents.base import CovarianceBlock, Part, Physical, Quantity
 from fric.documents.plant import PlantPart
 
 
-class PreparedPart(Part):
+class PreparedPart(Physical):
     """What was made of a record before a model was replayed along it."""
 
     source: Literal["force", "input"] = Field(description="the channel that the force is from")
-    delay: Quantity = Field(description="by how much later the force acts than it is logged")
-    timing: Quantity = Field(description="how surely force and position belong to one instant, standard deviation")
-    encoder: Quantity = Field(description="the encoder's step; 0 where none is visible")
-    mass: Quantity | None = Field(None, description="mass whose inertia was taken off")
-    damping: Quantity | None = Field(None, description="the drive's own linear damping, taken off")
+    delay: Annotated[Quantity, "time"] = Field(description="by how much later the force acts than it is logged")
+    timing: Annotated[Quantity, "time"] = Field(
+        description="how surely force and position belong to one instant, standard deviation"
+    )
+    encoder: Annotated[Quantity, "position"] = Field(description="the encoder's step; 0 where none is visible")
+    mass: Annotated[Quantity | None, "mass"] = Field(None, description="mass whose inertia was taken off")
+    damping: Annotated[Quantity | None, "viscous"] = Field(
+        None, description="the drive's own linear damping, taken off"
+    )
     inertia_share: float | None = Field(None, description="size of the inertia relative to the logged force")
     damping_share: float | None = Field(None, description="size of the drive's damping relative to the logged force")
     own: list[str] = Field(default_factory=list, description="what the record adds of its own, fitted beside the model")

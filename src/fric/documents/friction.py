@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from fric.documents.base import FOOT, HEAD, OfAxis, Quantity, known, nested, quantities
-from fric.documents.fit import Fit
+from fric.documents.fit import Fit, PreparedPart
 from fric.documents.plant import plant_part
 from fric.drive.plant import Plant
 from fric.errors import FricError
@@ -176,7 +176,7 @@ def gms_tree(fit: GMSFit, logs: Sequence[Log], given: FrictionDocument | None = 
             rmse=Estimate(record.rmse, force),
             energy=record.energy,
             rmse_held_out=None if record.rmse_held_out is None else Estimate(record.rmse_held_out, force),
-            prepared=record.record.done.as_dict(fit.motion),
+            prepared=PreparedPart.of(record.record.done, fit.motion),
         )
         for record in fit.records
     ]
@@ -239,7 +239,7 @@ def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[st
         "samples": sum(int(record.used.sum()) for record in fit.records),
         "method": "replay along the measured motion; CRS2, then least squares; intervals by Newey and West, and cycles",
         "records": [
-            {"record": record.log.name, "prepared": record.done.as_dict(fit.motion), **own}
+            {"record": record.log.name, "prepared": PreparedPart.of(record.done, fit.motion), **own}
             for record, own in zip(fit.records, fit.own_estimates, strict=True)
         ],
         "covariance": fit.covariance,

@@ -145,13 +145,9 @@ def plan_tree(
     def finite(half: float) -> float | None:
         return half if half < float("inf") else None
 
-    axis, motion, limits = plan.axis.name, plan.axis.motion, plan.limits
-    given = {
-        name: {"value": getattr(limits, name), "unit": si_unit(dimension, motion)}
-        for name, dimension in LimitsPart.dimensions.items()
-    }
+    axis, motion = plan.axis.name, plan.axis.motion
     content = {
-        "axis": axis, "motion": motion, "limits": given, "prior": prior,
+        "axis": axis, "motion": motion, "limits": LimitsPart.of(plan.limits, motion), "prior": prior,
         "experiments": [
             experiment_entry(one, motion, axis, lasting)
             for one, lasting in zip(plan.planned, plan.lasting, strict=True)

@@ -200,9 +200,7 @@ class PlantDocument(AxisDocument, PlantPart):
 
 def plant_part(plant: Plant, motion: Motion) -> PlantPart:
     """Return a plant as it stands in documents."""
-    dimensions = {name: one for name, one in PlantPart.dimensions.items() if hasattr(plant, name)}
-    values = {name: Estimate(getattr(plant, name), si_unit(one, motion)) for name, one in dimensions.items()}
-    return PlantPart.model_validate(values)
+    return PlantPart.model_validate(PlantPart.of(plant, motion))
 
 
 def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Record]) -> dict[str, Any]:

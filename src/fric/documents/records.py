@@ -1,8 +1,8 @@
 """What records hold, and what was read in, as `--json` prints it: ``fric: inspection/1``, ``ingest/1`` and others."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import AliasChoices, Field, field_validator
 
 from fric.columns import Kind
 from fric.documents.base import CodedWarning, Document, Part, Quantity
@@ -28,7 +28,9 @@ class InspectedPart(Part):
     stated: bool = Field(description="whether the record says so, else it is recognised")
     uses: list[UsePart]
     warnings: list[str] = Field(default_factory=list)
-    warnings_coded: list[CodedWarning] = Field(default_factory=list)
+    warnings_coded: list[CodedWarning] = Field(
+        default_factory=list, validation_alias=AliasChoices("warnings_coded", "warnings")
+    )
 
 
 class ChannelPart(Part):
@@ -78,7 +80,7 @@ class InspectedLog(InspectedPart):
     jitter: float = Field(description="standard deviation of the sampling intervals [s]")
     channels: dict[str, ChannelPart]
     gaps: list[GapPart]
-    stretches: list[SegmentPart]
+    stretches: list[SegmentPart] = Field(validation_alias=AliasChoices("stretches", "segments"))
     speeds: list[float]
     sine: SinePart | None
     reversals: list[int]
@@ -173,6 +175,11 @@ class IngestedCircle(Part):
     instrument: str
     source: str
     sha256: str
+
+    @field_validator("axes", mode="before")
+    @classmethod
+    def _of_traces(cls, given: Any) -> Any:
+        return {name: list(one.channels()) if hasattr(one, "channels") else one for name, one in given.items()}
 
 
 class IngestCirclesDocument(Document):

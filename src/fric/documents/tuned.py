@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from fric.documents.controller import ControllerPart
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine import MachineDocument
@@ -17,7 +15,6 @@ from fric.documents.yaml import write_document
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.output import refuse_existing
-from fric.units import si_unit
 
 if TYPE_CHECKING:
     from fric.identify.circle.measured import MeasuredCircle
@@ -105,11 +102,7 @@ def _feedforward(name: str, one: TunedAxis) -> dict[str, Any]:
 def _loop(one: TunedAxis) -> dict[str, Any]:
     """Return the gains of a loop that was designed anew, as parts of an axis."""
     own, watch = one.axis.cascade, one.axis.observer
-    gains = {
-        name: {"value": getattr(own, name), "unit": si_unit(kind, one.axis.motion)}
-        for name, kind in ControllerPart.dimensions.items()
-        if np.isfinite(getattr(own, name))
-    }
+    gains = {name: gain.as_dict() for name, gain in ControllerPart.of(own, one.axis.motion).items()}
     if watch is None:
         return {"controller": gains}
     cutoff = {"value": watch.q.cutoff, "unit": "Hz"}

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -63,23 +62,6 @@ class IngestedCircles:
     tests: tuple[MeasuredCircle, ...]
     samples: int
     warnings: tuple[Notice, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return what was read as a plain document, for programs."""
-        return {
-            "output": self.output,
-            "tests": [
-                {
-                    "name": test.name, "radius": test.radius, "feed": test.feed, "direction": test.direction,
-                    "axes": {name: list(trace.channels()) for name, trace in test.axes.items()},
-                    "instrument": test.instrument, "source": test.source, "sha256": test.sha256,
-                }
-                for test in self.tests
-            ],
-            "samples": self.samples,
-            "warnings": list(self.warnings),
-            "warnings_coded": [warning.as_dict() for warning in self.warnings],
-        }  # fmt: skip
 
 
 def ingest_circles(

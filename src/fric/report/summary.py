@@ -110,20 +110,7 @@ def report_document(inputs: ReportInput) -> dict[str, Any]:
         (f"glitch at {readable(after.feed, 'm/s')}", glitch_changes(before, after))
         for before, after in inputs.test_pairs
     ]
-    drift = [
-        {
-            "of": of,
-            "told": description(found),
-            "changes": [
-                {
-                    "name": one.name, "unit": one.unit, "before": one.before, "after": one.after,
-                    "verdict": one.verdict,
-                }
-                for one in found
-            ],
-        }
-        for of, found in changes
-    ]  # fmt: skip
+    drift = [{"of": of, "told": description(found), "changes": found} for of, found in changes]
     warnings: list[str] = [text for item in inputs.items for text in item.warnings]
     warnings += [text for test in inputs.tests for one in test.contours for text in one.warnings]
     circles = [{"file": one.source} | one.result.document for one in inputs.circles]

@@ -8,13 +8,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.circle_findings import DiagnosisDocument
+from fric.documents.circle_findings import diagnosis_tree
 from fric.documents.identified import machine_to_predict
 from fric.estimate import in_digits
 from fric.identify.circle.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
 from fric.identify.circle.diagnose import Diagnosis, both_directions
 from fric.identify.circle.diagnose import diagnose as take_apart
-from fric.identify.circle.document import diagnosis_document
 from fric.identify.circle.model_shape import LEARNED
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, quantity, silent
@@ -51,10 +50,7 @@ class DiagnosisResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """What was found, with 95 % intervals, and what was predicted."""
-        text = diagnosis_document(self.found)
-        if self.held is not None:
-            text |= {"predicted": self.held.as_dict(), "scheme": self.held.scheme, "agrees": self.held.all_agree}
-        return DiagnosisDocument.made(text, notices=self.warnings).tree()
+        return diagnosis_tree(self.found, self.held, self.warnings)
 
     def report(self) -> list[Piece]:
         """Return the glitches, beside those predicted, and the geometry."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from fric.control.cascade import Cascade
+from fric.documents.base import in_units
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
@@ -17,7 +18,7 @@ from fric.plausibility.bounds import settled
 from fric.plausibility.findings import of_plant
 from fric.results.base import Result
 from fric.results.given import path_of, where_of
-from fric.units import Motion, si_unit
+from fric.units import Motion
 from fric.verb import refused
 
 if TYPE_CHECKING:
@@ -90,8 +91,7 @@ def cascade_of(verb: str, given: Any, axis: str, motion: Motion, to: str = "log"
 def friction_of(verb: str, given: Any, axis: str, motion: Motion) -> FrictionDocument | None:
     """Return the friction that is given as a static map, as its file or as a result; None where none is."""
     if isinstance(given, StaticMap):
-        units = {p.name: si_unit(p.dimension, motion) for p in StaticMap.parameters}
-        static = {name: {"value": getattr(given, name), "unit": unit} for name, unit in units.items()}
+        static = in_units(vars(given), {p.name: p.dimension for p in StaticMap.parameters}, motion)
         head = {"fric": FrictionDocument.type_name(), "axis": axis, "motion": motion}
         return FrictionDocument.model_validate(head | {"static": static})
     return None if given is None else document_of(verb, FrictionDocument, given, (axis, motion))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 from pathlib import Path
@@ -47,8 +47,7 @@ class IngestResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The records that were added and skipped."""
-        counts = {"samples": self.done.samples, "dropped": self.done.dropped}
-        return IngestDocument.made(asdict(self.done) | counts, notices=self.warnings).tree()
+        return IngestDocument.made(self.done, notices=self.warnings).tree()
 
     @property
     def warnings(self) -> Sequence[str]:

@@ -34,7 +34,7 @@ class CirclesResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The tests that were added."""
-        return IngestCirclesDocument.made(self.done.as_dict(), notices=self.done.warnings).tree()
+        return IngestCirclesDocument.made(self.done, notices=self.done.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return a line a test."""

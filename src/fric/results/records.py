@@ -142,8 +142,7 @@ class InspectionResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """What was found, by record."""
-        content = {"records": [one.as_dict() for one in self.found]}
-        return InspectionDocument.made(content, notices=self.warnings).tree()
+        return InspectionDocument.made({"records": self.found}, notices=self.warnings).tree()
 
     @property
     def warnings(self) -> tuple[Notice, ...]:

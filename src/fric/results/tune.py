@@ -8,11 +8,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.circle_findings import TuningDocument
+from fric.documents.circle_findings import tuning_tree
 from fric.documents.machine_files import read_machine
 from fric.documents.tuned import tuned_files, write_tuned
 from fric.estimate import estimate_rows
-from fric.identify.circle.document import tuned_document
 from fric.identify.circle.tune import Tuned, steps_of_tuning
 from fric.identify.circle.tune import tune as refit
 from fric.output import refuse_existing, together
@@ -60,7 +59,7 @@ class TuneResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Parameters with 95 % intervals by axis, and what the next circles should show."""
-        return TuningDocument.made(tuned_document(self.found), notices=self.warnings).tree()
+        return tuning_tree(self.found)
 
     def report(self) -> list[Piece]:
         """Return the parameters by axis, and the next circles."""

@@ -61,17 +61,6 @@ class Agreement:
         """Whether every quadrant agrees."""
         return all(self.agrees.values())
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the prediction by quadrant as a plain document, for programs."""
-        return {
-            name: {
-                "value": glitch.value, "unit": "m", "ci95": list(self.intervals[name]) if self.intervals else None,
-                "width": glitch.width, "place": glitch.place, "agrees": self.agrees[name],
-                "cause": self.causes.get(name),
-            }
-            for name, glitch in self.predicted.glitches.items()
-        }  # fmt: skip
-
 
 def predict(
     measured: Diagnosis,

@@ -30,12 +30,15 @@ class Glitch:
         Its width at half its height along the circle [m].
     place
         Where it peaks along the circle, behind the reversal of the reference [m].
+    unit
+        Of its peak.
     """
 
     value: float
     ci95: tuple[float, float]
     width: float
     place: float
+    unit: str = "m"
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """What was found in a record: over time, in frequency, or in a table of forces and velocities."""
 
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -128,21 +127,6 @@ class Inspection:
         """Step of the position encoder [m]; None where the position is not quantised, or not logged."""
         return self.channels["position"].step if "position" in self.channels else None
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as plain numbers in SI, lists and strings, as JSON takes it."""
-        segments = [
-            {"start": s.start, "stop": s.stop, "velocity": s.velocity, "velocity_se": s.velocity_se}
-            | {"settled": s.settled}
-            for s in self.segments
-        ]
-        fields = asdict(replace(self, segments=(), warnings=()))
-        fields |= {"warnings": list(map(str, self.warnings))}
-        fields |= {"warnings_coded": [warning.as_dict() for warning in self.warnings]}
-        fields["reversals"] = list(fields.pop("reversals"))
-        del fields["segments"]
-        fields["energy"] = None if self.energy is None else self.energy.as_dict()
-        return fields | {"stretches": segments, "encoder_step": self.encoder_step}
-
 
 @dataclass(frozen=True)
 class ResponseInspection:
@@ -175,10 +159,6 @@ class ResponseInspection:
     uses: tuple[Use, ...]
     kind: Kind = "frequency-response"
     stated: bool = True
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as plain numbers in SI, lists and strings, as JSON takes it."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -220,11 +200,6 @@ class TableInspection:
     kind: Kind = FORCE_VELOCITY
     stated: bool = True
     warnings: tuple[Notice, ...] = ()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as plain numbers in SI, lists and strings, as JSON takes it."""
-        fields = asdict(self) | {"warnings": list(map(str, self.warnings))}
-        return fields | {"warnings_coded": [warning.as_dict() for warning in self.warnings]}
 
 
 def inspect_response(record: FrequencyResponse) -> ResponseInspection:

@@ -1,10 +1,9 @@
 """What was made of a record before a replay, as data."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from fric.drive.plant import Plant
-from fric.units import si_unit
 
 Own = Literal["offset", "damping", "mass"]
 """What a record adds of its own: a constant force, a force over the velocity, and one over the acceleration."""
@@ -50,14 +49,3 @@ class Preparation:
     own: tuple[Own, ...] = ("offset",)
     every: int = 1
     plant: Plant | None = None
-
-    def as_dict(self, motion: Literal["linear", "rotary"]) -> dict[str, Any]:
-        """Return it as it stands in a document: quantities with units; what is not known is left out."""
-        dimensions = {"delay": "time", "timing": "time", "encoder": "position", "mass": "mass", "damping": "viscous"}
-        entry: dict[str, Any] = {"source": self.source}
-        for name, dimension in dimensions.items():
-            if (value := getattr(self, name)) is not None:
-                entry[name] = {"value": value, "unit": si_unit(dimension, motion)}
-        shares = {name: getattr(self, name) for name in ("inertia_share", "damping_share")}
-        entry |= {name: share for name, share in shares.items() if share is not None}
-        return entry | {"own": list(self.own), "every": self.every}
