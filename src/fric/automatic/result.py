@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -129,11 +129,10 @@ def _shown(entry: Any) -> str:
 
 def _entry(one: Drift) -> dict[str, Any]:
     change = one.change
-    limits = [limit if isfinite(limit) else None for limit in change.difference_ci95 or (float("inf"),) * 2]
     return {
         "machine": one.machine, "axis": one.axis, "parameter": change.name, "unit": change.unit,
         "dates": list(one.dates), "before": change.before, "after": change.after, "relative": change.relative,
-        "ci95": limits, "p": one.p, "adjusted": one.adjusted, "changed": one.changed,
+        "ci95": change.difference_ci95 or (inf, inf), "p": one.p, "adjusted": one.adjusted, "changed": one.changed,
     }  # fmt: skip
 
 

@@ -3,10 +3,19 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
-from math import inf
+from math import inf, isfinite
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from fric.documents.provenance import provenance
@@ -23,6 +32,13 @@ def _of_axis(name: str) -> str:
     except FricError as error:
         raise ValueError(f"{error.what}\n{error.hint}") from None
 
+
+def _finite(given: Any) -> Any:
+    return None if isinstance(given, float) and not isfinite(given) else given
+
+
+Known = Annotated[float | None, BeforeValidator(_finite)]
+"""A number, or null for one that is infinite or not a number, which JSON cannot hold."""
 
 AxisName = Annotated[str, AfterValidator(_of_axis)]
 
@@ -210,7 +226,7 @@ class Document(Part):
             Further keys of its provenance.
         """
         if not isinstance(content, Mapping):
-            content = {name: getattr(content, name) for name in cls.model_fields.keys() - {*HEAD, *FOOT}}
+            content = {name: getattr(content, name) for name in cls.model_fields.keys() - {"fric", *FOOT}}
         head = {"fric": cls.type_name()}
         foot = warned(notices) | {"provenance": provenance(logs) | dict(also or {})}
         return cls.model_validate(head | dict(content) | foot, from_attributes=True)

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from fric.documents.base import Document, Part
+from fric.documents.base import Document, Known, Part
 from fric.units import readable
 
 if TYPE_CHECKING:
     from fric.arrays import Real
     from fric.simulate.over_circles import CircleMap
 
-Rows = list[list[float | None]]
+Rows = list[list[Known]]
 
 
 class MappedScheme(Part):
@@ -73,18 +73,14 @@ def circle_map_tree(found: CircleMap, notices: Iterable[str]) -> dict[str, Any]:
     schemes = {
         scheme.name: {
             "title": scheme.title,
-            "glitch": _rows(found.glitches[n]),
+            "glitch": found.glitches[n].tolist(),
             "failures": list(dict.fromkeys(why for one in found.cells if (why := one.failures.get(scheme.name)))),
         }
         for n, scheme in enumerate(grid.schemes)
     }
     differences = {
-        name: {"scheme": one.name, "against": other.name, "less": _rows(found.less(one, other))}
+        name: {"scheme": one.name, "against": other.name, "less": found.less(one, other).tolist()}
         for name, (one, other) in found.pairs().items()
     }
     content = {"machine": grid.machine.name, "feeds": list(grid.feeds), "radii": list(grid.radii), "schemes": schemes}
     return CircleMapDocument.made(content | {"differences": differences}, notices=notices).tree()
-
-
-def _rows(values: Real) -> Rows:
-    return [[float(one) if np.isfinite(one) else None for one in row] for row in values]

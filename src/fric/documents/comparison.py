@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from fric.documents.base import Document, Part, Quantity
+from fric.documents.base import Document, Known, Part, Quantity
 from fric.estimate import Estimate
 from fric.units import si_unit
 
@@ -19,7 +19,7 @@ class ScoredRecord(Part):
     """Residuals of one record, over the samples that were scored."""
 
     rms: float
-    rms_near_reversals: float | None
+    rms_near_reversals: Known
     samples: int
 
 
@@ -27,7 +27,7 @@ class Score(Part):
     """How one model predicts samples that it was not fitted to."""
 
     rms: float
-    rms_near_reversals: float | None
+    rms_near_reversals: Known
     rms_fitted: float
     parameters: int
     bits: float = Field(description="description length that the model saves")
@@ -41,7 +41,7 @@ class Lead(Part):
     """By how much the best model leads another; no error where it cannot be told."""
 
     lead: float
-    error: float | None
+    error: Known
 
 
 class ComparisonDocument(Document):
@@ -74,7 +74,7 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
                 }
         models[score.name] = {
             "rms": score.rms,
-            "rms_near_reversals": None if np.isnan(score.rms_near) else score.rms_near,
+            "rms_near_reversals": score.rms_near,
             "rms_fitted": score.rms_fitted,
             "parameters": score.parameters,
             "bits": score.bits,
@@ -83,10 +83,7 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
             "records": by_record,
             "estimates": score.fits[0].estimates,
         }
-    leads = {
-        name: {"lead": lead, "error": None if np.isinf(error) else error}
-        for name, (lead, error) in comparison.leads.items()
-    }
+    leads = {name: {"lead": lead, "error": error} for name, (lead, error) in comparison.leads.items()}
     logs = [record.log for record in comparison.records]
     content = {
         "axis": logs[0].axis,

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from fric.documents.base import Document, Part
+from fric.documents.base import Document, Known, Part
 
 
 class FleetUnit(Part):
@@ -27,7 +27,7 @@ class FleetChange(Part):
     before: float
     after: float
     relative: float | None
-    ci95: list[float | None] = Field(description="95 % interval of the difference, of this number alone")
+    ci95: list[Known] = Field(description="95 % interval of the difference, of this number alone")
     p: float = Field(description="probability of such a difference where nothing changed")
     adjusted: float = Field(description="the same with all numbers of the fleet in mind (Holm)")
     changed: bool

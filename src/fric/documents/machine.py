@@ -89,6 +89,10 @@ class AxisPart(Part):
     second_mass: FlawPart[SecondMass] | None = Field(None, description="one rigid mass where left out")
     reality: FlawPart[Reality] | None = Field(None, description="flaws of logs and guideway; none where left out")
 
+    def parts(self) -> dict[str, Any]:
+        """Return what it is made of, by key; what is fed forward too."""
+        return dict(self) | {f"feedforward.{key}": part for key, part in self.feedforward}
+
 
 class PublishedPart(Physical):
     """Glitches that were published for this machine."""
@@ -157,22 +161,7 @@ class MachineDocument(Document):
     @model_validator(mode="after")
     def _parts_are_of_their_axis(self) -> Self:
         for name, axis in self.axes.items():
-            parts = {
-                key: getattr(axis, key)
-                for key in (
-                    "plant",
-                    "nominal",
-                    "controller",
-                    "observer",
-                    "encoder",
-                    "noise",
-                    "friction",
-                    "second_mass",
-                    "reality",
-                )
-            }
-            parts |= {"feedforward": axis.feedforward, "feedforward.friction": axis.feedforward.friction}
-            for key, part in parts.items():
+            for key, part in axis.parts().items():
                 where = f"axes.{name}.{key}"
                 if isinstance(part, AxisDocument | FrictionDocument) and (part.axis, part.motion) != (
                     name,
@@ -201,13 +190,8 @@ class MachineDocument(Document):
 
     def passed_on(self) -> tuple[Notice, ...]:
         """Return the doubts of the files that the axes are made of, each once."""
-        parts = (
-            part
-            for axis in self.axes.values()
-            for part in (axis.plant, axis.nominal, axis.controller, axis.observer, axis.friction,
-                         axis.feedforward.friction)
-        )  # fmt: skip
-        text = [one for part in parts if isinstance(part, Document) for one in part.passed_on()]
+        parts = (part for axis in self.axes.values() for part in axis.parts().values() if isinstance(part, Document))
+        text = [one for part in parts for one in part.passed_on()]
         return tuple(dict.fromkeys([*super().passed_on(), *text]))
 
 

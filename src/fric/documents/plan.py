@@ -5,11 +5,12 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import OfAxis, Part, Physical, Quantity, known
+from fric.documents.base import Known, OfAxis, Part, Physical, Quantity, in_units, known
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.planning.plan import Plan, Planned, Setting
 from fric.simulate.experiment import EXPERIMENTS
-from fric.units import Motion, si_unit
+from fric.units import Motion
 
 SETTINGS = {
     "speeds": "velocity", "distance": "position", "lasting": "time", "ramp": "time", "repeats": "ratio",
@@ -57,9 +58,9 @@ class ExpectedPart(Part):
     """What the records tell of one parameter."""
 
     value: float = Field(description="as it is identified in the middle of several runs, in SI")
-    half_width: float | None = Field(description="half the 95 % interval; null where the records set no limit")
+    half_width: Known = Field(description="half the 95 % interval; null where the records set no limit")
     unit: str
-    between: tuple[float | None, float | None] | None = Field(
+    between: tuple[Known, Known] | None = Field(
         None, description="half-widths of single runs, least and largest of nine: 80 % lie between them"
     )
 
@@ -106,16 +107,8 @@ class PlanDocument(OfAxis):
 
 def experiment_entry(one: Planned, motion: Motion, axis: str, duration: float) -> dict[str, Any]:
     """Return an experiment as it stands in a document."""
-
-    def quantity(name: str, value: Setting) -> dict[str, Any]:
-        given = [float(v) for v in value] if isinstance(value, tuple) else float(value)
-        return {"value": given, "unit": si_unit(SETTINGS[name], motion)}
-
-    settings = {name: quantity(name, value) for name, value in one.settings.items()}
-    return {
-        "kind": one.kind, "axis": axis, "duration": {"value": duration, "unit": "s"}, "why": one.why,
-        "settings": settings,
-    }  # fmt: skip
+    settings = in_units(one.settings, {name: SETTINGS[name] for name in one.settings}, motion)
+    return {"kind": one.kind, "axis": axis, "duration": Estimate(duration, "s"), "why": one.why, "settings": settings}
 
 
 def plan_tree(
@@ -141,10 +134,6 @@ def plan_tree(
     narrowing
         What one more record would do.
     """
-
-    def finite(half: float) -> float | None:
-        return half if half < float("inf") else None
-
     axis, motion = plan.axis.name, plan.axis.motion
     content = {
         "axis": axis, "motion": motion, "limits": LimitsPart.of(plan.limits, motion), "prior": prior,
@@ -152,12 +141,6 @@ def plan_tree(
             experiment_entry(one, motion, axis, lasting)
             for one, lasting in zip(plan.planned, plan.lasting, strict=True)
         ],
-        "expected": {
-            name: {
-                "value": one.value, "half_width": finite(one.half_width), "unit": one.unit,
-                "between": [finite(half) for half in one.between],
-            }
-            for name, one in plan.expected.items()
-        },
+        "expected": plan.expected,
     }  # fmt: skip
     return PlanDocument.made(content | known(blocks=blocks, narrowing=narrowing), notices=notices).tree()
