@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from collections.abc import Mapping
+from typing import Any, Literal, get_args
 
 from fric.errors import FricError
 
@@ -47,9 +48,11 @@ class Notice(str):
         return Notice, (str(self), self.code, self.severity)
 
     @classmethod
-    def of(cls, text: str) -> Notice:
-        """Return a text as a notice; one that is a notice already stays what it is."""
-        return text if isinstance(text, Notice) else cls(text)
+    def of(cls, given: str | Mapping[str, Any]) -> Notice:
+        """Return a text as a notice, or what `as_dict` gave; one that is a notice already stays what it is."""
+        if isinstance(given, str):
+            return given if isinstance(given, Notice) else cls(given)
+        return cls(given["text"], given["code"], given["severity"])
 
     def as_dict(self) -> dict[str, str]:
         """Return code, severity and text, as ``warnings_coded`` holds them in documents."""

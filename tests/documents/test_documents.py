@@ -13,7 +13,6 @@ from fric.documents import document_types
 from fric.documents.base import CodedWarning
 from fric.documents.circle_findings import ResidualPart
 from fric.documents.friction import FrictionDocument, gms_tree, replay_tree, static_tree
-from fric.documents.given_friction import given_static
 from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.documents.yaml import plain, read_document, read_tree, write_document
@@ -79,9 +78,9 @@ def test_a_static_map_carries_plant_and_covariance_into_the_files_that_build_upo
         low, high = fit.static.estimates[name].ci95  # profile likelihood and covariance tell nearly the same
         assert (high - low) / 2 == pytest.approx(2.05 * one, rel=0.15)
     waves = read_logs(LOGS / "sliding-sine.h5")
-    given = given_static(read_document(path, FrictionDocument))
+    given = read_document(path, FrictionDocument)
     gms = FrictionDocument.model_validate(
-        gms_tree(identify_gms(read_logs(LOGS / "presliding-sine.h5"), static=given.static), waves, given.document)
+        gms_tree(identify_gms(read_logs(LOGS / "presliding-sine.h5"), static=given.maps()[0]), waves, given)
     )
     lugre = FrictionDocument.model_validate(
         replay_tree(identify_by_replay("lugre", prepared(waves), static=document.estimates("static")), document)

@@ -1,7 +1,7 @@
 """A fleet: a folder ``DIR/machine/date`` of logs, identified on all cores or on a cluster, and what changed since."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
@@ -13,7 +13,7 @@ from fric.automatic.sources import find_sources
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
 from fric.results.diagnose import diagnose
-from fric.simulate.processes import cluster_outcomes, outcomes
+from fric.simulate.processes import run_all
 from fric.units import readable
 
 DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")
@@ -142,8 +142,8 @@ def run_fleet(
     workers: int | None = None,
     scheduler: str | None = None,
     advance: Callable[..., object] = lambda *_, **__: None,
-) -> Iterator[UnitOutcome]:
-    """Yield what came of each machine and date in their order, run by processes here or by a Dask cluster.
+) -> list[UnitOutcome]:
+    """Return what came of each machine and date in their order, run by processes here or by a Dask cluster.
 
     Parameters
     ----------
@@ -167,10 +167,4 @@ def run_fleet(
     """
     study = FleetStudy(tuple(units), output.resolve(), mapping, run)
     advance(0, total=len(units))
-    opened = (
-        cluster_outcomes(study, len(units), scheduler) if scheduler else outcomes(study, len(units), workers=workers)
-    )
-    with opened as found:
-        for outcome in found:
-            advance()
-            yield outcome
+    return run_all(study, len(units), workers=workers, scheduler=scheduler, advance=advance)

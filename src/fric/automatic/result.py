@@ -148,9 +148,7 @@ def fleet(
 ) -> FleetResult:
     """Identify every machine at every date, and write the fleet's page; see `fric.automatic.fleet.run_fleet`."""
     folder.mkdir(parents=True, exist_ok=True)
-    found = tuple(
-        run_fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
-    )
+    found = run_fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
     made = FleetResult(folder, found, drifts(found))
     made.write()
     return made

@@ -233,7 +233,7 @@ class Document(Part):
 
     def notices(self) -> tuple[Notice, ...]:
         """Return the warnings as data; one that an older file tells without a code is a doubt."""
-        coded = {one.text: Notice(one.text, one.code, one.severity) for one in self.warnings_coded}
+        coded = {one.text: Notice(**dict(one)) for one in self.warnings_coded}
         return tuple((coded | {text: coded.get(text, Notice(text)) for text in self.warnings}).values())
 
     def passed_on(self) -> tuple[Notice, ...]:

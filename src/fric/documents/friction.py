@@ -125,6 +125,24 @@ class FrictionDocument(OfAxis):
             raise FricError(f"there is no friction model '{name}'", hint=f"There are {', '.join(models())}.")
         return directed(model.from_sections(sections), self.backward())
 
+    def maps(self) -> tuple[StaticMap, StaticMap | None]:
+        """Return the static map, and that of the negative direction, where each has its own.
+
+        Raises
+        ------
+        FricError
+            When it holds none.
+        """
+        if not self.section("static"):
+            raise FricError(
+                f"the friction of axis {self.axis} holds no static map",
+                hint="Make one with `fric identify static`, or leave --static out.",
+            )
+        try:
+            return StaticMap.from_sections({"static": self.estimates("static")}), self.backward()
+        except (FricError, TypeError) as error:
+            raise FricError(f"static: {error}") from None
+
     def backward(self) -> StaticMap | None:
         """Return the static map of the negative direction, where each has its own."""
         return StaticMap.from_sections({"static": self.estimates("static_negative")}) if self.static_negative else None

@@ -1,52 +1,11 @@
-"""What commands are given of friction: a static map of a file, a model with the load it was found with, NAME=VALUE."""
+"""What commands are given of friction: a model of a file with the load it was found with, NAME=VALUE."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from fric.documents.friction import FrictionDocument
 from fric.errors import FricError
 from fric.friction import FrictionModel, models
-from fric.friction.stribeck import StaticMap
 from fric.units import Motion, parse
-
-
-@dataclass(frozen=True)
-class GivenStatic:
-    """A static map from a friction file, and the file.
-
-    Parameters
-    ----------
-    static
-        The map; that of the positive direction where each has its own.
-    negative
-        That of the negative direction, where each has its own.
-    document
-        The file.
-    """
-
-    static: StaticMap
-    negative: StaticMap | None
-    document: FrictionDocument
-
-
-def given_static(document: FrictionDocument) -> GivenStatic:
-    """Return the static map of a friction document.
-
-    Raises
-    ------
-    FricError
-        When it holds none.
-    """
-    if not document.section("static"):
-        raise FricError(
-            f"the friction of axis {document.axis} holds no static map",
-            hint="Make one with `fric identify static`, or leave --static out.",
-        )
-    try:
-        forward = StaticMap.from_sections({"static": document.estimates("static")})
-        return GivenStatic(forward, document.backward(), document)
-    except (FricError, TypeError) as error:
-        raise FricError(f"static: {error}") from None
 
 
 def friction_and_load(document: FrictionDocument, model: str | None, record: str) -> tuple[FrictionModel, float]:

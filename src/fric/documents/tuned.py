@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.documents.base import FOOT
 from fric.documents.controller import ControllerPart
 from fric.documents.friction import FrictionDocument
 from fric.documents.machine import MachineDocument
@@ -61,32 +62,23 @@ def write_tuned(
     refuse_existing(*files, force=force)
     done = [] if done is None else done
     tree = read_machine_document(machine).tree()
-    tree.pop("like", None)
-    for name, one in found.axes.items():
-        if not one.improves:
-            continue
+    better = {name: one for name, one in found.axes.items() if one.improves}
+    for name, one in better.items():
         write_document(folder / f"{name}.yaml", friction_tree(one, found.tests), force=force)
         done.append(folder / f"{name}.yaml")
         write_document(folder / f"{name}-plant.yaml", plant_tree(one, found.tests), force=force)
         done.append(folder / f"{name}-plant.yaml")
-        axis = dict(tree["axes"][name])
-        axis["nominal"] = f"{name}-plant.yaml"
-        axis["feedforward"] = _feedforward(name, one)
+        axis = tree["axes"][name]
+        axis.pop("nominal", None)  # it, and what is fed forward, are named once the rest has been checked
+        axis["feedforward"] = {"lead": "auto"}
         if isinstance(axis.get("observer"), dict):  # its G_n is the nominal plant
             axis["observer"] = {key: part for key, part in axis["observer"].items() if key not in ("A", "B")}
         if one.loop:
             axis |= _loop(one)
-        tree["axes"] = {**tree["axes"], name: axis}
-    content = {
-        key: part for key, part in tree.items() if key not in ("fric", "warnings", "warnings_coded", "provenance")
-    }
-    made = MachineDocument.made(_plain(content), notices=found.warnings, also=_sources(found.tests))
-    written = made.tree()
-    for name in found.axes:
-        if found.axes[name].improves:
-            written["axes"][name] |= {
-                "nominal": f"{name}-plant.yaml", "feedforward": _feedforward(name, found.axes[name])
-            }  # fmt: skip
+    content = {key: part for key, part in tree.items() if key not in ("fric", "like", *FOOT)}
+    written = MachineDocument.made(content, notices=found.warnings, also=_sources(found.tests)).tree()
+    for name, one in better.items():
+        written["axes"][name] |= {"nominal": f"{name}-plant.yaml", "feedforward": _feedforward(name, one)}
     write_document(folder / "machine.yaml", written, force=force)
     done.append(folder / "machine.yaml")
     return files
@@ -107,18 +99,6 @@ def _loop(one: TunedAxis) -> dict[str, Any]:
         return {"controller": gains}
     cutoff = {"value": watch.q.cutoff, "unit": "Hz"}
     return {"controller": gains, "observer": {"filter": watch.q.name, "cutoff": cutoff}}
-
-
-def _plain(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the machine with the files that it names read, to be checked."""
-    axes = {}
-    for name, part in content["axes"].items():
-        axis = dict(part)
-        if axis.get("nominal") == f"{name}-plant.yaml":
-            axis.pop("nominal")
-            axis["feedforward"] = {"lead": "auto"}
-        axes[name] = axis
-    return {**content, "axes": axes}
 
 
 def _sources(tests: Sequence[MeasuredCircle]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import fric
+from fric.documents.base import warned
 from fric.export.base import Files, Part
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed
@@ -33,7 +34,6 @@ def manifest(
         name: hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
         for name, content in files.items()
     }
-    text = list(notices)
     return {
         "fric": "export/1",
         "version": fric.__version__,
@@ -48,8 +48,7 @@ def manifest(
         "blocks": [{"name": b.title, "kind": b.kind, "parameters": b.parameters.tolist()} for b in part.blocks],
         "files": digests,
         "sources": list(sources),
-        "warnings": [str(one) for one in text],
-        "warnings_coded": [one.as_dict() for one in text],
+        **warned(notices),
     }
 
 

@@ -212,7 +212,7 @@ def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
         for axis, recorded in (group["axes"].items() if with_traces else ())
     }
     coded = json.loads(str(attributes.get("warnings_coded", "[]")))
-    warnings: tuple[str, ...] = tuple(Notice(one["text"], one["code"], one["severity"]) for one in coded)
+    warnings: tuple[str, ...] = tuple(map(Notice.of, coded))
     warnings = warnings or tuple(line for line in str(attributes["warnings"]).splitlines() if line)
     if "points" in group:
         places = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])

@@ -244,10 +244,7 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
             scheme=Scheme.of(one["scheme"]), glitches=tuple(map(float, one["glitches"])), glitch=float(one["glitch"]),
             rms=float(one["rms"]), range=float(one["range"]), place=np.array(one["place"], float),
             error=np.array(one["error"], float),
-            warnings=tuple(
-                text if isinstance(text, str) else Notice(text["text"], text["code"], text["severity"])
-                for text in one["warnings"]
-            ),
+            warnings=tuple(map(Notice.of, one["warnings"])),
             drawn=machines(one.get("drawn", ())), oscillation=float(one.get("oscillation", 0.0)),
             swings=machines(one.get("swings", ())),
             predicted=prediction.schemes.get(one["scheme"]["name"]) if prediction else None,

@@ -263,8 +263,7 @@ class ReportInput:
     def warned(self, test: ContourTest) -> list[Notice]:
         """Return what a run warns of, less what it tells again of the files that were given."""
         own = [notice for item in self.items for notice in item.warnings]
-        coded = test.provenance.get("warnings_coded", ())
-        again = [Notice(str(one["text"]), str(one["code"]), one["severity"]) for one in coded]
+        again = map(Notice.of, test.provenance.get("warnings_coded", ()))
         return [one for one in again if not any(one.endswith(text) for text in own)]
 
     def axes(self) -> list[str]:

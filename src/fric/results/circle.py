@@ -23,7 +23,7 @@ from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo, Study, monte_carlo_document
 from fric.simulate.prediction import Prediction
-from fric.simulate.processes import cluster_outcomes, outcomes
+from fric.simulate.processes import run_all
 from fric.units import readable
 from fric.verb import verb
 from fric.verdict.candidates import candidates_of
@@ -255,14 +255,7 @@ def circle(
         given |= evidence.drawn()
     given["accuracy"] = in_si(accuracy, "position")
     study = Study(subject, tuple(chosen), test, seed, only=axis, **given)
-    opened = cluster_outcomes(study, machines, scheduler) if scheduler else outcomes(study, machines, workers=workers)
-    done = []
-    with opened as found:
-        for outcome in found:
-            done.append(outcome)
-            advance()
-            if interrupted():
-                break
+    done = run_all(study, machines, workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted)
     if not done:
         raise FricError("no machine was done", hint="Nothing was written.")
     many = MonteCarlo(study, machines, tuple(done))

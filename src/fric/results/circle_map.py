@@ -17,7 +17,7 @@ from fric.results.machine import machine_of, schemes_of, unique
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import pair
 from fric.simulate.over_circles import CircleMap, Grid
-from fric.simulate.processes import cluster_outcomes, outcomes
+from fric.simulate.processes import run_all
 from fric.units import readable
 from fric.verb import verb
 
@@ -163,14 +163,7 @@ def circle_map(
     over = values_of(feeds, "velocity", points), values_of(radii, "position", points)
     grid = Grid(subject, chosen, *over, in_si(accuracy, "position"))
     advance(0, total=len(grid))
-    opened = cluster_outcomes(grid, len(grid), scheduler) if scheduler else outcomes(grid, len(grid), workers=workers)
-    cells = []
-    with opened as made:
-        for cell in made:
-            cells.append(cell)
-            advance()
-            if interrupted():
-                break
+    cells = run_all(grid, len(grid), workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted)
     if not cells:
         raise FricError("no circle was done", hint="Nothing was written.")
     done = len(cells)

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from fric.documents.friction import FrictionDocument, gms_tree
-from fric.documents.given_friction import given_static
 from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.identify.gms.fit import GMSFit
@@ -110,20 +109,20 @@ def identify_gms(
     records = logs_of("identify_gms", logs)
     axis, motion = records[0].axis, records[0].motion
     kept = friction_of("identify_gms", static, axis, motion)
-    given = given_static(kept) if kept is not None else None
+    forward, backward = (None, None) if kept is None else kept.maps()
     count, most = _blocks(blocks)
     known = plant_of("identify_gms", plant, axis, motion)
     doubtful = settled([*of_logs(records, known), *of_amplitudes(records)])
-    if given is not None:
-        doubtful += settled(of_friction(given.static, motion, known.M if known else None, where_of(static)))
-        doubtful += settled(of_level(records, given.static.F_s))
+    if forward is not None:
+        doubtful += settled(of_friction(forward, motion, known.M if known else None, where_of(static)))
+        doubtful += settled(of_level(records, forward.F_s))
     at = None if knots == "auto" else several(knots, "position", motion)
     if at is not None and blocks not in {"auto", len(at), str(len(at))}:
         raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave --blocks out.")
     found = fit_gms(
         records,
-        static=given.static if given else None,
-        negative=given.negative if given else None,
+        static=forward,
+        negative=backward,
         plant=known,
         blocks=count,
         knots=at,

@@ -70,7 +70,7 @@ def evidence_of(
             settled += [Notice(text, "model-disagrees", "wrong") for text in texts]
         else:
             against += texts
-    coded = [Notice(one["text"], one["code"], one["severity"]) for one in made.get("warnings_coded", ())]
+    coded = [*map(Notice.of, made.get("warnings_coded", ()))]
     notices = more.pop("notices", coded)
     if seen:
         settled += [one for one in notices if one.code in SETTLED and one.severity == "wrong"]

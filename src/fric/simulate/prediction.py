@@ -215,7 +215,7 @@ def prediction_of(tree: Mapping[str, Any]) -> Prediction:
     """Return the prediction that `Prediction.as_dict` wrote."""
 
     def notices(given: Any) -> tuple[Notice, ...]:
-        return tuple(Notice(one["text"], one["code"], one["severity"]) for one in given)
+        return tuple(map(Notice.of, given))
 
     def limits(given: Mapping[str, Any]) -> dict[str, Interval]:
         return {key: (number(low), number(high)) for key, (low, high) in given.items()}

@@ -70,6 +70,42 @@ def _started() -> BaseContext:
     return context
 
 
+def run_all(
+    study: Callable[[int], T],
+    machines: int,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    advance: Callable[[], object] = lambda: None,
+    interrupted: Callable[[], bool] = lambda: False,
+) -> list[T]:
+    """Return the outcomes of all machines in their order; of those that are done where it is interrupted.
+
+    Parameters
+    ----------
+    study, machines, workers
+        As in `outcomes`.
+    scheduler
+        Address of a Dask cluster that runs them instead, see `cluster_outcomes`.
+    advance, interrupted
+        Is told of each machine; asked after each whether to stop.
+
+    Raises
+    ------
+    FricError
+        As `outcomes` and `cluster_outcomes`.
+    """
+    opened = cluster_outcomes(study, machines, scheduler) if scheduler else outcomes(study, machines, workers=workers)
+    done = []
+    with opened as found:
+        for outcome in found:
+            done.append(outcome)
+            advance()
+            if interrupted():
+                break
+    return done
+
+
 @contextmanager
 def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = None) -> Iterator[Iterator[T]]:
     """Give the outcomes of machines 0, 1, 2, … in their order, as they are ready.
