@@ -2,9 +2,9 @@ from pathlib import Path
 
 import pytest
 
-from fric.documents.base import Quantity
 from fric.documents.identified import read_identified
 from fric.documents.machine_files import read_machine
+from fric.documents.quantity import Quantity
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
 from fric.simulate.spread import DEFAULT_SPREADS

@@ -9,9 +9,10 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 
 from fric.control import block_type, blocks
 from fric.control.cascade import Cascade
-from fric.documents.base import OfAxis, Quantity, in_units, quantities
+from fric.documents.base import OfAxis
 from fric.documents.controller import ControllerPart
 from fric.documents.provenance import provenance
+from fric.documents.quantity import Quantity, in_units, quantities
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.log import Record

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from fric.documents.base import Document, Known, Part
+from fric.documents.base import Document
+from fric.documents.quantity import Known, Part
 from fric.units import readable
 
 if TYPE_CHECKING:

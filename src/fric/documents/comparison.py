@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from fric.documents.base import Document, Known, Part, Quantity
+from fric.documents.base import Document
+from fric.documents.quantity import Known, Part, Quantity
 from fric.estimate import Estimate
 from fric.units import si_unit
 

@@ -4,7 +4,8 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from fric.documents.base import CodedWarning, Document, Part
+from fric.documents.base import CodedWarning, Document
+from fric.documents.quantity import Part
 from fric.simulate.spread import Distribution
 
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import Field
 
 from fric.control.cascade import Cascade
-from fric.documents.base import AxisDocument, Part, Physical, Quantity
+from fric.documents.base import AxisDocument
+from fric.documents.quantity import Part, Physical, Quantity
 from fric.units import Motion
 
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import inf, pi
 from typing import Any
 
-from fric.documents.base import Quantity
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument, PlantPart
+from fric.documents.quantity import Quantity
 from fric.notice import Notice
 from fric.simulate.spread import Spread
 

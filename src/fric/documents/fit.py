@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import CovarianceBlock, Part, Physical, Quantity
 from fric.documents.plant import PlantPart
+from fric.documents.quantity import CovarianceBlock, Part, Physical, Quantity
 
 
 class PreparedPart(Physical):

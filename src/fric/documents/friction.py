@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from fric.documents.base import FOOT, HEAD, OfAxis, Quantity, known, nested, quantities
+from fric.documents.base import FOOT, HEAD, OfAxis, nested
 from fric.documents.fit import Fit, PreparedPart
 from fric.documents.plant import plant_part
+from fric.documents.quantity import Quantity, known, quantities
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from fric.control.scheme import Lead
-from fric.documents.base import Quantity
+from fric.documents.quantity import Quantity
 from fric.errors import FricError
 
 LeadGiven = Quantity | Literal["auto"] | None

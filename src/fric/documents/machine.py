@@ -5,13 +5,14 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from fric.documents.base import AxisDocument, AxisName, Document, Part, Physical, Quantity
+from fric.documents.base import AxisDocument, AxisName, Document
 from fric.documents.block import BlockDocument, block_values
 from fric.documents.controller import ControllerDocument, ControllerPart
 from fric.documents.friction import FrictionDocument
 from fric.documents.lead import LeadGiven, lead_of
 from fric.documents.observer import ObserverDocument, ObserverPart
 from fric.documents.plant import PlantDocument, PlantPart
+from fric.documents.quantity import Part, Physical, Quantity
 from fric.documents.reality import FlawPart
 from fric.documents.yaml import read_document
 from fric.drive.sensing import Encoder

@@ -18,7 +18,8 @@ from fric.columns import (
     channel_dimension,
     is_circle_channel,
 )
-from fric.documents.base import Document, Part
+from fric.documents.base import Document
+from fric.documents.quantity import Part
 from fric.errors import FricError
 from fric.units import Motion, factor, parse
 

@@ -10,8 +10,9 @@ from pydantic import Field
 
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
-from fric.documents.base import AxisDocument, Part, Physical, Quantity
+from fric.documents.base import AxisDocument
 from fric.documents.controller import MarginsPart
+from fric.documents.quantity import Part, Physical, Quantity
 from fric.estimate import Estimate
 from fric.log import Record
 from fric.units import Motion, si_unit

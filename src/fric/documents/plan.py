@@ -5,7 +5,8 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import Known, OfAxis, Part, Physical, Quantity, in_units, known
+from fric.documents.base import OfAxis
+from fric.documents.quantity import Known, Part, Physical, Quantity, in_units, known
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.planning.plan import Plan, Planned, Setting

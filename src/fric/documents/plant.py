@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from fric.documents.base import AxisDocument, CovarianceBlock, Part, Physical, Quantity, known
+from fric.documents.base import AxisDocument
+from fric.documents.quantity import CovarianceBlock, Part, Physical, Quantity, known
 from fric.drive.plant import LinearPlant, Plant
 from fric.drive.resonance import Resonance
 from fric.errors import FricError

@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Generic, TypeVar, get_args, get_ori
 
 import pydantic
 
-from fric.documents.base import Physical, Quantity
+from fric.documents.quantity import Physical, Quantity
 from fric.estimate import Estimate
 from fric.units import Motion
 

@@ -5,7 +5,8 @@ from typing import Any, ClassVar, Literal
 from pydantic import AliasChoices, Field, field_validator
 
 from fric.columns import Kind
-from fric.documents.base import CodedWarning, Document, Part, Quantity
+from fric.documents.base import CodedWarning, Document
+from fric.documents.quantity import Part, Quantity
 from fric.units import Motion
 
 

@@ -4,7 +4,8 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
-from fric.documents.base import Document, Part
+from fric.documents.base import Document
+from fric.documents.quantity import Part
 
 
 class AdvicePart(Part):

@@ -6,8 +6,9 @@ from typing import ClassVar, Self
 from pydantic import Field, model_validator
 
 from fric.control.scheme import Scheme
-from fric.documents.base import Document, Part, Quantity
+from fric.documents.base import Document
 from fric.documents.lead import LeadGiven, lead_of
+from fric.documents.quantity import Part, Quantity
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.verb import verb

@@ -5,7 +5,8 @@ from typing import ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from fric.documents.base import Document, Part, Quantity
+from fric.documents.base import Document
+from fric.documents.quantity import Part, Quantity
 from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.simulate.spread import Distribution, Spread, check_spreads

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
-from fric.documents.base import Document, Part, Quantity
+from fric.documents.base import Document
+from fric.documents.quantity import Part, Quantity
 from fric.log import Log
 from fric.units import si_unit
 

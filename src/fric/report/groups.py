@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from fric.documents.base import Quantity
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
+from fric.documents.quantity import Quantity
 from fric.estimate import Covariance, estimate_rows
 from fric.report.report_input import Item
 from fric.results.names import plain_names

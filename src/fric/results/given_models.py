@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from fric.control.cascade import Cascade
-from fric.documents.base import in_units
 from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
+from fric.documents.quantity import in_units
 from fric.documents.yaml import read_document
 from fric.drive.plant import Plant
 from fric.errors import FricError
