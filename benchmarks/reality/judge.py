@@ -14,7 +14,6 @@ import numpy as np
 from benchmarks.reality.session import Session
 from benchmarks.reality.truth import gms_truth, plant_truth, static_truth, virgin_truth
 from fric.documents.friction import FrictionDocument, gms_tree, static_tree
-from fric.documents.given_friction import given_static
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.documents.yaml import read_document, write_document
 from fric.drive.plant import Plant
@@ -116,9 +115,9 @@ def identified(session: Session) -> Verdict:
 
         def gms() -> None:
             records = [*logs["presliding-sine"], *logs["sliding-sine"]]
-            given = given_static(read_document(friction_file, FrictionDocument)) if friction_file.exists() else None
-            maps = {"static": given.static, "negative": given.negative} if given else {}
-            fit = identify_gms(records, plant=verdict.plant, **maps)
+            known = friction_file.exists()
+            forward, backward = read_document(friction_file, FrictionDocument).maps() if known else (None, None)
+            fit = identify_gms(records, static=forward, negative=backward, plant=verdict.plant)
             _enter(steps["gms"], {"warnings": fit.warnings}, gms_tree(fit, records)["gms"], gms_truth(session))
             verdict.model = fit.model
             z = fit.curve.displacement

@@ -2,8 +2,9 @@
 
 from typing import ClassVar
 
-from fric.documents.base import Document, Part
+from fric.documents.base import Document
 from fric.documents.contours import VerdictPart
+from fric.documents.quantity import Part
 
 
 class StepsPart(Part):

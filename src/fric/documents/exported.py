@@ -4,7 +4,8 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from fric.documents.base import AxisName, CodedWarning, Document, Part
+from fric.documents.base import AxisName, CodedWarning, Document
+from fric.documents.quantity import Part
 from fric.units import Motion
 
 

@@ -144,6 +144,30 @@ class FrictionDocument(OfAxis):
         except (FricError, TypeError) as error:
             raise FricError(f"static: {error}") from None
 
+    def found_with(self, model: str | None, record: str) -> tuple[FrictionModel, float]:
+        """Return a model, the only one where none is named, and the offset [N] that it was identified with.
+
+        That of the record itself, where the model was fitted to it by replay; else that of the static map.
+
+        Raises
+        ------
+        FricError
+            When the file holds several models and none is named, or does not hold the one named.
+        """
+        found = self.model_names()
+        if model is None:
+            model = found[0] if len(found) == 1 else "static" if not found else None
+        if model is None:
+            raise FricError(f"the friction file holds {', '.join(found)}", hint="Name one with --model.")
+        friction = self.friction(model)
+        own = next((one.offset for one in self.fit_of(model).records or () if one.record == record), None)
+        return friction, self.load() if own is None else float(own.si("force", self.motion))
+
+    def load(self) -> float:
+        """Return the constant force [N] that was found beside the static map; 0 where none was."""
+        static = self.estimates("static") if self.static else {}
+        return float(static["offset"]) if "offset" in static else 0.0
+
     def backward(self) -> StaticMap | None:
         """Return the static map of the negative direction, where each has its own."""
         return StaticMap.from_sections({"static": self.estimates("static_negative")}) if self.static_negative else None

@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from fric.documents.base import Document, Part
+from fric.documents.base import Document
+from fric.documents.quantity import Part
 
 
 class FormatPart(Part):

@@ -210,9 +210,7 @@ def _axis(name: str, part: AxisPart) -> Axis:
             plant=plant,
             cascade=part.controller.cascade(motion),
             friction=true_friction(part.friction),
-            load=float(part.friction.estimates("static")["offset"])
-            if "offset" in (part.friction.static or {})
-            else 0.0,
+            load=part.friction.load(),
             nominal_friction=NominalFriction(
                 nominal_models(nominal_friction), gain, lead_of(part.feedforward.lead) or 0.0
             ),

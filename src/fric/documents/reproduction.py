@@ -4,8 +4,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from fric.documents.base import Document, Part
+from fric.documents.base import Document
 from fric.documents.contours import CircleScheme
+from fric.documents.quantity import Part
 
 
 class ReproducedFeed(Part):

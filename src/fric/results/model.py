@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any
 
 from fric.documents.friction import FrictionDocument, replay_tree
-from fric.documents.given_friction import parse_parameters
 from fric.errors import FricError, near
 from fric.friction import models
 from fric.identify.records.clipping import without_clipped
@@ -18,7 +17,7 @@ from fric.results.friction import IdentifiedFriction
 from fric.results.given import logs_of
 from fric.results.given_models import friction_of, plant_of
 from fric.results.text import Piece, parameters
-from fric.units import Motion, readable
+from fric.units import Motion, parse, readable
 from fric.verb import refused, verb
 
 CLIPPED = 0.1
@@ -128,6 +127,13 @@ def identify_model(
 
 
 def _fixed(model: str, given: Iterable[str] | Mapping[str, float | str], motion: Motion) -> dict[str, float]:
+    """Return parameters given by name, or as ``NAME=VALUE``, in SI."""
     texts = given if not isinstance(given, Mapping) else [f"{k}={v}" for k, v in given.items() if isinstance(v, str)]
     numbers = {k: float(v) for k, v in given.items() if not isinstance(v, str)} if isinstance(given, Mapping) else {}
-    return parse_parameters(model, texts, motion) | numbers
+    declared = {p.name: p for parameters in models()[model].declared().values() for p in parameters}
+    for text in texts:
+        name, _, value = text.partition("=")
+        if name not in declared:
+            raise FricError(f"{model} has no parameter '{name}'", hint=f"It has {', '.join(declared)}.")
+        numbers[name] = parse(value, declared[name].dimension, motion)
+    return numbers

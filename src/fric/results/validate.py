@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.given_friction import friction_and_load
 from fric.documents.plant import PlantDocument
 from fric.documents.validation import validation_tree
 from fric.errors import FricError
@@ -119,7 +118,7 @@ def validate(
     done, short = list[Validation](), list[Notice]()
     measured = replace(identified, T_d=0.0) if document.T_d.assumed else identified
     for log in records:
-        law, offset = friction_and_load(text, model, log.name) if text else document.coulomb()
+        law, offset = text.found_with(model, log.name) if text else document.coulomb()
         weight = offset if load is None else in_si(load, "force", motion)
         if cascade:
             done.append(validate_closed_loop(log, identified, cascade, law, weight))
