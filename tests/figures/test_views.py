@@ -49,13 +49,17 @@ def test_a_result_draws_its_figures_by_name(tmp_path):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figure")
-    place(folder, "new-figure.md", "fric.figures", "normal_scores.py", "new_figure_plugin")
+    place(folder, "new-figure.md", "fric.figures", "harmonics.py", "new_figure_plugin")
     return folder
 
 
-def test_a_new_figure_is_drawn_by_the_command_and_held_by_the_shared_tests(folder, warm):
-    words = ["identify", "static", "data/constant-velocity.h5", "-o", str(folder / "map.yaml")]
-    assert "wrote" in python(warm, folder, FRIC, *words, "--plot", f"residuals={folder / 'scores.png'}")
-    assert (folder / "scores.png").read_bytes()[1:4] == b"PNG"
-    words = ["tests/figures/test_views.py", "-k", "draws_what_it_is_of and static_fit"]
+def test_a_new_figure_is_drawn_by_command_and_report_and_held_by_the_shared_tests(folder, warm):
+    run = folder / "run.h5"
+    words = ["simulate", "circle", "xy-table", "--scheme", "a,f", "--radius", "5 mm", "-o", str(run)]
+    assert "wrote" in python(warm, folder, FRIC, *words, "--plot", f"harmonics={folder / 'harmonics.png'}")
+    assert (folder / "harmonics.png").read_bytes()[1:4] == b"PNG"
+    python(warm, folder, FRIC, "report", str(run), "-o", str(folder / "report.html"))
+    page = (folder / "report.html").read_text()
+    assert page.count('alt="Draw the amplitude of each harmonic of the radial error, a curve a scheme."') == 1
+    words = ["tests/figures/test_views.py", "-k", "draws_what_it_is_of and circles"]
     assert "1 passed" in shared_tests(warm, folder, "new_figure_plugin", *words)

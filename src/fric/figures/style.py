@@ -70,23 +70,29 @@ def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
     FricError
         When the ending is none that Matplotlib writes.
     """
-    import matplotlib as mpl
-
     path = Path(path)
     ending = path.suffix.lstrip(".").lower()
     if ending not in {"png", "svg", "pdf"}:
         raise FricError(
             f"'{path.suffix}' is no figure format", where=str(path), hint="End the name in .png, .svg or .pdf."
         )
-    with mpl.rc_context(STYLE), staged(path, force=force) as draft:
+    with staged(path, force=force) as draft:
+        draft.write_bytes(rendered(figure, ending))
+
+
+def rendered(figure: Figure, ending: str = "svg") -> bytes:
+    """Return a figure as the content of a file, the same bytes each time."""
+    import matplotlib as mpl
+
+    out = io.BytesIO()  # on a full disk the PDF backend raises what says nothing of the disk
+    with mpl.rc_context(STYLE):
         metadata = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
-        drawn = io.BytesIO()  # on a full disk the PDF backend raises what says nothing of the disk
         layout, dpi = figure.get_layout_engine(), figure.dpi
         if layout is not None and ending == "png":  # to lay out, savefig draws all of it once more
             figure.dpi = STYLE["savefig.dpi"]
             layout.execute(figure)
             figure.set_layout_engine(None)
-        figure.savefig(drawn, format=ending, metadata=metadata)
+        figure.savefig(out, format=ending, metadata=metadata)
         figure.dpi = dpi
         figure.set_layout_engine(layout)
-        draft.write_bytes(drawn.getvalue())
+    return out.getvalue()

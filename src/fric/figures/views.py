@@ -1,5 +1,8 @@
 """The figures by name: each is a function in a file of this room that says what it draws; a new one is one new file."""
 
+from __future__ import annotations
+
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -7,14 +10,15 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Any, TypeVar
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import fric.figures
 from fric.errors import FricError
 
-Draw = TypeVar("Draw", bound=Callable[..., Figure])
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Draw = TypeVar("Draw", bound="Callable[..., Figure]")
 
 
 @dataclass(frozen=True)
@@ -63,12 +67,20 @@ def _sources() -> dict[str, str]:
 
 
 @cache
-def views(of: str | None = None) -> tuple[View, ...]:
-    """Return every figure, by type and name; or those of one type, for which no other file is loaded."""
+def views(of: str | None = None, besides: frozenset[str] = frozenset()) -> tuple[View, ...]:
+    """Return every figure, by type and name; or those of one type, for which no other file is loaded.
+
+    Parameters
+    ----------
+    of
+        The type; all where not given.
+    besides
+        Names that are left out: a file that has no others is not loaded either.
+    """
     for module, source in _sources().items():
-        if of is None or f'"{of}"' in source.replace("'", '"'):
+        if of is None or set(re.findall(rf"""@view\(\s*["']([^"']+)["'],\s*(?:of=)?["']{of}["']""", source)) - besides:
             import_module(module)
-    return tuple(one for _, one in sorted(_FOUND.items()) if of in {None, one.of})
+    return tuple(one for _, one in sorted(_FOUND.items()) if of in {None, one.of} and one.name not in besides)
 
 
 def views_of(parts: Sequence[Any], *, usual: bool = False) -> dict[str, Callable[[], Figure]]:

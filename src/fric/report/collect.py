@@ -164,12 +164,14 @@ def _test(source: str, provenance: Mapping[str, Any], runs: Sequence[CircleRun |
     first, contours = runs[0], _contours(runs)
     if isinstance(first, CircleRun):
         circle = first.circle
-        return ContourTest(source, provenance, circle.feed, circle.radius, circle.direction, QUADRANTS, contours)
+        return ContourTest(
+            source, provenance, circle.feed, circle.radius, circle.direction, QUADRANTS, contours, runs=runs
+        )
     labels = tuple(
         f"{'xy'[reversal.axis]} at ({reversal.x * 1e3:.3g}, {reversal.y * 1e3:.3g}) mm"
         for reversal in first.contour.reversals
     )
-    return ContourTest(source, provenance, first.path.feed, None, 1, labels, contours)
+    return ContourTest(source, provenance, first.path.feed, None, 1, labels, contours, runs=runs)
 
 
 def _with_drawn(test: ContourTest, drawn: Mapping[str, Drawn], prediction: Prediction | None) -> ContourTest:

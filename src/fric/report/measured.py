@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 
+from fric.figures.style import rendered
 from fric.notice import Notice
+from fric.report.pictures import Picture, pictures
 from fric.report.report_input import Measured
 from fric.results.text import Table
 from fric.units import readable
@@ -28,6 +29,8 @@ class MeasuredView:
         What the circle cannot tell, and what does not agree.
     picture
         The figure of `fric diagnose`, SVG.
+    further
+        What other figures there are of it.
     """
 
     title: str
@@ -38,24 +41,19 @@ class MeasuredView:
     tables: Sequence[Table]
     warnings: Sequence[str]
     picture: bytes
+    further: Sequence[Picture]
 
 
 def measured_view(measured: Measured) -> MeasuredView:
     """Return what is told of a measured circle."""
-    import matplotlib as mpl  # not at the start: few pages need it
-
-    from fric.figures.style import STYLE
-
     result = measured.result
     test, held = result.found.test, result.held
-    out = BytesIO()
-    with mpl.rc_context(STYLE):
-        result.figure().savefig(out, format="svg", metadata={"Date": None})
     return MeasuredView(
         f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}", measured.source,
         held.scheme if held else "", held.all_agree if held else None,
         measured.glitch,
-        [piece for piece in result.report() if isinstance(piece, Table)], result.warnings, out.getvalue(),
+        [piece for piece in result.report() if isinstance(piece, Table)], result.warnings,
+        rendered(result.figure()), pictures(result.found),
     )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """What a report is made of, in one plain structure."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import isclose
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from fric.log import Record
 from fric.notice import Notice
 from fric.results.diagnose import DiagnosisResult
 from fric.results.verdict import evidence_of, machine_name
+from fric.simulate.contour_run import ContourRun
 from fric.simulate.prediction import Prediction
 from fric.units import Motion, readable
 from fric.verdict.decide import decide
@@ -146,6 +147,8 @@ class ContourTest:
         One per scheme.
     prediction
         What the machines drawn from what was identified say; None where none were.
+    runs
+        The runs themselves, without traces; none of an earlier report.
     """
 
     source: str
@@ -156,6 +159,7 @@ class ContourTest:
     labels: tuple[str, ...]
     contours: tuple[Contour, ...]
     prediction: Prediction | None = None
+    runs: Sequence[ContourRun[Any, Any]] = field(default=(), compare=False)
 
     @property
     def created(self) -> str:

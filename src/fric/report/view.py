@@ -18,6 +18,7 @@ from fric.report.drift import Change, block_counts, description, document_change
 from fric.report.groups import Group, groups_of
 from fric.report.measured import MeasuredView, gravest_first, measured_view
 from fric.report.onepage import Summary, summary_of
+from fric.report.pictures import Picture, pictures
 from fric.report.plots import drift_figure, friction_map, hysteresis, motions, q_filter, virgin_curves
 from fric.report.report_input import Contour, ContourTest, Item, ReportInput
 from fric.results.design import perturbation_of
@@ -34,6 +35,7 @@ class AxisView:
     figures: Sequence[Drawn]
     observer: Drawn | None
     notes: Sequence[str]
+    further: Sequence[Picture] = ()
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,7 @@ class TestView:
     observations: Sequence[str]
     earlier: ContourTest | None
     blocks: Sequence[str] = ()
+    further: Sequence[Picture] = ()
 
     __test__ = False  # no test of pytest's
 
@@ -165,7 +168,7 @@ def _axis(inputs: ReportInput, axis: str) -> AxisView:
             figures += motions(item, [log for log in inputs.records if _is_motion(log, axis)])
         elif item.kind == "observer":
             observer = q_filter(item, perturbation(inputs, item))
-    return AxisView(axis, groups, figures, observer, notes)
+    return AxisView(axis, groups, figures, observer, notes, [one for item in items for one in pictures(item.document)])
 
 
 def _is_motion(log: Record, axis: str) -> TypeGuard[Log]:
@@ -218,6 +221,7 @@ def _test(
         observations(test, longest),
         earlier,
         tuple(asked.values()),
+        pictures(test.runs),
     )
 
 
