@@ -1,5 +1,7 @@
 """The walk-through of docs/new-model.md is true: its one file, of at most 60 lines, is found and passes unasked."""
 
+import json
+import os
 import re
 from pathlib import Path
 
@@ -9,16 +11,17 @@ from fric.cli.identify.by_replay import models_in
 from tests.new_file import place, python, shared_tests
 
 ROOT = Path(__file__).parents[2]
-FIT = """
-import new_model_plugin
+FRIC = "import sys, new_model_plugin; from fric.cli.main import main; sys.exit(main())"
+LOGS = """
+import sys, new_model_plugin
 from fric.friction import models
-from fric.identify.replay.replay_fit import identify_by_replay
-from fric.identify.records.prepared import prepared
+from fric.io.hdf5 import write_logs
 from tests.identify.virtual_logs import logs_of
+from pathlib import Path
 
 truth = models()["bouc_wen"].typical()
-fit = identify_by_replay("bouc_wen", prepared(logs_of(truth, 1)))
-assert abs(fit.model.F_c / truth.F_c - 1) < 0.01 and abs(fit.model.k / truth.k - 1) < 0.01, fit.model
+write_logs(Path(sys.argv[1]), logs_of(truth, 1))
+print(truth.F_c, truth.k)
 """
 
 
@@ -43,5 +46,16 @@ def test_it_passes_the_shared_tests_unasked(folder, warm):
     assert "failed" not in told
 
 
-def test_it_is_fitted_as_any_other(folder, warm):
-    python(warm, folder, FIT)
+def test_command_schema_and_report_find_it(folder, warm):
+    log, found, page = (str(folder / name) for name in ("log.h5", "friction.yaml", "report.html"))
+    F_c, k = map(float, python(warm, folder, LOGS, log).split())
+    cold = dict(
+        os.environ
+    )  # the commands of `fric identify` are those of the models that are there when it is imported
+    told = json.loads(python(cold, folder, FRIC, "identify", "bouc_wen", log, "-o", found, "--json"))
+    assert told["bouc_wen"]["F_c"]["value"] == pytest.approx(F_c, rel=0.01)
+    assert told["bouc_wen"]["k"]["value"] == pytest.approx(k, rel=0.01)
+    schema = json.loads(python(warm, folder, FRIC, "schema", "friction"))
+    assert {"bouc_wen", "bouc_wen_fit"} <= schema["properties"].keys()
+    python(warm, folder, FRIC, "report", found, log, "-o", page)
+    assert "Bouc_wen <code>friction.yaml</code>" in (folder / "report.html").read_text()

@@ -247,38 +247,6 @@ def test_messages_are_two_short_lines_whatever_the_file_says():
     assert printable("tab\there") == "tab here"
 
 
-READER = '''
-"""A format of this test alone."""
-import numpy as np
-from fric.io.readers.base import Column, Memory
-
-def recognises(path, head):
-    return float(head.startswith(b"OWN-FORMAT"))
-
-def tables(path, layout):
-    n = int(path.read_text().split()[1])
-    t = np.arange(n) * 1e-3
-    yield Memory(path, (Column("time", "s"), Column("position", "m")), [t, np.sin(t)])
-'''
-
-
-@pytest.mark.parametrize("name", ["aaa", "zzz"])
-def test_a_reader_is_one_new_file_whatever_its_name(tmp_path, name):
-    """The surest reader is asked: text would take any file without a zero byte."""
-    (tmp_path / "readers").mkdir()
-    (tmp_path / "readers" / f"{name}.py").write_text(READER)
-    (tmp_path / "own.csv").write_text("OWN-FORMAT 500\n1,2\n")
-    code = (
-        "import sys\nimport fric.io.readers as r\nr.__path__.append(sys.argv.pop(1))\n"
-        "from fric.cli.main import main\nmain()\n"
-    )
-    words = [str(tmp_path / "readers"), "ingest", str(tmp_path / "own.csv"), "-o", str(tmp_path / "log.h5"), "--json"]
-    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert '"samples": 500' in done.stdout
-    assert len(read_records(tmp_path / "log.h5")[0]) == 500
-
-
 @pytest.mark.parametrize("verb", ["static", "gms", "dahl"])
 @pytest.mark.parametrize(
     ("spoil", "match"),

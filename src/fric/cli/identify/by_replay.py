@@ -4,6 +4,7 @@ The models are found by reading their files, not by importing them: `--help` nee
 """
 
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
@@ -15,10 +16,10 @@ from fric.cli.console import finish
 from fric.cli.options import Force, Implausible, Json, LogFiles, PlantFile, Plot, option
 
 
-def models_in(folder: Path) -> dict[str, str]:
-    """Return the models whose files are in a folder: name, and the first sentence of the file's docstring."""
+def models_in(*folders: Path | str) -> dict[str, str]:
+    """Return the models whose files are in folders: name, and the first sentence of the file's docstring."""
     found = {}
-    for path in sorted(folder.glob("*.py")):
+    for path in sorted(path for folder in folders for path in Path(folder).glob("*.py")):
         source = path.read_text(encoding="utf-8")
         name = re.search(r'^    name\b[^=\n]*= "(\w+)"', source, re.MULTILINE)
         if name and not re.search(r"^    identified\b[^=\n]*= False", source, re.MULTILINE):
@@ -26,7 +27,8 @@ def models_in(folder: Path) -> dict[str, str]:
     return found
 
 
-MODELS = models_in(Path(fric.__file__).parent / "friction")
+_ROOM = sys.modules.get("fric.friction")
+MODELS = models_in(*(_ROOM.__path__ if _ROOM else [Path(fric.__file__).parent / "friction"]))
 """Every model that can be identified, and what it is."""
 
 
