@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+import fric
 from fric.control.q_filter import QFilter
+from fric.control.scheme import PAPER_SCHEMES
+from fric.documents.machine_files import read_machine
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.io.run import read_runs
+from fric.io.run import read_runs, write_runs
+from fric.log import Log
 from fric.report.canvas import Drawn
 from fric.report.collect import collect
-from fric.report.contours import contour_figure
+from fric.report.contours import contour_figure, reversal_figures
 from fric.report.curves import friction_curves
 from fric.report.drift import Change
-from fric.report.plots import drift_figure, friction_map, hysteresis, q_filter, virgin_curves
+from fric.report.plots import drift_figure, friction_map, hysteresis, motions, q_filter, virgin_curves
+from fric.simulate.path import PointPath, run_path
 
 from .conftest import LOGS
 
@@ -206,6 +212,63 @@ def test_contours_carry_the_radial_error_of_the_run(files: SimpleNamespace) -> N
         with pytest.raises(AssertionError):
             check()
         line.data_source.data["error"] = kept
+
+
+def test_reversals_are_the_radial_error_over_time_behind_them(files: SimpleNamespace) -> None:
+    (test,) = collect([files.run]).tests
+    runs = [run.circularity for run in read_runs(files.run)]
+    for k, drawn in enumerate(reversal_figures(0, test)):
+        labelled(drawn)
+
+        def check(k: int = k, drawn: Drawn = drawn) -> None:
+            for (_, _, time, error), found in zip(curves(drawn), runs, strict=True):
+                assert -5.01 <= np.degrees(time.min() * 1e-3 * test.feed / test.radius) < -4
+                assert 24 < np.degrees(time.max() * 1e-3 * test.feed / test.radius) <= 25.01
+                glitch = found.quadrants[k] * 1e6
+                peak = error[np.argmax(np.abs(error))]
+                assert abs(peak - glitch) < 0.1 * abs(glitch) + 1.0
+                assert np.abs(error[time < 0]).max() < 0.5 * np.abs(error).max()
+
+        each_fails_when_level(drawn, check)
+
+
+def test_a_path_carries_the_contour_error_along_it(tmp_path: Path) -> None:
+    s = np.linspace(0, 2 * np.pi, 120)
+    points = PointPath(0.01 * np.cos(s), 0.006 * np.sin(s), 0.05)
+    runs = [run_path(read_machine("xy-table"), PAPER_SCHEMES[name], points) for name in "af"]
+    write_runs(tmp_path / "path.h5", runs, "{}")
+    (test,) = collect([tmp_path / "path.h5"]).tests
+    drawn = contour_figure(0, test, None)
+    labelled(drawn)
+
+    def check() -> None:
+        for (_, _, station, error), run in zip(curves(drawn), runs, strict=True):
+            at = np.argmin(np.abs(run.contour.station * 1e3 - station[:, None]), axis=1)
+            close(error, run.contour.error[at] * 1e6, 1e-5)
+            close(np.abs(error).max(), np.abs(run.contour.error).max() * 1e6)
+
+    each_fails_when_level(drawn, check)
+
+
+def test_a_motion_is_the_logged_force_and_that_of_a_rigid_axis(tmp_path: Path) -> None:
+    t = np.arange(4000) / 1000.0
+    v, a = 0.1 * np.cos(np.pi * t), -0.1 * np.pi * np.sin(np.pi * t)
+    force = 61 * a + 53 * np.sign(v) + 60 * v + np.random.default_rng(3).normal(size=4000)
+    log = Log(t, position=0.1 / np.pi * np.sin(np.pi * t), force=force, kind="motion")
+    fric.identify_plant(log, method="motion").save(tmp_path / "plant.yaml")
+    item = collect([tmp_path / "plant.yaml"]).items[0]
+    (drawn,) = motions(item, [log])
+    labelled(drawn)
+
+    def check() -> None:
+        (_, _, time, logged), (_, _, again, rigid) = curves(drawn)
+        at = np.round(time * 1000).astype(int)
+        close(again, time)
+        close(logged, force[at])
+        sure = np.abs(v[at]) > 5e-3  # the sign of a velocity near 0 is what the encoder's steps make of it
+        np.testing.assert_allclose(rigid[sure], (61 * a + 53 * np.sign(v) + 60 * v)[at][sure], atol=2.0)
+
+    each_fails_when_level(drawn, check)
 
 
 def test_drift_is_the_change_in_per_cent() -> None:
