@@ -24,6 +24,7 @@ from fric.errors import FricError
 from fric.figures.circle import polar_figure
 from fric.figures.style import save_figure
 from fric.io.run import read_runs, write_runs
+from fric.output import staged
 from fric.reproduce.axis import STEPS, AxisFiles, learn_axis
 from fric.reproduce.page import write_page
 from fric.reproduce.step_cache import StepCache
@@ -136,7 +137,8 @@ def reproduce_paper(
     names = pair(subject)
     given = folder / "given-machine.yaml"
     if not given.exists() or given.read_bytes() != machine.read_bytes():
-        copyfile(machine, given)
+        with staged(given, force=True) as draft:
+            copyfile(machine, draft)
     made = 0
     for _, ran in _learn(machine, names, folder, seed, bool(subject.published)):
         made += ran

@@ -1,7 +1,5 @@
 """What verbs take: records or the files that hold them, paths, quantities with units, and who is told of progress."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from pathlib import Path

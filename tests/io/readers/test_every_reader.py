@@ -1,8 +1,8 @@
 """What every reader is held to, without further work: how sure it is, and how it refuses what it cannot read."""
 
-import random
 from contextlib import suppress
 
+import numpy as np
 import pytest
 
 from fric.documents.mapping import Layout
@@ -11,7 +11,7 @@ from fric.io import readers
 from fric.io.readers import tables
 
 READERS = {module.__name__.rpartition(".")[2]: module for module in readers._readers()}
-HEADS = [b"", b"\0" * 64, b"time [s];position [mm]\n0;0\n", random.Random(1).randbytes(4096)]
+HEADS = [b"", b"\0" * 64, b"time [s];position [mm]\n0;0\n", np.random.default_rng(1).bytes(4096)]
 
 
 @pytest.mark.parametrize("name", READERS)

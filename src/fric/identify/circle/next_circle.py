@@ -1,7 +1,5 @@
 """What the next circle should show with a belief that was tuned, and between what."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,22 +1,16 @@
 """What changed while the records were logged: friction and offset, over a record and between records, and misfit."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Indices, Real
+from fric.identify.gms.fit import GMSFit
 from fric.identify.records.energy import cycle_energies, drift, energy_warnings
+from fric.identify.replay.measured import Replay
 from fric.notice import Notice
 from fric.units import readable, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.gms.fit import GMSFit
-    from fric.identify.replay.measured import Replay
 
 CHANGES = 0.03
 """Share of F_s by which friction or offset must change to be told."""
@@ -79,7 +73,7 @@ def _between(records: Sequence[Replay], values: Sequence[float], what: str, code
     )  # fmt: skip
 
 
-def _over_cycles(one: Replay) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _over_cycles(one: Replay) -> tuple[Real, Real]:
     """Return the offset [N] and the friction relative to the model's, of each whole cycle."""
     reversals = _seen_reversals(one)
     ends = reversals[::2]
@@ -89,13 +83,13 @@ def _over_cycles(one: Replay) -> tuple[NDArray[np.float64], NDArray[np.float64]]
     return np.array(offset), np.asarray(measured / modelled)
 
 
-def _seen_reversals(one: Replay) -> NDArray[np.intp]:
+def _seen_reversals(one: Replay) -> Indices:
     """Return the reversals among what a replay fits or holds out."""
     reversals, seen = one.record.reversals, one.used | one.held_out
     return np.asarray(reversals[seen[np.minimum(reversals, len(seen) - 1)]])
 
 
-def _drifts(values: NDArray[np.float64], least: float) -> float | None:
+def _drifts(values: Real, least: float) -> float | None:
     """Return by how much values go from the first cycle to the last, where that is sure and more than the least."""
     if len(values) < 4:
         return None

@@ -1,21 +1,15 @@
 """The cycles of a pre-sliding record."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Indices, Real
 from fric.errors import FricError
 from fric.identify.records.judgement import STEPS
+from fric.identify.records.motion import Motion
 from fric.identify.records.prepared import Prepared
 from fric.identify.records.reversals import find_reversals
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.records.motion import Motion
 
 
 @dataclass(frozen=True)
@@ -33,7 +27,7 @@ class HysteresisCycles:
     """
 
     record: Prepared
-    reversals: NDArray[np.intp]
+    reversals: Indices
     cycles: tuple[int, int]
 
     @property
@@ -47,7 +41,7 @@ class HysteresisCycles:
         return self.record.motion
 
     @property
-    def force(self) -> NDArray[np.float64]:
+    def force(self) -> Real:
         """Friction force [N], inertia and linear damping taken off where a plant is known, shape (n,)."""
         return self.record.force
 

@@ -1,7 +1,5 @@
 """An identified GMS model, with what it was seen in."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

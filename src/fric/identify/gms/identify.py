@@ -1,16 +1,17 @@
 """Identification of the GMS model (Section 3.2.1): from pre-sliding records to alpha, k and C."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.special import expit, logit, stdtrit
 
+from fric.arrays import Real
+from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
+from fric.friction import FrictionModel
 from fric.friction.directed import directed, mean_map
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
@@ -33,18 +34,12 @@ from fric.identify.records.prepared import Prepared, prepared
 from fric.identify.replay.lateness import half_width, lateness_notice, one_lag, suspects
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
+from fric.log import Log
 from fric.notice import Notice
 from fric.plausibility.bounds import settled
 from fric.plausibility.findings import of_shares
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.drive.plant import Plant
-    from fric.friction import FrictionModel
-    from fric.log import Log
 
 ASSUMED_C = 1e4
 """Attraction parameter [N/s] where no record in sliding tells it: a lag s/C of 10 to 16 ms for Table 1."""
@@ -256,7 +251,7 @@ def _by_leaving_out(
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Return alpha, k and the level of the virgin curve's blocks, with intervals from the curve without each cycle."""
 
-    def quantities(blocks: Blocks) -> NDArray[np.float64]:
+    def quantities(blocks: Blocks) -> Real:
         share = np.clip(blocks.limit / blocks.limit.sum(), 1e-15, 1.0 - 1e-15)  # a single block has alpha = 1
         return np.concatenate([logit(share), np.log(blocks.k), [np.log(blocks.limit.sum() / static.F_s)]])
 

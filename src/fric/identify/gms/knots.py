@@ -4,22 +4,16 @@ N blocks with slip displacements ``d_1 < … < d_N`` give the curve ``V(z) = Σ 
 knots d_i, and concave exactly when every k_i is positive.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import nlopt
 import numpy as np
 
+from fric.arrays import Real
 from fric.errors import FricError
+from fric.identify.gms.virgin_curve import VirginCurve
 from fric.identify.nonnegative import nonnegative
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.gms.virgin_curve import VirginCurve
 
 MOST_BLOCKS = 6
 """Blocks that the information criterion may choose where the user sets no limit."""
@@ -43,23 +37,23 @@ class Blocks:
         Displacement at which each block slips [m], shape (N,).
     """
 
-    k: NDArray[np.float64]
-    displacement: NDArray[np.float64]
+    k: Real
+    displacement: Real
 
     def __len__(self) -> int:
         return len(self.k)
 
     @property
-    def limit(self) -> NDArray[np.float64]:
+    def limit(self) -> Real:
         """Force ``W_i = k_i·d_i`` at which each block slips [N]."""
         return self.k * self.displacement
 
-    def __call__(self, z: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    def __call__(self, z: Real | float) -> Real:
         """Return the virgin curve [N] at displacements z [m]."""
         return np.asarray(np.minimum(np.asarray(z)[..., None], self.displacement) @ self.k)
 
 
-def blocks_from_knots(knots: NDArray[np.float64], force: NDArray[np.float64]) -> Blocks:
+def blocks_from_knots(knots: Real, force: Real) -> Blocks:
     """Solve eq. (6) for any number of blocks, from the knots that the user chose.
 
     ``K_j = Σ_{i≥j} k_i`` is the slope before knot j, so ``k_j = K_j - K_{j+1}``, and ``Σ W_i`` is the force at the
@@ -115,7 +109,7 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
     sliding = curve.saturates
     column, rows, weighted = z[:, None], weight[:, None], weight * force
 
-    def solved(knots: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    def solved(knots: Real) -> tuple[Real, float]:
         d = np.exp(knots) if sliding else np.append(np.exp(knots), extent)
         limit, rest = nonnegative(rows * np.minimum(column / d, 1.0), weighted, 100 * count)
         return limit / d, rest**2
@@ -230,7 +224,7 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
     start = np.log(blocks.displacement[inside])
     beyond = np.full(len(blocks) - len(start), extent)
 
-    def solved(knots: NDArray[np.float64], force: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    def solved(knots: Real, force: Real) -> tuple[Real, float]:
         d = np.append(np.exp(knots), beyond)
         limit, rest = nonnegative(weight[:, None] * np.minimum(z[:, None] / d, 1.0), weight * force, 100 * len(d))
         return limit / d, rest**2
@@ -240,7 +234,7 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
         knots = start
         if len(start):
 
-            def cost(x: NDArray[np.float64], force: NDArray[np.float64] = other.force) -> float:
+            def cost(x: Real, force: Real = other.force) -> float:
                 return solved(x, force)[1]
 
             knots = _optimized(nlopt.LN_SBPLX, cost, start, start - 1.0, np.minimum(start + 1.0, np.log(extent)))
@@ -252,9 +246,7 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
     return found
 
 
-def _placed(
-    cost: Callable[[NDArray[np.float64]], float], low: float, high: float, count: int, seed: int
-) -> NDArray[np.float64]:
+def _placed(cost: Callable[[Real], float], low: float, high: float, count: int, seed: int) -> Real:
     """Return the knots (logarithms) of least cost."""
     bounds = np.full(count, low), np.full(count, high)
     grid = np.linspace(low, high, 40)
@@ -271,11 +263,11 @@ def _placed(
 
 def _optimized(
     algorithm: int,
-    cost: Callable[[NDArray[np.float64]], float],
-    start: NDArray[np.float64],
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    cost: Callable[[Real], float],
+    start: Real,
+    low: Real,
+    high: Real,
+) -> Real:
     optimizer = nlopt.opt(algorithm, len(start))
     optimizer.set_lower_bounds(low)
     optimizer.set_upper_bounds(high)
@@ -286,7 +278,7 @@ def _optimized(
     return np.asarray(optimizer.optimize(np.clip(start, low, high)))
 
 
-def weights(curve: VirginCurve) -> NDArray[np.float64]:
+def weights(curve: VirginCurve) -> Real:
     """Return a weight for each point of a virgin curve, the inverse of its spread [1/N], shape (n,).
 
     Where the cycles agree by chance a point must not rule the fit: the spread has a floor at the median spread, and

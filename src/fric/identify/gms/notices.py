@@ -1,21 +1,15 @@
 """What pre-sliding data cannot tell, in the user's words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.identify.gms.changes import changes
+from fric.identify.gms.fit import GMSFit
+from fric.identify.gms.knots import Blocks
 from fric.notice import Notice
 from fric.units import readable, si_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.identify.gms.fit import GMSFit
-    from fric.identify.gms.knots import Blocks
 
 INERTIA = 0.1
 """Share of the force from which on the inertia makes a sine too fast."""
@@ -167,7 +161,7 @@ def _saturation(fit: GMSFit, length: str, newton: str) -> Iterator[Notice]:
         )  # fmt: skip
 
 
-def pair_gaps(blocks: Blocks) -> NDArray[np.float64]:
+def pair_gaps(blocks: Blocks) -> Real:
     """Return by how much the virgin curve changes at most when two neighbours are made one [N], shape (N - 1,).
 
     The one has their stiffness and their limit; the greatest change is where it slips.

@@ -17,18 +17,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.arrays import Real
+from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import HysteresisCycles
 from fric.identify.records.judgement import SATURATED, least_slope
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fric.friction.stribeck import StaticMap
 
 CLOSING = 0.03
 """Share of a branch, at its end, that the force at the reversal is read from."""
@@ -64,22 +60,22 @@ class VirginCurve:
         The encoder's step [m]; 0 where none is visible.
     """
 
-    displacement: NDArray[np.float64]
-    force: NDArray[np.float64]
-    band: NDArray[np.float64]
-    cycles: NDArray[np.float64]
+    displacement: Real
+    force: Real
+    band: Real
+    cycles: Real
     record: tuple[tuple[str, float], ...]
     level: float
     mismatch: float = 0.0
     final_slope: float = 0.0
     step: float = 0.0
 
-    def __call__(self, z: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    def __call__(self, z: Real | float) -> Real:
         """Return the force [N] at displacements z [m], linear between the points and from the origin."""
         return np.interp(z, np.append(0.0, self.displacement), np.append(0.0, self.force))
 
     @property
-    def blur(self) -> NDArray[np.float64]:
+    def blur(self) -> Real:
         """What the encoder leaves uncertain of the force [N], shape (n,).
 
         A position is known to ±step/2, evenly spread, at the reversal and after it. Magnified by the slope of the curve
@@ -135,7 +131,7 @@ class VirginCurve:
             yield replace(self, force=force)
 
 
-def with_all_errors(curve: VirginCurve, model: NDArray[np.float64]) -> VirginCurve:
+def with_all_errors(curve: VirginCurve, model: Real) -> VirginCurve:
     """Return a curve whose band holds, besides the scatter of its cycles, what all cycles have alike.
 
     That is the blur of the encoder, the step where one record continues another, and how far the curve is from that of
@@ -157,8 +153,8 @@ def with_all_errors(curve: VirginCurve, model: NDArray[np.float64]) -> VirginCur
 class _Branches:
     """The binned curve of each cycle of one record."""
 
-    displacement: NDArray[np.float64]
-    cycles: NDArray[np.float64]
+    displacement: Real
+    cycles: Real
     level: float
 
 
@@ -205,7 +201,7 @@ def virgin_curve(
     return replace(_spliced(parts, mismatch), step=max(one.motion.step for one in ordered))
 
 
-def _spliced(parts: list[tuple[str, NDArray[np.float64], NDArray[np.float64], float]], mismatch: float) -> VirginCurve:
+def _spliced(parts: list[tuple[str, Real, Real, float]], mismatch: float) -> VirginCurve:
     displacement = np.concatenate([place for _, place, _, _ in parts])
     rows = sum(len(cycles) for _, _, cycles, _ in parts)
     table = np.full((rows, len(displacement)), np.nan)
@@ -258,9 +254,7 @@ def _branches(
     return _Branches(place, table, float(np.mean(levels)))
 
 
-def _binned(
-    at: NDArray[np.float64], value: NDArray[np.float64], edges: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _binned(at: Real, value: Real, edges: Real) -> tuple[Real, Real]:
     """Return the means of displacement and value in each bin; between samples that are further apart, the chord."""
     index = np.digitize(at, edges) - 1
     inside = (index >= 0) & (index < len(edges) - 1)
@@ -275,7 +269,7 @@ def _binned(
     return place, mean
 
 
-def _closing(z: NDArray[np.float64], v: NDArray[np.float64], force: NDArray[np.float64], step: float) -> float:
+def _closing(z: Real, v: Real, force: Real, step: float) -> float:
     """Return the force at the end of a branch: its last part, regressed on the way and on the speed that are left.
 
     The speed falls as the root of the way to the reversal, and s(v) rises to F_s with it. Within the last count the
@@ -291,7 +285,7 @@ def _closing(z: NDArray[np.float64], v: NDArray[np.float64], force: NDArray[np.f
     return float(solution[0])
 
 
-def _edges(amplitude: float, step: float) -> NDArray[np.float64]:
+def _edges(amplitude: float, step: float) -> Real:
     """Return bin edges from 0 to the amplitude: fine at the origin, growing with the displacement."""
     least = max(step / 16, 1e-3 * amplitude)
     edges = [0.0]
