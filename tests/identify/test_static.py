@@ -285,3 +285,34 @@ def test_strokes_too_short_to_settle_are_told():
     assert {w.code: w.severity for w in fit.warnings}["strokes-unsettled"] == "wrong"
     low, high = fit.static.estimates["F_s"].ci95
     assert low < TABLE_1.F_s < high
+
+
+SPEEDS = 0.1 * np.geomspace(1 / 1500, 1, 10)
+"""Ten speeds over three decades, as one logs them."""
+
+
+def of_law(law, seed: int, *, scatter: float = 0.0) -> list[Log]:
+    """Return strokes at ten speeds, both ways, of a law of friction that need not be eq. (2)."""
+    rng, logs = np.random.default_rng(seed), []
+    for v in both_directions(SPEEDS):
+        own = law(abs(v)) * (1 + scatter * rng.standard_normal())
+        log = stroke(v, rng, noise=0.0)
+        logs.append(replace(log, force=np.sign(v) * own + 0.4 * rng.standard_normal(len(log))))
+    return logs
+
+
+def test_a_law_that_is_not_eq_2_is_told_where_both_directions_show_it() -> None:
+    """A fall as 1/(1 + (v/v_s)²) (Hess and Soom 1990), or a viscous part as √v, left 1 to 3 N of 50 without a doubt."""
+
+    def told(fit: StaticFit) -> bool:
+        return "residuals-follow-speed" in {w.code for w in fit.warnings if w.severity == "doubt"}
+
+    hess, root, plain = (
+        lambda v: 50 + 25 / (1 + (v / 2e-3) ** 2) + 720 * v,
+        lambda v: 50 + 25 * np.exp(-v / 2e-3) + 720 * v + 150 * np.sqrt(v),
+        lambda v: 50 + 25 * np.exp(-v / 2e-3) + 720 * v,
+    )
+    for law in (hess, root):
+        assert all(told(identify_static(of_law(law, seed))) for seed in range(3))
+    for scatter in (0.0, 0.02):
+        assert not any(told(identify_static(of_law(plain, seed, scatter=scatter))) for seed in range(6))
