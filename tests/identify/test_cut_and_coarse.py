@@ -54,6 +54,16 @@ def test_coarse_counts_of_a_force_are_no_clipping() -> None:
         assert clipped_samples(np.clip(np.round(fine / count) * count, -limit, limit)) > 0.2 * len(fine)
 
 
+@pytest.mark.parametrize("held", [5, 8, 16])
+def test_a_force_that_comes_at_a_slower_rate_is_no_clipping(held: int) -> None:
+    """A current of 250 Hz in a log of 2 kHz: each peak is held, and every identification was refused."""
+    (log,) = fric.read(DATA / "frequency-response.h5")
+    for force in (log.force, *(one.force for one in sines())):
+        assert clipped_samples(np.repeat(force, held)) == 0
+        cut = 0.6 * float(np.abs(force).max())
+        assert clipped_samples(np.repeat(np.clip(force, -cut, cut), held)) > 300
+
+
 def test_coarse_counts_of_a_force_are_told() -> None:
     def codes(step: float) -> set[str]:
         logs = fric.read(DATA / "constant-velocity.h5")

@@ -26,19 +26,24 @@ def counts(values: Real) -> float | None:
 def clipped(values: Real) -> Mask:
     """Say at which samples a channel is flat at its extreme, more than coarse counts alone bring about, shape (n,).
 
-    Of a channel with few levels nothing is said: friction that slides stays within one, as a clipped force does.
+    Of a channel with few levels nothing is said: friction that slides stays within one, as a clipped force does. Of
+    one that is held from value to value, as it comes at a slower rate than the log, values count and not samples.
     """
     found = np.zeros(len(values), bool)
     span, step = float(np.ptp(values)) if len(values) else 0.0, counts(values) if len(values) else None
     if span == 0.0 or (step is not None and span < LEVELS * step):
         return found
+    lasting = np.diff(np.flatnonzero(np.diff(values)))
+    held = int(np.quantile(lasting, 0.05, method="lower")) if len(lasting) else 1
     rounding = 1e-9 * float(np.ptp(np.quantile(values, [0.005, 0.995])))  # one absurd sample aside
     for side in (values, -values):
         top = side >= side.max() - rounding
         edges = np.flatnonzero(np.diff(np.concatenate([[False], top, [False]]).astype(int)))
         runs, often = edges[1::2] - edges[::2], np.count_nonzero(top)
         below = np.count_nonzero(side >= side.max() - 1.5 * step) - often if step else 0
-        stuck = runs.max() >= STUCK or (often >= 4 * STUCK and runs.mean() >= 2.0)  # crests of a multisine are short
+        stuck = runs.max() >= STUCK * held or (
+            often >= 4 * STUCK * held and runs.mean() >= 2.0 * held
+        )  # crests are short
         if stuck and often > 3 * below:
             found |= top
     return found
