@@ -1,6 +1,7 @@
 """Non-negative least squares for searches that ask for thousands of small ones."""
 
 from contextlib import suppress
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -32,10 +33,12 @@ def nonnegative(A: Real, b: Real, most: int) -> tuple[Real, float]:
     ValueError
         When a number of A or b is not finite.
     """
-    if _unchecked is None or not (np.isfinite(A).all() and np.isfinite(b).all()):
+    A = np.ascontiguousarray(A)
+    flat = A.ravel()
+    if _unchecked is None or not (isfinite(flat @ flat) and isfinite(b @ b)):  # sums tell it sooner than each number
         x, rest = nnls(A, b, maxiter=most)
         return x, float(rest)
-    x, rest, state = _unchecked(np.ascontiguousarray(A), b, most)
+    x, rest, state = _unchecked(A, b, most)
     if state == 3:
         raise RuntimeError("non-negative least squares did not end")
     return x, rest

@@ -63,13 +63,13 @@ class _Stroke(NamedTuple):
         """Return what the fall adds to the mean of those samples [N]."""
         return self.fall(log_C)[0] * float(np.mean(self.shape(log_C)))
 
-    def fall(self, log_C: float) -> tuple[float, float, Real]:
-        """Return the fall from the beginning to the level, its standard error [N], and the residuals [1]."""
+    def fall(self, log_C: float) -> tuple[float, float]:
+        """Return the fall from the beginning to the level, and its standard error [N]."""
         shape = np.exp(-self.time * np.exp(log_C) / self.level)
         around = shape - shape.mean()
         power = max(float(around @ around), 1e-12)
         fall = float(around @ self.force) / power
-        return fall * self.error, self.error / power**0.5, self.force - self.force.mean() - fall * around
+        return fall * self.error, self.error / power**0.5
 
 
 def settled_points(
@@ -111,7 +111,7 @@ def settled_points(
     for one in compress(known, worth):
         log, segment = logs[one.number]
         force = log.require("force", "the friction map")[segment.start : segment.stop]
-        fall, error, _ = one.fall(shared.log_C)
+        fall, error = one.fall(shared.log_C)
         mean = average(force - fall * one.shape(shared.log_C), method)
         error *= shared.scale * float(np.mean(one.shape(shared.log_C)))
         error = float(np.linalg.norm([mean.standard_error, error, points[one.number].rounding]))
@@ -134,8 +134,18 @@ def _shared(known: Sequence[_Stroke]) -> _Shared | None:
     """Return C of all strokes; None where they do not settle so, or have settled."""
     longest = float(np.log(max(one.time[-1] / one.level for one in known)))
 
+    counts = np.array([len(one.time) for one in known])
+    begins = np.append(0, np.cumsum(counts[:-1]))
+    rate = np.concatenate([one.time / one.level for one in known])
+    force = np.concatenate([one.force for one in known])
+    centred = force - np.repeat(np.add.reduceat(force, begins) / counts, counts)
+
     def residuals(log_C: float) -> Real:
-        return np.concatenate([one.fall(log_C)[2] for one in known])
+        """Return what falls as `_Stroke.fall` leave over, of all strokes one after the other [1]."""
+        shape = np.exp(-rate * np.exp(log_C))
+        around = shape - np.repeat(np.add.reduceat(shape, begins) / counts, counts)
+        power = np.maximum(np.add.reduceat(around**2, begins), 1e-12)
+        return centred - np.repeat(np.add.reduceat(around * force, begins) / power, counts) * around
 
     def cost(log_C: float) -> float:
         return float(np.sum(residuals(log_C) ** 2))
@@ -149,11 +159,11 @@ def _shared(known: Sequence[_Stroke]) -> _Shared | None:
     left = residuals(log_C)
     freedom = max(len(left) - 2 * len(known) - 1, 1)
     chi2 = max(float(left @ left) / freedom, 1.0)
-    flat = sum(float(np.sum((one.force - one.force.mean()) ** 2)) for one in known)
+    flat = float(centred @ centred)
     if chi2 > UNLIKE or (flat - float(left @ left)) / chi2 < GAIN + 2 * len(known):
         return None
     gradient = (residuals(log_C + 1e-3) - residuals(log_C - 1e-3)) / 2e-3
-    label = np.repeat(np.arange(len(known)), [len(one.time) for one in known])
+    label = np.repeat(np.arange(len(known)), counts)
     plain = chi2 * float(stdtrit(freedom, 0.975)) ** 2 / max(float(gradient @ gradient), 1e-12)
     among = float(sandwich(gradient[:, np.newaxis], left, label)[0, 0])
     return _Shared(log_C, max(plain, among) ** 0.5, chi2**0.5)
