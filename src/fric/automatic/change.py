@@ -132,7 +132,7 @@ def _items(documents: Mapping[str, Any]) -> dict[str, Item]:
     plant = documents.get("plant")
     for kind, tree, document in (("friction", friction, FrictionDocument), ("plant", plant, PlantDocument)):
         if tree is not None:
-            found[kind] = Item("", kind, str(tree["axis"]), tree, document.model_validate(tree))
+            found[kind] = Item("", document.model_validate(tree))
     return found
 
 

@@ -46,7 +46,7 @@ class CodedWarning(Part):
     @model_validator(mode="before")
     @classmethod
     def _of_a_notice(cls, given: Any) -> Any:
-        return Notice.of(given).as_dict() if isinstance(given, str) else given
+        return given.as_dict() if isinstance(given, Notice) else given
 
 
 def nested(kind: Any, given: Any, name: str) -> Any:

@@ -12,10 +12,10 @@ import numpy as np
 from fric.arrays import Real
 from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
-from fric.documents import document_types
 from fric.documents.bundled import located
 from fric.documents.circle_map import CircleMapDocument
-from fric.documents.yaml import plain, read_document, read_tree
+from fric.documents.machine_files import NOMINAL_DOCUMENTS
+from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.identify.circle.model_shape import LEARNED, wrong_shape_measured
 from fric.input import foreign
@@ -70,8 +70,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
         found = recognise(path)
         kind = found.partition("/")[0]
         if kind in KINDS:
-            read_document(path, document_types()[kind])
-            items.append(_item(path.name, plain(read_tree(path))))
+            items.append(Item(path.name, read_document(path, NOMINAL_DOCUMENTS[kind])))
         elif kind == "run":
             test = _test(path.name, read_run_provenance(path), read_runs(path, traces=False))
             tests.append(_with_drawn(test, read_drawn(path), read_prediction(path)))
@@ -90,7 +89,9 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
         elif found == FORMAT:
             earlier = read_report(path)
             with foreign(path, "Make it again with `fric report`.", lacking=True):
-                items += [_item(f"{path.name}: {entry['source']}", entry["tree"]) for entry in earlier["documents"]]
+                for entry in earlier["documents"]:
+                    document = NOMINAL_DOCUMENTS[str(entry["tree"]["fric"]).partition("/")[0]]
+                    items.append(Item(f"{path.name}: {entry['source']}", document.model_validate(entry["tree"])))
                 tests += [contour_test(entry, f"{path.name}: ") for entry in earlier["tests"]]
         else:
             raise FricError(
@@ -120,12 +121,6 @@ def _with_shape(held: Sequence[Measured]) -> tuple[Measured, ...]:
             found = replace(found, warnings=(*found.warnings, *notices))
         made.append(replace(one, result=replace(one.result, found=found)))
     return tuple(made)
-
-
-def _item(source: str, tree: Mapping[str, Any]) -> Item:
-    kind = str(tree["fric"]).partition("/")[0]
-    document = document_types()[kind].model_validate(tree)
-    return Item(source, kind, str(tree["axis"]), tree, document)
 
 
 def _sorted(items: Sequence[Item], tests: Sequence[ContourTest], records: Sequence[Record]) -> ReportInput:
@@ -210,7 +205,7 @@ def as_data(inputs: ReportInput) -> dict[str, Any]:
     """Return what a report is made of as plain data, which stands in its page and `contour_test` reads again."""
     return {
         "fric": FORMAT,
-        "documents": [{"source": item.source, "tree": plain(item.tree)} for item in inputs.items],
+        "documents": [{"source": item.source, "tree": item.tree} for item in inputs.items],
         "tests": [_test_data(test) for test in inputs.tests],
     }
 

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import isclose
 from pathlib import Path
 from typing import Any
 
 from fric.arrays import Real
-from fric.documents import Document
-from fric.documents.base import AxisDocument
+from fric.documents.base import AxisDocument, OfAxis
 from fric.documents.bundled import bundled
 from fric.documents.circle_map import CircleMapDocument
 from fric.documents.friction import FrictionDocument
@@ -29,32 +29,38 @@ KINDS = ("friction", "plant", "controller", "observer")
 
 @dataclass(frozen=True)
 class Item:
-    """One document: where it is from, its content as it stands in the file, and as it is understood.
+    """One document, and where it is from.
 
     Parameters
     ----------
     source
         File that it was read from.
-    kind
-        ``friction``, ``plant``, ``controller`` or ``observer``.
-    axis
-        Name of its axis.
-    tree
-        The document as plain values.
     document
-        The document, validated.
+        The document: friction, plant, controller or observer.
     """
 
     source: str
-    kind: str
-    axis: str
-    tree: Mapping[str, Any]
-    document: Document
+    document: OfAxis
+
+    @property
+    def kind(self) -> str:
+        """Its type, one of `KINDS`."""
+        return self.document.type
+
+    @property
+    def axis(self) -> str:
+        """Name of its axis."""
+        return self.document.axis
 
     @property
     def motion(self) -> Motion:
         """Linear or rotary."""
-        return "rotary" if self.tree.get("motion") == "rotary" else "linear"
+        return self.document.motion
+
+    @cached_property
+    def tree(self) -> Mapping[str, Any]:
+        """The document as plain values."""
+        return self.document.tree()
 
     @property
     def provenance(self) -> Mapping[str, Any]:
