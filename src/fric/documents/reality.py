@@ -68,12 +68,9 @@ def _field(field: Field[Any], kind: Any, text: str | None) -> tuple[Any, Any]:
     within: list[Any] = [one for one in (kind, *get_args(kind)) if is_dataclass(one)]
     if within:
         part: Any = _part(within[0])
-        several = get_origin(kind) is tuple
-        return (
-            (list[part], pydantic.Field(default_factory=list))
-            if several
-            else (part | None, pydantic.Field(None, description=text))
-        )
+        if get_origin(kind) is tuple:
+            return list[part], pydantic.Field(default_factory=list)
+        return part | None, pydantic.Field(None, description=text)
     if get_origin(kind) is not Annotated:
         return kind, pydantic.Field(... if needed else field.default, description=text)
     asked: Any = Quantity if needed else Quantity | None
