@@ -25,6 +25,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+LATE = ("rich.console", "rich.table", "pint", "scipy.signal", "matplotlib.backends.backend_agg")
+"""What commands import where they need it, as most do."""
+
 CLIENT = """#!{python} -IS
 import json, os, resource, signal, socket, sys
 if os.path.basename(sys.argv[0]) == "python" and not "".join(sys.argv[1:2]).endswith(("-c", ".py")):
@@ -122,13 +125,15 @@ def _reaped() -> bool:
 
 
 def main() -> None:
-    """Import everything; serve where an address is given, and be the command that is asked for."""
-    for name in (*modules(), "rich.console", "rich.table"):
+    """Import everything, also what commands import when they need it; serve, and be the command that is asked for."""
+    for name in (*modules(), *LATE):
         importlib.import_module(name)
+    from fric import units
     from fric.simulate import processes
 
     if len(sys.argv) > 1:
         processes.default_workers = lambda: 1  # as in the tests' own processes (`alone` in tests/conftest.py)
+        units._registry()
         gc.freeze()  # what is there stays shared by all children
         serve(sys.argv[1])
         status = _run()

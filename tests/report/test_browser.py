@@ -68,15 +68,16 @@ def opened(driver: Any, path: Path) -> Any:
 
 
 @pytest.fixture(scope="module")
-def judged(tmp_path_factory: pytest.TempPathFactory) -> tuple[Report, Path]:
-    """A report of a run, of a measured circle that is not as predicted, and of one that is, with a tolerance."""
+def judged(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Report], Path]:
+    """A report of a run and of a measured circle that is as predicted, and of one that is not, with a tolerance."""
     folder = tmp_path_factory.mktemp("judged")
     fric.circle("xy-table", "a,c,f").save(folder / "run.h5")
     fric.circle("xy-table", "a", revolutions=3).save(folder / "same.h5")
     fric.circle("virtual-rig", "a", revolutions=3).save(folder / "other.h5")
+    made = {}
     for name in ("same", "other"):
-        made = fric.make_report(folder / "run.h5", circles=[folder / f"{name}.h5"], tolerance="8 um")
-        made.save(folder / f"{name}.html")
+        made[name] = fric.make_report(folder / "run.h5", circles=[folder / f"{name}.h5"], tolerance="8 um")
+        made[name].save(folder / f"{name}.html")
     return made, folder
 
 
@@ -228,12 +229,12 @@ def test_symbols_have_their_plain_names_beside_them(page: Any) -> None:
     assert (told["k_1"], told["k_2"]) == ("stiffness of the block", "")
 
 
-def test_the_decision_is_first_and_prints_on_one_sheet(page: Any, judged: tuple[Report, Path]) -> None:
+def test_the_decision_is_first_and_prints_on_one_sheet(page: Any, judged: tuple[dict[str, Report], Path]) -> None:
     """What is read first is what --json says; its section fits an A4 sheet and ends it."""
-    _, folder = judged
+    made, folder = judged
     opened(page, folder / "same.html")
     first = page.find_element("css selector", "main section")
-    told = fric.make_report(folder / "run.h5", circles=[folder / "same.h5"], tolerance="8 um").document["advice"][0]
+    told = made["same"].document["advice"][0]
     assert told["passes"] is True
     assert told["trusted"] is True
     assert told["headline"] in first.text
@@ -253,8 +254,9 @@ def test_the_decision_is_first_and_prints_on_one_sheet(page: Any, judged: tuple[
     assert breaks == "page"
 
 
-def test_against_a_measured_circle_nothing_is_recommended(page: Any, judged: tuple[Report, Path]) -> None:
-    made, folder = judged
+def test_against_a_measured_circle_nothing_is_recommended(page: Any, judged: tuple[dict[str, Report], Path]) -> None:
+    reports, folder = judged
+    made = reports["other"]
     opened(page, folder / "other.html")
     first = page.find_element("css selector", "main section").text
     assert "No scheme is recommended" in first

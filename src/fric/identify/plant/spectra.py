@@ -63,9 +63,8 @@ def find_period(values: Real) -> int | None:
     rounding does, which may be alike again after some periods, the period is the shorter lag.
     """
     n = len(values)
-    from scipy import signal
-
-    x = signal.detrend(values)
+    along = np.arange(n) - 0.5 * (n - 1)
+    x = values - np.mean(values) - along * (along @ values / max(float(along @ along), 1.0))
     power = np.abs(fft.rfft(x, fft.next_fast_len(2 * n))) ** 2
     r = fft.irfft(power)[: n // 2 + 1]
     if r[0] <= 1e-24 * n * max(float(np.max(np.abs(values))), 1e-300) ** 2:
@@ -76,7 +75,8 @@ def find_period(values: Real) -> int | None:
         return None
     r[: below[0]] = 0.0
     best = float(r.max())  # a few high lines alone are almost alike at a shorter lag, but for noise only almost
-    peaks, _ = signal.find_peaks(np.append(r, 0.0), height=max(ALIKE, best - 0.005 - 0.2 * max(1 - best, 0.0)))
+    high, after = r[1:] >= max(ALIKE, best - 0.005 - 0.2 * max(1 - best, 0.0)), np.append(r[2:], 0.0)
+    peaks = 1 + np.flatnonzero(high & (r[1:] > r[:-1]) & (r[1:] >= after))
     if not peaks.size:
         return None
     unlike = np.array([np.mean((x[lag:] - x[:-lag]) ** 2) for lag in peaks])
