@@ -18,8 +18,8 @@ from fric.documents.spread import read_spreads
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.directed import Directed
-from fric.identify.circle.belief import parameters
 from fric.identify.circle.measured import AxisTrace, MeasuredCircle
+from fric.identify.circle.nominal import parameters
 from fric.identify.circle.tune import Tuned, tune, with_belief
 from fric.identify.circle.tune_loop import holds
 from fric.identify.circle.tuned import TunedAxis

@@ -10,7 +10,7 @@ from fric.arrays import Real
 from fric.errors import FricError
 
 QUADRANTS = ("+x", "+y", "-x", "-y")
-"""The four reversals of a circle, by where they lie: at +x and -x the x axis turns, at +y and -y the y axis."""
+"""The four reversals of a circle, by where they lie: at +x and -x the x axis reverses, at +y and -y the y axis."""
 
 WINDOW = pi / 6
 """Half the width of the window around a reversal in which its glitch is looked for [rad]."""
@@ -123,7 +123,7 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
 
 @dataclass(frozen=True)
 class Reversal:
-    """A place on a path where an axis turns.
+    """A place on a path where an axis reverses.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ class ContourError:
         Distance from the path [m], shape (n,): positive to the right of the motion, which is outwards where a contour
         is run counter-clockwise.
     reversals
-        Where an axis turns, in the order of the motion.
+        Where an axis reverses, in the order of the motion.
     """
 
     station: Real
@@ -162,7 +162,7 @@ class ContourError:
 
     @property
     def glitch(self) -> float:
-        """The largest magnitude of the glitches [m]; 0 where no axis turns."""
+        """The largest magnitude of the glitches [m]; 0 where no axis reverses."""
         return max((abs(reversal.glitch) for reversal in self.reversals), default=0.0)
 
     @property

@@ -187,7 +187,7 @@ def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampl
     Parameters
     ----------
     mean, swing
-        Mean velocity and amplitude of the velocity [m/s], swing below mean: the motion never turns.
+        Mean velocity and amplitude of the velocity [m/s], swing below mean: the motion never reverses.
     frequency
         Frequency of the velocity [Hz].
     cycles
@@ -198,11 +198,11 @@ def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampl
     Raises
     ------
     FricError
-        When the motion would turn.
+        When the motion would reverse.
     """
     if not 0 < swing < abs(mean):
         raise FricError(
-            f"a velocity of {mean:g} m/s with an amplitude of {swing:g} m/s turns the motion",
+            f"a velocity of {mean:g} m/s with an amplitude of {swing:g} m/s reverses the motion",
             hint="Sliding needs an amplitude below the mean velocity.",
         )
     ramp = 2.0 / frequency

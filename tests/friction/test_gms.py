@@ -197,7 +197,7 @@ def energy(model, state):
 def test_no_step_gives_back_more_than_its_springs_lose(model, dt, speed, jump, rough, seed):
     """Exact for every step, whether or not v has to do with dz: ``Σ F_i·dz ≥ ΔE``, with the forces at its end.
 
-    Where the motion turns inside the step, a way a there and b back, it is short by ``a·b·Σ k_i`` at most: that
+    Where the motion reverses inside the step, a way a there and b back, it is short by ``a·b·Σ k_i`` at most: that
     vanishes with dt⁴, and is the quadrature's, not the model's.
     """
     rng = np.random.default_rng(seed)

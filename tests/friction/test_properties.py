@@ -165,7 +165,7 @@ def test_no_motion_draws_more_energy_than_went_in(name, amplitude, legs):
     """From a relaxed contact at any time, and over a cycle that closes in position and state, with the end force.
 
     ``Σ F·dz`` with the force at the end of a step is exact for a model whose load grows no faster than its spring is
-    stretched, but for the steps in which the motion turns: these err by twice F_s times their way at most, which
+    stretched, but for the steps in which the motion reverses: these err by twice F_s times their way at most, which
     vanishes with dt.
     """
     model = INSTANCES[name]

@@ -153,7 +153,7 @@ def test_what_cannot_be_used_is_said():
     with pytest.raises(FricError, match="steps of the encoder, too few"):
         identify_gms([record(0.6e-6, noise=0.1)], static=PAPER)
     turning = record(400e-6, **{**SLIDING, "mean": 1e-4})
-    with pytest.raises(FricError, match="the motion turns"):
+    with pytest.raises(FricError, match="the motion reverses"):
         identify_gms([*pair(), turning], static=PAPER)
 
 

@@ -16,9 +16,9 @@ from fric.documents.tuned import write_tuned
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.completed import Completed, travels
-from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.measured import AxisTrace, MeasuredCircle, measured_from_run
 from fric.identify.circle.next_circle import NextCircle, law_warnings, measured_glitch, next_circles, worse_ahead
+from fric.identify.circle.nominal import Coordinates
 from fric.identify.circle.tune import tune, tune_axis
 from fric.identify.circle.tune_fit import Balance, at, fit
 from fric.identify.circle.tune_identifiability import alike_warnings, groups_alike, timing_warnings

@@ -2,7 +2,7 @@
 
 The controller is Python at its own rate; its observer is discretised by SciPy in state space. Between two changes of
 the voltage the plant and every slip block of the GMS model are one ordinary differential equation, solved by
-`solve_ivp` from event to event: the motion turns, or a block breaks away.
+`solve_ivp` from event to event: the motion reverses, or a block breaks away.
 """
 
 from __future__ import annotations

@@ -142,6 +142,6 @@ def test_kinds_and_settings_that_do_not_exist_are_told() -> None:
         frequency_response(AXIS, highest=3000.0)
     with pytest.raises(FricError, match="no peak velocity above zero"):
         frequency_response(AXIS, mean=0.0)
-    with pytest.raises(FricError, match="turns the motion"):
+    with pytest.raises(FricError, match="reverses the motion"):
         sliding_sine_around(AXIS, mean=1e-3, swing=2e-3)
     assert set(EXPERIMENTS) == {"constant-velocity", "presliding-sine", "sliding-sine", "frequency-response"}

@@ -26,9 +26,10 @@ def tune(
     """Refit what the controllers believe to recorded circles: friction, plant, delay; with lead.
 
     Give one fast and one slow circle, as at 100 and 10 mm/s, with reference, position and voltage of both axes. DIR
-    gets machine.yaml with the new belief, a friction and a plant file of each axis, and a figure of its reversals. What
-    explains the circles no better than what was believed is refused. With --loop machine.yaml gets new gains too, where
-    the loop does not hold friction that falls with speed: at 10 mm/s errors would grow whatever is fed forward.
+    gets machine.yaml with the new nominal parameters, a friction and a plant file of each axis, and a figure of its
+    reversals. What explains the circles no better than the nominal parameters is refused. With --loop machine.yaml gets
+    new gains too, where the loop does not hold friction that falls with speed: at 10 mm/s errors would grow whatever is
+    fed forward.
     """
 
     def run(advance: Any) -> fric.TuneResult:

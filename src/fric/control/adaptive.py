@@ -4,7 +4,7 @@
 
     u = level·(F_1 + F_2)/(2·K_f) + shift·(F_2 - F_1)/K_f,   both along the reference a lead ahead
 
-F_1 and F_2 are the friction that is believed, once with softer and once with stiffer slip blocks: two models run
+F_1 and F_2 are the nominal friction, once with softer and once with stiffer slip blocks: two models run
 beside each other, so that what adapts stands linearly. An observer's estimate d̂ is what is left, -d̂ = (what it
 should be) - u behind the observer's filter Q. Each regressor goes through the same Q, and both parameters follow the
 gradient, normalised, within bounds (projection), which are the intervals of what was identified where it is known::
@@ -29,7 +29,7 @@ from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
 
 SOFT, STIFF = 0.6, 1.6
-"""The stiffness of both models, of that which is believed."""
+"""The stiffness of both models, of the nominal one."""
 HEAD = 7
 
 
@@ -64,9 +64,9 @@ class Adaptive(ControlBlock):
     cutoff
         Cutoff of the observer's Q that the regressors go through [Hz].
     lowest, highest
-        Bounds of the level, of that which is believed and fed forward [1].
+        Bounds of the level, of that which is nominal and fed forward [1].
     softest, stiffest
-        Bounds of the stiffness, of that which is believed [1].
+        Bounds of the stiffness, of the nominal one [1].
     """
 
     name = "adaptive"
@@ -123,5 +123,5 @@ class Adaptive(ControlBlock):
         return np.concatenate([head, *rows])
 
     def initial_state(self, setting: Setting) -> Real:
-        """Return the level and stiffness that are believed, and empty filters."""
+        """Return the nominal level and stiffness, and empty filters."""
         return np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])

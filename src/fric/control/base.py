@@ -53,7 +53,7 @@ class Setting:
     Parameters
     ----------
     plant
-        The plant that the controller believes.
+        The nominal plant.
     cascade
         The axis' cascade: with it sampling and limit.
     friction

@@ -25,7 +25,7 @@ def friction_feedforward(model: FrictionModel, reference: Reference, K_f: float,
     K_f
         Force constant [N/V].
     gain
-        Share of the believed friction that is fed forward.
+        Share of the nominal friction that is fed forward.
     """
     return gain / K_f * _along(model, reference)
 

@@ -1,7 +1,7 @@
 """A cascade whose gains, and whose integral, follow the stiffness of the friction since the last reversal.
 
-After a reversal of the reference every slip block of the believed friction sticks: the drive stands against a spring.
-Block i slips after a way of ``2·alpha_i·F_s/k_i`` (Masing's rule). A distance x from the reversal::
+After a reversal of the reference every slip block of the nominal friction sticks: the drive stands against a spring.
+Block i slips after a travel of ``2·alpha_i·F_s/k_i`` (Masing's rule). A distance x from the reversal::
 
     K(x)   = Σ k_i  over the blocks with  x/4 < 2·alpha_i·F_s/k_i,      share(x) = min(1, sqrt(K(x)/M)/corner)
     phi(x) = Σ alpha_i·min(1, x·k_i/(2·alpha_i·F_s))
@@ -10,8 +10,8 @@ Block i slips after a way of ``2·alpha_i·F_s/k_i`` (Masing's rule). A distance
 
 Gains: a drive on a spring is no double integrator. Below the spring's natural frequency sqrt(K/M) its phase does not
 fall to -180°, and the integral may be as much stronger there. The corner, 0.4 of the velocity loop's crossover B·K_p,
-is where the phase is needed. Where the blocks have slipped the gains are those of the cascade. For the gains the way
-counts a quarter: the friction may be softer than is believed. T. Tjahjowidodo, F. Al-Bender, H. Van Brussel, W. Symens,
+is where the phase is needed. Where the blocks have slipped the gains are those of the cascade. For the gains the travel
+counts a quarter: the friction may be softer than nominal. T. Tjahjowidodo, F. Al-Bender, H. Van Brussel, W. Symens,
 Friction characterization and compensation in electro-mechanical systems, J. Sound and Vibration 308 (2007) 632-646.
 
 Integral: what it holds at the end of a stroke, I_turned, is the sliding friction that nobody feeds forward, and the
@@ -39,7 +39,7 @@ from fric.kernels.block import Sample, compiled_block
 SEEN, FILTERED, INTEGRAL, PENDING, TURNED, HEADING, LEVEL, BEFORE, ALONG, HANDED, DONE = range(11)
 HEAD = 8
 SOFTER = 4.0
-"""By how much softer the friction may be than is believed: the gains stay for a way that is as much longer."""
+"""By how much softer the friction may be than is believed: the gains stay for a travel that is as much longer."""
 
 
 @compiled_block
@@ -136,5 +136,5 @@ class GainScheduled(ControlBlock):
         return np.concatenate([head, self.schedule(setting).ravel()])
 
     def initial_state(self, setting: Setting) -> Real:
-        """Return the cascade's state, and a reference that turns where it begins."""
+        """Return the cascade's state, and a reference that reverses where it begins."""
         return np.array([setting.seen, setting.velocity, 0.0, 0.0, setting.position, 0.0, 1.0, *(4 * [0.0])])

@@ -131,7 +131,7 @@ class DisturbanceObserver(ControlBlock):
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:
-        """Return the observer with the paper's Q, 60 Hz, and the plant that the controller believes."""
+        """Return the observer with the paper's Q, 60 Hz, and the nominal plant."""
         return cls(QFilter(), setting.plant.A, setting.plant.B)
 
     def packed(self, setting: Setting) -> Real:

@@ -1,4 +1,4 @@
-"""What commercial controls have against friction: a table over velocity, and a pulse where the reference turns.
+"""What commercial controls have against friction: a table over velocity, and a pulse where the reference reverses.
 
 ::
 

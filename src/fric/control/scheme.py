@@ -12,7 +12,7 @@ from fric.errors import FricError, near
 from fric.kernels.loop import BLOCKS
 
 Lead = float | Literal["auto"]
-"""How far feedforward goes ahead of the reference [s]; ``auto`` for the delay T_d of the plant that is believed."""
+"""How far feedforward goes ahead of the reference [s]; ``auto`` for the delay T_d of the nominal plant."""
 
 OBSERVER = "inverse-model"
 """The block that ``observer: true`` stands for."""

@@ -76,7 +76,7 @@ class SlidingMode(ControlBlock):
 
     @classmethod
     def designed(cls, setting: Setting) -> Self:
-        """Return the controller for the cascade's speed, with a reach of three times the friction that is believed.
+        """Return the controller for the cascade's speed, with a reach of three times the nominal friction.
 
         The surface is a fifth of the crossover of the velocity loop that the gain makes, B·gain; without friction that
         is fed forward the reach is a third of the limit.

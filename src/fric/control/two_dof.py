@@ -62,7 +62,7 @@ class TwoDegrees(ControlBlock):
     cutoff: float
 
     def late(self, setting: Setting) -> tuple[int, float]:
-        """Return whole samples and share of the transport delay that is believed."""
+        """Return whole samples and share of the nominal transport delay."""
         whole, share = divmod(setting.plant.transport_delay(setting.sampling) * setting.sampling + 1e-9, 1.0)
         return int(whole), max(share - 1e-9, 0.0)
 

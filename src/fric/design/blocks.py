@@ -62,7 +62,7 @@ def design_block(
     kind
         The block.
     setting
-        The axis: plant, cascade, friction that are believed.
+        The axis: plant, cascade, nominal friction.
     peak_sensitivity
         Largest M_s of the whole loop, a factor above 1.
     perturbation

@@ -54,7 +54,7 @@ class FeedforwardPart(Physical):
     """The friction that the controller believes."""
 
     gain: Annotated[Quantity | None, "ratio"] = Field(
-        default=None, description="share of the believed friction that is fed forward; 1 if left out"
+        default=None, description="share of the nominal friction that is fed forward; 1 if left out"
     )
     lead: LeadGiven = Field(
         default=None,
@@ -72,7 +72,7 @@ class AxisPart(Part):
     motion: Motion = "linear"
     plant: Annotated[PlantPart, _from_file(PlantDocument, PlantPart)]
     nominal: Annotated[PlantPart | None, _from_file(PlantDocument, PlantPart)] = Field(
-        None, description="the plant that the controller believes, as identified; the true one where left out"
+        None, description="the nominal plant, as identified; the true one where left out"
     )
     controller: Annotated[ControllerPart, _from_file(ControllerDocument, ControllerPart)]
     observer: Annotated[ObserverPart | None, _from_file(ObserverDocument, ObserverPart)] = None
@@ -116,7 +116,7 @@ class PublishedPart(Physical):
 
 
 class MachineDocument(Document):
-    """A machine file: axes with plant, controller, observer, encoder, true and believed friction."""
+    """A machine file: axes with plant, controller, observer, encoder, true and nominal friction."""
 
     type: ClassVar[str] = "machine"
 

@@ -1,4 +1,4 @@
-"""What `fric tune` writes: a machine file with the new belief, and a friction and a plant file for each axis."""
+"""What `fric tune` writes: a machine file with the new nominal parameters, and a friction and a plant file an axis."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def tuned_files(found: Tuned, folder: Path) -> list[Path]:
 def write_tuned(
     found: Tuned, machine: Path, folder: Path, *, force: bool = False, done: list[Path] | None = None
 ) -> list[Path]:
-    """Write a machine file with the new belief, and the friction and the plant of each axis that it names.
+    """Write a machine file with the new nominal parameters, and the friction and the plant of each axis that it names.
 
     An axis that was not improved stays as it was.
 

@@ -81,7 +81,7 @@ def try_in_linuxcnc(
     Parameters
     ----------
     machine
-        The machine: its axes are the plant, its controllers' beliefs the compensation.
+        The machine: its axes are the plant, its controllers' nominal parts the compensation.
     scheme
         What is exported.
     folder

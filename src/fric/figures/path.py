@@ -12,7 +12,7 @@ from fric.simulate.path import PathRun
 
 @view("contour", of="PathRun", usual=True)
 def path_figure(runs: Sequence[PathRun]) -> Figure:
-    """Return the path with the places where an axis turns, and beside it the contour error of each scheme along it.
+    """Return the path with the places where an axis reverses, and beside it the contour error of each scheme along it.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def path_figure(runs: Sequence[PathRun]) -> Figure:
             )
         plan.set_aspect("equal", adjustable="box")
         plan.set(xlabel=f"{names[0]} [mm]", ylabel=f"{names[1]} [mm]")
-        plan.set_title("path; numbers where an axis turns", fontsize=8)
+        plan.set_title("path; numbers where an axis reverses", fontsize=8)
         ticks = []
         for n, run in enumerate(runs):
             level = -n * apart

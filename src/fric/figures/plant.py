@@ -180,7 +180,7 @@ def draw_motion(fit: MotionFit) -> Figure:
 
 
 def _runs(time: Real) -> list[tuple[int, int]]:
-    """Return start and stop of the stretches in which time rises: the records, when several were fitted."""
+    """Return start and stop of the segments in which time rises: the records, when several were fitted."""
     cuts = [0, *(np.flatnonzero(np.diff(time) <= 0) + 1).tolist(), len(time)]
     return list(pairwise(cuts))
 

@@ -22,10 +22,10 @@ MOST = 6
 
 
 def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure:
-    """Draw records with stretches and reversals marked.
+    """Draw records with segments and reversals marked.
 
     A few records get a row each: the channels over time to the left; to the right force over position (a motion that
-    turns) or over velocity (strokes). Many are drawn as an overview: speeds and forces of all stretches, and each
+    reverses) or over velocity (strokes). Many are drawn as an overview: speeds and forces of all segments, and each
     record's path.
 
     Parameters
@@ -104,7 +104,7 @@ def _draw_log(row: Figure, log: Log, found: Inspection) -> None:
 
 
 def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
-    """Draw force over velocity where there are stretches, else over position; position over velocity without force."""
+    """Draw force over velocity where there are segments, else over position; position over velocity without force."""
     if log.force is None:
         x, y, names = _velocity(log), log.position, ("velocity", "position")
         y = log.time if y is None else y
@@ -161,7 +161,7 @@ def _draw_table(axes: NDArray[np.object_], table: ForceVelocity) -> None:
 
 
 def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
-    """Draw many records: the median force of each stretch over its velocity, and each record over its own duration."""
+    """Draw many records: the median force of each segment over its velocity, and each record over its own duration."""
     logs = [(log, found) for log, found in pairs if isinstance(log, Log)]
     with new_figure(7.4, 3.8) as figure:
         left, right = figure.subplots(1, 2)
@@ -183,7 +183,7 @@ def _overview(pairs: list[tuple[Record, Inspected]]) -> Figure:
             left.plot(v[~settled] * fv, F[~settled] * fF, "x", color=VERMILION, markersize=5, label="not settled")
             left.legend()
         left.set(xlabel=f"velocity [{uv}]", ylabel=f"force, median of a segment [{uF}]")
-        left.set_title(f"{len(v)} stretches of {len(pairs)} records", fontsize=9, loc="left")
+        left.set_title(f"{len(v)} segments of {len(pairs)} records", fontsize=9, loc="left")
         paths = [(log.position - log.position[0] if log.position is not None else log.velocity) for log, _ in logs]
         positions = all(log.position is not None for log, _ in logs)
         paths = paths if positions else [_velocity(log) for log, _ in logs]

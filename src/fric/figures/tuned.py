@@ -19,7 +19,7 @@ def draw_tuned(one: TunedAxis) -> Figure:
     """Return the control voltage around the reversals of an axis, measured and replayed: before tuning and after.
 
     Above for each circle the voltage as it acts, less what inertia and the drive's damping need by the plant that was
-    found: what friction takes. Below what belief and result leave of it.
+    found: what friction takes. Below what nominal and tuned parameters leave of it.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ def _advance(F: float, dz: float, F_c: float, sigma_0: float, n: float) -> float
     x = sigma_0 / F_c * abs(dz) * w ** (n - 1.0)
     if abs(n - 1.0) < 1e-9:
         w *= exp(-x)
-    elif (n - 1.0) * x <= -1.0:  # n < 1: the force saturates after a finite way
+    elif (n - 1.0) * x <= -1.0:  # n < 1: the force saturates after a finite travel
         w = 0.0
     else:
         w *= exp(-log1p((n - 1.0) * x) / (n - 1.0))

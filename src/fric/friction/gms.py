@@ -131,7 +131,7 @@ class GMS(OnBlocks):
 
     ===== =============================================================== =========================================
     stick ``dF_i/dt = k_i·v``                                             until ``F_i`` reaches ``alpha_i·s(v)``
-    slip  ``du_i/dt = min{C·(alpha_i - u_i/|s(v)|), k_i·|v|}``            until the motion turns or stops
+    slip  ``du_i/dt = min{C·(alpha_i - u_i/|s(v)|), k_i·|v|}``            until the motion reverses or stops
     ===== =============================================================== =========================================
 
     and ``F = Σ F_i + sigma·v``, where s(v) is the Stribeck curve of eq. (2) with the sign of v, and u_i the load of a
@@ -148,8 +148,8 @@ class GMS(OnBlocks):
     increments and velocities: ``u·|dz| ≥ u·(u - u_0)/k ≥ (u² - u_0²)/(2·k)`` with u the load at its end.
 
     The springs are driven by position increments, and the sign of an increment is the direction of motion; the
-    velocity enters s(v), the viscous part, and where inside a step the motion turns. So an encoder that flickers by
-    one count makes a small elastic excursion, and the force does not drift. A step is split where the motion turns,
+    velocity enters s(v), the viscous part, and where inside a step the motion reverses. So an encoder that flickers by
+    one count makes a small elastic excursion, and the force does not drift. A step is split where the motion reverses,
     where a block breaks away, and where the limit sets in or ends; slip is integrated to second order in the step.
 
     Parameters

@@ -50,7 +50,7 @@ def _advance(dx: float, s: float, state: Real, parameters: Real) -> float:
         if abs(1.0 - r) < 1e-12:
             break
         towards = direction * copysign(1.0, rate)
-        K, slips = 0.0, np.inf  # the stiffness of the blocks that stick, and the way until the next one slips
+        K, slips = 0.0, np.inf  # the stiffness of the blocks that stick, and the travel until the next one slips
         for i in range(blocks):
             k, room = parameters[7 + blocks + i], parameters[7 + i] * F_s - towards * state[2 + i]
             if room > 1e-12 * F_s:

@@ -11,10 +11,10 @@ from fric.errors import FricError
 WINDOW = 32
 """Samples that a sampling period is taken over."""
 RATES_DIFFER = 1.3
-"""Two stretches whose periods differ by more than this factor were sampled at two rates."""
+"""Two segments whose periods differ by more than this factor were sampled at two rates."""
 
 ODD_SHARE = 0.1
-"""A stretch at another rate that is shorter than this, and inside the record, is missing samples."""
+"""A segment at another rate that is shorter than this, and inside the record, is missing samples."""
 
 
 class Clock:
@@ -150,7 +150,7 @@ class Signs:
             return
         moved = np.diff(x) if x is not None and v is None else None
         if v is not None:
-            moved = (v[1:] + v[:-1]) * np.diff(time)  # twice the way: factors do not matter here
+            moved = (v[1:] + v[:-1]) * np.diff(time)  # twice the travel: factors do not matter here
             if x is not None:
                 self.agreement += _weighed(np.diff(x[:-1:WINDOW], append=x[-1]) * _summed(moved))
         if force is not None and moved is not None:

@@ -151,8 +151,8 @@ def _together(refused: Sequence[FricError], files: int) -> FricError:
     if len(refused) == 1:
         return refused[0]
     lines = [f"{error.where}: {error.what}" if error.where else error.what for error in refused]
-    mends = list(dict.fromkeys(error.hint for error in refused if error.hint))
-    return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), hint=" ".join(mends[:2]))
+    hints = list(dict.fromkeys(error.hint for error in refused if error.hint))
+    return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), hint=" ".join(hints[:2]))
 
 
 def _tables(path: Path, mapping: MappingDocument | None, files: ExitStack) -> Iterator[Table]:

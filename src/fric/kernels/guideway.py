@@ -40,7 +40,7 @@ HEAD = len(Guideway._fields)
 
 @compiled(types.float64(*[types.float64] * 4), makes_arrays=False)
 def aged(age: float, travel: float, dt: float, distance: float) -> float:
-    """Return the age of a contact [s] after a way [m] in a time [s], exact at even speed.
+    """Return the age of a contact [s] after a travel [m] in a time [s], exact at even speed.
 
     ``dθ/dt = 1 - θ·|v|/distance``, the ageing law of rate-and-state friction.
     """

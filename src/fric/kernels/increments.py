@@ -1,4 +1,4 @@
-"""What the compiled steps of friction models share: relaxation towards a level, and a turn inside a step."""
+"""What the compiled steps of friction models share: relaxation towards a level, and a reversal inside a step."""
 
 from math import exp
 
@@ -37,9 +37,9 @@ def relax(s_0: float, s_1: float, rate: float, length: float) -> tuple[float, fl
 
 @compiled("Tuple((f8, f8))(f8, f8, f8)", makes_arrays=False)
 def reversal(v_0: float, v: float, dt: float) -> tuple[float, float]:
-    """Return the path [m] and the time [s] before the motion turns in a step; zeros where it does not.
+    """Return the path [m] and the time [s] before the motion reverses in a step; zeros where it does not.
 
-    The velocity goes linearly from v_0 to v, and the motion turns where that is zero.
+    The velocity goes linearly from v_0 to v, and the motion reverses where that is zero.
     """
     if v_0 * v >= 0.0:
         return 0.0, 0.0

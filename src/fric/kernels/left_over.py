@@ -12,7 +12,7 @@ from fric.kernels.signatures import compiled, compiled_step
 
 DIRECTION, TRAVEL, BACK = range(3)
 AHEAD = 3
-"""State before that of the inner model: direction of motion, travel in it, and the way back from its end [m]."""
+"""State before that of the inner model: direction of motion, travel in it, and the travel back from its end [m]."""
 
 
 class Grid(NamedTuple):
@@ -20,7 +20,7 @@ class Grid(NamedTuple):
 
     inner: float  # address of the inner model's step
     points: float  # of the travel, for either direction
-    play: float  # m, way back that makes a reversal; the first point
+    play: float  # m, travel back that makes a reversal; the first point
     knee: float  # points up to which they are as far apart as they are from 0
     ratio: float  # logarithm of the ratio of two of these
     step: float  # m, distance of those behind
@@ -32,7 +32,7 @@ _INNER, _POINTS, _PLAY, _KNEE, _RATIO, _STEP = range(HEAD)
 
 @compiled(types.void(types.float64, types.float64, types.float64[::1]), makes_arrays=False)
 def travelled(dz: float, play: float, state: Real) -> None:
-    """Advance direction, travel and way back by a displacement [m]; less than the play is no reversal."""
+    """Advance direction, travel and travel back by a displacement [m]; less than the play is no reversal."""
     if state[DIRECTION] == 0.0 and dz != 0.0:
         state[DIRECTION] = 1.0 if dz > 0.0 else -1.0
     ahead = state[DIRECTION] * dz

@@ -3,8 +3,8 @@
 An encoder makes a closed loop sensitive. Where the position comes within an error of the edge of a count, the count
 falls to the other side, and every later one with it. So the error of the integration is kept to the last digits of the
 position: a step of second order is taken in one part, in two, in three … and extrapolated. Where more parts go on
-changing the result, the motion has a corner (a block breaks away, the motion turns, friction stops it), and the step is
-halved down to it.
+changing the result, the motion has a corner (a block breaks away, the motion reverses, friction stops it), and the step
+is halved down to it.
 
 Where no more than an accuracy is asked for (`velocity_tolerance`), a step in one part is taken as it is where the
 change of its force moves the velocity by less than that: almost everywhere.
@@ -125,7 +125,7 @@ def _step(
     free = v + effective * (driven - plant.A * v)
     if plant.set_valued == 0.0:
         ahead = free - push * F
-    else:  # friction without memory stops a body, holds it up to its level, and never turns it
+    else:  # friction without memory stops a body, holds it up to its level, and never reverses it
         course = v if v != 0.0 else free
         if v == 0.0:
             F = friction(0.0, copysign(1e-300, free), h, state, parameters)

@@ -56,11 +56,11 @@ BOUNDS: Mapping[str, Bound] = {
         "drives log and close their loops at 100 kHz at most", "the time",
     ),
     "travel": Bound(
-        "the way by the position over that by the velocity", "ratio", (0.2, 5.0), (0.2, 5.0),
+        "the travel by the position over that by the velocity", "ratio", (0.2, 5.0), (0.2, 5.0),
         "both are of one motion", "position, velocity and time",
     ),
     "following": Bound(
-        "the way of the position over that of its reference", "ratio", (5e-3, 200.0), (5e-3, 200.0),
+        "the travel of the position over that of its reference", "ratio", (5e-3, 200.0), (5e-3, 200.0),
         "an axis goes where it is told to, more or less", "position and reference",
     ),
     "scale": Bound(
@@ -108,7 +108,7 @@ BOUNDS: Mapping[str, Bound] = {
         "both are of one axis", "the force of either log",
     ),
     "slip": Bound(
-        "the way up to sliding", "position", (0.0, 5e-3), (0.0, 10.0),
+        "the travel up to sliding", "position", (0.0, 5e-3), (0.0, 10.0),
         "contacts, seals and belts yield by 2 mm at most before they slide", "the position",
     ),
     "stiffness": Bound(

@@ -135,7 +135,7 @@ def identify_gms(
 
 
 def of_gms(fit: GMSFit) -> Iterator[Finding]:
-    """Yield what can be held against physics in a fit: its level, the way up to sliding, stiffness, inertia."""
+    """Yield what can be held against physics in a fit: its level, the travel up to sliding, stiffness, inertia."""
     where = fit.hysteresis[0].record.log.where
     if fit.curve.saturates:
         yield Finding("level", float(fit.alpha_sum), fit.motion, where)

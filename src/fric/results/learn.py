@@ -155,7 +155,7 @@ def learn(
     rounds
         Circles that are learned from, in simulation.
     machine
-        Machine file whose believed plants a measured circle is learned with; of a run file that of the run where not
+        Machine file whose nominal plants a measured circle is learned with; of a run file that of the run where not
         given.
     before
         File of what a measured circle was run with.

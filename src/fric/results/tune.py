@@ -48,7 +48,7 @@ class TuneResult(Result):
 
     @property
     def machine(self) -> Machine:
-        """The machine with its new belief."""
+        """The machine with its new nominal parameters."""
         return self.found.machine
 
     @property
@@ -143,7 +143,7 @@ def tune(
     Raises
     ------
     FricError
-        When a test lacks a channel, or no GMS model is believed.
+        When a test lacks a channel, or there is no nominal GMS model.
     """
     source = path_of("tune", "a machine file", machine)
     subject = read_machine(source)

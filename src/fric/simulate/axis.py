@@ -200,5 +200,5 @@ def require_learning(axis: Axis, block: ControlBlock, loop: SampledLoop, setting
         raise FricError(
             f"what '{block.name}' learns on axis {axis.name} grows from period to period, by {share:.3g} at "
             f"{frequency:.4g} Hz",
-            hint="Lower its cutoff, or identify the plant again: the one that is believed is not the axis' own.",
+            hint="Lower its cutoff, or identify the plant again: the nominal one is not the axis' own.",
         )

@@ -28,10 +28,10 @@ class NominalFriction:
     models
         Friction models by name, as a scheme asks for them.
     gain
-        Share of the believed friction that is fed forward.
+        Share of the nominal friction that is fed forward.
     lead
         By how much friction and inverse model are fed forward ahead of the reference [s]; ``auto`` for the delay T_d of
-        the plant that the controller believes, which is when the drive answers.
+        the nominal plant, which is when the drive answers.
     """
 
     models: Mapping[str, FrictionModel] = field(default_factory=dict)
@@ -106,7 +106,7 @@ class Axis:
             return replace(self, observer=known)
         raise FricError(
             f"{type(given).__name__} is nothing that the controller of axis {self.name} could believe",
-            hint="Give a friction model, plant, cascade, observer, or a result; a file by read_machine(…, believed=…).",
+            hint="Give a friction model, plant, cascade, observer, or a result; a file by read_machine.",
         )
 
     @property

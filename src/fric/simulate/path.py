@@ -202,7 +202,7 @@ def run_path(
     error = contour_error(asked[full], velocity[full], np.column_stack(motion)[full], references[0].sampling)
     warnings = run_warnings(scheme, traces)
     if not error.reversals:
-        warnings += ("no axis turns on this path at full feed: there is no glitch",)
+        warnings += ("no axis reverses on this path at full feed: there is no glitch",)
     return PathRun(scheme, path, traces, error, warnings)
 
 

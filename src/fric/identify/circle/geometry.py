@@ -182,7 +182,7 @@ def fit_geometry(
             information = 1.0 / covariance_of(alone[:, None], residual, lengths)[0, 0] if alone.any() else 0.0
             covariance += np.outer(moved @ mode, moved @ mode) / (information + 1.0)
     fade = float(np.exp(shape[0]))
-    # what a tail's shape misses is alike from one reversal to the next: as many stretches as that are independent
+    # what a tail's shape misses is alike from one reversal to the next: as many segments as that are independent
     freedom = min(len(d) - p, sum(len(pieces) for _, pieces in parts) - 1)
     return Geometry(
         _names(many, both, len(lines)),
@@ -198,7 +198,7 @@ def fit_geometry(
 
 
 def _means(tested: Revolutions, used: Indices, every: int) -> tuple[Revolutions, list[int]]:
-    """Return means over neighbouring samples, as many together, and the lengths of the stretches they are in."""
+    """Return means over neighbouring samples, as many together, and the lengths of the segments they are in."""
     segments = [part[: len(part) // every * every] for part in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
     segments = [part for part in segments if len(part)]
     index = np.concatenate(segments).reshape(-1, every)

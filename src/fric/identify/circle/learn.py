@@ -89,7 +89,7 @@ def learn(
     Parameters
     ----------
     machine
-        The machine; its plants as believed are what is learned with.
+        The machine; its nominal plants are what is learned with.
     test
         The circle.
     rounds
@@ -116,7 +116,7 @@ def learn(
     references = _references(test, axes)
     for name, axis in axes.items():
         require_voltage(axis, references[name])
-    feedforward = {name: _believed(axes[name], reference) for name, reference in references.items()}
+    feedforward = {name: _nominal_friction(axes[name], reference) for name, reference in references.items()}
     modelled = all("gms" in axis.nominal_friction.models for axis in axes.values())
     found: list[Round] = []
     for n in range(rounds + 1):
@@ -200,7 +200,7 @@ def _named(scheme: Scheme, n: int, modelled: bool) -> Scheme:
     return replace(scheme, name=f"round-{n:02d}", title=f"learned from {n} circle{'s' * (n > 1)}", friction=LEARNED)
 
 
-def _believed(axis: Axis, reference: Reference) -> Real:
+def _nominal_friction(axis: Axis, reference: Reference) -> Real:
     """Return the voltage against friction that a controller feeds forward before anything is learned [V], (n,)."""
     model = axis.nominal_friction.models.get("gms")
     if model is None:

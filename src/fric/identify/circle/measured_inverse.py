@@ -81,7 +81,7 @@ def next_feedforward(
     before
         Voltage that this round fed forward against friction [V], shape (n,).
     plant
-        The plant that is believed.
+        The nominal plant.
     how
         How it is learned.
     """
@@ -139,7 +139,7 @@ def learn_from(
     test
         The circle test, with reference, position and voltage.
     machine
-        The machine, whose plants as believed are taken.
+        The machine, whose nominal plants are taken.
     how
         How; by the feed where not given.
     before

@@ -65,7 +65,7 @@ class NextCircle:
 def next_circles(
     tests: Sequence[MeasuredCircle], tuned: Mapping[str, TunedAxis], done: Callable[[], object] = lambda: None
 ) -> list[NextCircle]:
-    """Return what schemes (c) and (f) should leave of the circles that were recorded, once more, with the new belief.
+    """Return what schemes (c) and (f) should leave of the circles that were recorded, with the new nominal parameters.
 
     The machine is taken to be what tuning found, and what that leaves of the recorded voltages is of its friction, over
     the travel since the last reversal: where the law differs from the model, the next circle meets that again.
@@ -141,7 +141,7 @@ def _drawn(tuned: TunedAxis, rng: np.random.Generator) -> Axis:
     x = np.clip(x, tuned.after.x - 1.5, tuned.after.x + 1.5)
     plant = true.plant
     late = max(coordinates.delay(x), 0.5 / true.cascade.sampling)
-    return replace(true, friction=coordinates.belief(x), plant=Plant(plant.A, plant.B, late, plant.K_f))
+    return replace(true, friction=coordinates.directed(x), plant=Plant(plant.A, plant.B, late, plant.K_f))
 
 
 def _glitch(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme) -> float:

@@ -65,7 +65,7 @@ def fit_circle(x: Real, y: Real) -> tuple[float, float, float]:
 
 
 def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[FoundCircle]:
-    """Return the circles of a motion: stretches between rests along which it turns steadily around one point.
+    """Return the circles of a motion: segments between rests along which it turns steadily around one point.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[Found
 
 
 def _moving(time: Real, x: Real, y: Real) -> list[tuple[int, int]]:
-    """Return first and last sample (exclusive) of each stretch that moves, cut at rests, gaps and full turns back.
+    """Return first and last sample (exclusive) of each segment that moves, cut at rests, gaps and full turns back.
 
     The motion is looked at over spans of a 400th of it at least, which noise and quantisation do not move.
     """
@@ -132,7 +132,7 @@ def _circle_in(time: Real, x: Real, y: Real, start: int, stop: int, least: float
 
 
 def steady(time: Real, angle: Real) -> slice:
-    """Return the longest stretch at which an angle turns at its median rate, within 1 %, over eighths of a turn."""
+    """Return the longest segment at which an angle turns at its median rate, within 1 %, over eighths of a turn."""
     revolved = abs(float(angle[-1] - angle[0])) / (2 * pi)
     span = max(int(len(time) / max(revolved, 1.0) / 48), 1)
     rate = (angle[span:] - angle[:-span]) / (time[span:] - time[:-span])

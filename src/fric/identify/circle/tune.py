@@ -10,9 +10,9 @@ from fric.errors import FricError
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
-from fric.identify.circle.belief import Coordinates
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.next_circle import NextCircle, law_warnings, next_circles, worse_ahead
+from fric.identify.circle.nominal import Coordinates
 from fric.identify.circle.tune_bootstrap import explained
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
 from fric.identify.circle.tune_identifiability import alike_warnings, identifiability_warnings, timing_warnings
@@ -29,7 +29,7 @@ from fric.simulate.machine import Axis, Machine, NominalFriction
 SHAPE = 1.3
 """Times what noise and encoder explain that four parameters may leave; above it the full shape is fitted."""
 GAIN = 0.97
-"""Share of what four parameters leave that the full shape must leave at most, to be believed."""
+"""Share of what four parameters leave that the full shape must leave at most, to be taken."""
 
 DISPLACED = 0.5e-6
 """By how much a clock that jitters may move the position [m]: more is more than what is to be compensated."""
@@ -60,7 +60,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     Raises
     ------
     FricError
-        When no GMS model is believed, or a test lacks a channel.
+        When there is no nominal GMS model, or a test lacks a channel.
     """
     if "gms" not in axis.nominal_friction.models:
         raise FricError(
@@ -92,7 +92,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
         found = instrumented(found)
     done()
     coordinates = found.balance.coordinates
-    friction, T_d = coordinates.belief(found.x), coordinates.delay(found.x)
+    friction, T_d = coordinates.directed(found.x), coordinates.delay(found.x)
     m, a = found.plant[:2]
     warnings = list(identifiability_warnings(axis, tests, before, found))
     physical = bool(m > 0 and T_d >= 0.5 / axis.cascade.sampling)
@@ -134,7 +134,7 @@ def _again(found: Fitted, K_f: float) -> Fitted:
 def _finer(found: Fitted, K_f: float) -> Balance:
     """Return the balance along the motion that a fit tells more finely."""
     coordinates, (m, a) = found.balance.coordinates, (float(value) for value in found.plant[:2])
-    model, T_d = coordinates.belief(found.x), coordinates.delay(found.x)
+    model, T_d = coordinates.directed(found.x), coordinates.delay(found.x)
     records = tuple(
         refined(record, model, T_d, (m, a, float(found.plant[2 + n])), K_f)
         for n, record in enumerate(found.balance.records)
@@ -149,7 +149,7 @@ class Tuned:
     Parameters
     ----------
     machine
-        The machine with its new belief.
+        The machine with its new nominal parameters.
     axes
         What was found, by axis.
     tests
@@ -168,7 +168,7 @@ class Tuned:
 
     @property
     def improves(self) -> bool:
-        """Whether any belief is better than it was."""
+        """Whether any axis is better than it was."""
         return any(one.improves for one in self.axes.values())
 
 
@@ -181,7 +181,7 @@ def tune(
 ) -> Tuned:
     """Refit what the controllers of a machine believe to recorded circles, axis by axis.
 
-    An axis whose result leaves more of the recorded voltages than what was believed keeps its belief. So do all, where
+    An axis whose result leaves more of the recorded voltages than the nominal parameters keeps these. So do all, where
     the log's clock is wrong, or the next circle should be worse than the recorded one.
 
     Parameters
@@ -198,7 +198,7 @@ def tune(
     Raises
     ------
     FricError
-        When a test lacks a channel, or an axis that the machine has, or no GMS model is believed.
+        When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
     """
     if not tests:
         raise FricError("there is no circle to tune with", hint="Record one at 100 and one at 10 mm/s.")
@@ -229,7 +229,7 @@ def tune(
         if why:
             why += f": {GROWING if grows else MISFIT}"
     if why:
-        text = f"{why}: the result is refused, and what was believed is kept"
+        text = f"{why}: the result is refused, and the nominal parameters are kept"
         warnings.append(Notice(text, "tuning-refused", "wrong"))
         axes = {name: replace(one, axis=machine.axes[name], improves=False, loop=False) for name, one in axes.items()}
         predicted = []  # what is kept shows what was recorded
@@ -237,8 +237,8 @@ def tune(
     for name, one in axes.items():
         if not one.improves and not why:
             text = (
-                f"axis {name}: what was found leaves {one.after.rms * 1e3:.2f} mV of the recorded voltages, and what "
-                f"was believed {one.before.rms * 1e3:.2f} mV: it is refused, and what was believed is kept"
+                f"axis {name}: what was found leaves {one.after.rms * 1e3:.2f} mV of the recorded voltages, and the "
+                f"nominal parameters {one.before.rms * 1e3:.2f} mV: it is refused, and these are kept"
             )
             warnings.append(Notice(text, "tuning-refused", "wrong"))
     warnings += loop_warnings(axes)

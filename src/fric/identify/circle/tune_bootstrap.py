@@ -49,7 +49,7 @@ def explained(found: Fitted) -> float:
 def _truth(found: Fitted, n: int) -> tuple[FrictionModel, float, tuple[float, float, float], float]:
     coordinates = found.balance.coordinates
     plant = (float(found.plant[0]), float(found.plant[1]), float(found.plant[2 + n]))
-    return coordinates.belief(found.x), coordinates.delay(found.x), plant, found.balance.K_f
+    return coordinates.directed(found.x), coordinates.delay(found.x), plant, found.balance.K_f
 
 
 def _once_more(found: Fitted, n: int, rng: np.random.Generator) -> MeasuredCircle:

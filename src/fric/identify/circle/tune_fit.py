@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fric.arrays import Real
-from fric.identify.circle.belief import Coordinates
+from fric.identify.circle.nominal import Coordinates
 from fric.identify.circle.voltage import COMPARED, VoltageRecord
 
 STARTS = ((0.74, 1.0), (0.5, 2.7), (1.2, 0.22))
-"""Stiffness and C, as shares of what is believed, at which the search begins."""
+"""Stiffness and C, as shares of the nominal values, at which the search begins."""
 LONGEST = 0.7
 """Longest step of the search, in the logarithm."""
 STEP = 4e-3
@@ -56,7 +56,7 @@ class Balance:
 
     def friction(self, x: Real) -> Real:
         """Return the voltage of friction, weighed, at a point, shape (n,)."""
-        model = self.coordinates.belief(x)
+        model = self.coordinates.directed(x)
         parts = [w / self.K_f * r.friction(model) for r, w in zip(self.records, self.weights, strict=True)]
         return np.concatenate(parts)
 

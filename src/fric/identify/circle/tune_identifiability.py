@@ -19,7 +19,7 @@ from fric.simulate.machine import Axis
 APART = 3.0
 """Ratio of the feeds of two circles from which they tell different things."""
 LATE = 0.25
-"""Relative distance of the delay from what was believed, from which it is told; its interval must not hold that."""
+"""Relative distance of the delay from the nominal value, from which it is told; its interval must not hold that."""
 ALIKE = 0.5
 """Distance of two blocks' slip displacements, in the logarithm, below which they are not told apart: what is left has
 several least points there, whose alpha and k differ by up to 20 %."""
@@ -37,11 +37,11 @@ def identifiability_warnings(
     Parameters
     ----------
     axis
-        The axis as it was believed.
+        The axis as it was nominally.
     tests
         The circle tests.
     before, found
-        What belief and result leave of the voltages.
+        What nominal and tuned parameters leave of the voltages.
     """
     feeds = sorted(test.feed for test in tests)
     if feeds[-1] < APART * feeds[0]:
@@ -80,7 +80,7 @@ def identifiability_warnings(
     ]
     if at_end:
         yield Notice(
-            f"axis {axis.name}: {', '.join(at_end)} ran to the end of where it was searched: what is believed is far "
+            f"axis {axis.name}: {', '.join(at_end)} ran to the end of where it was searched: the nominal model is far "
             "off, or the circles do not tell it",
             "tuned-at-bound", "doubt",
         )  # fmt: skip

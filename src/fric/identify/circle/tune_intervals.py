@@ -8,7 +8,7 @@ from scipy.special import stdtrit
 from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.estimate import Covariance, Estimate, Interval
-from fric.identify.circle.belief import parameters
+from fric.identify.circle.nominal import parameters
 from fric.identify.circle.tune_bootstrap import recorded_again
 from fric.identify.circle.tune_fit import Fitted
 from fric.identify.circle.tune_identifiability import merged

@@ -41,17 +41,17 @@ class TunedAxis:
     Parameters
     ----------
     axis
-        The axis with its new belief; as it was, where the belief is refused.
+        The axis with its new nominal parameters; as it was, where these are refused.
     friction, nominal
         The friction and the plant that were found.
     before, after
-        What belief and result leave of the recorded voltages.
+        What nominal and tuned parameters leave of the recorded voltages.
     estimates
         Both with their intervals; None where the result is no machine.
     full
         Whether the full shape was fitted.
     improves
-        Whether the result is better than what was believed.
+        Whether the result is better than the nominal parameters.
     warnings
         What the circles cannot tell.
     loop

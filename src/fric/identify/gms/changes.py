@@ -98,7 +98,7 @@ def _drifts(values: Real, least: float) -> float | None:
 
 
 def segment_of_misfit(one: Replay) -> tuple[float, float, float, float] | None:
-    """Return begin and end [s] of the stretch that a replay's misfit sits in, its rms there and elsewhere [N].
+    """Return begin and end [s] of the segment that a replay's misfit sits in, its rms there and elsewhere [N].
 
     None where the misfit is spread over the record. Pieces stand off the lower quartile of all.
     """

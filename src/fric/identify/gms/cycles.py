@@ -21,7 +21,7 @@ class HysteresisCycles:
     record
         The record as it was prepared.
     reversals
-        Samples at which the motion turns, shape (m,).
+        Samples at which the motion reverses, shape (m,).
     cycles
         Number of the first and last cycle (from 1) that the identification uses.
     """
@@ -51,7 +51,7 @@ class HysteresisCycles:
         return 0.5 * float(np.median(np.abs(np.diff(self.motion.position[self.reversals]))))
 
     def chosen(self) -> list[tuple[int, int, int]]:
-        """Return start, turn and end of the cycles that are used, as samples."""
+        """Return start, reversal and end of the cycles that are used, as samples."""
         whole = [
             (self.reversals[n], self.reversals[n + 1], self.reversals[n + 2])
             for n in range(0, len(self.reversals) - 2, 2)

@@ -270,9 +270,9 @@ def _binned(at: Real, value: Real, edges: Real) -> tuple[Real, Real]:
 
 
 def _closing(z: Real, v: Real, force: Real, step: float) -> float:
-    """Return the force at the end of a branch: its last part, regressed on the way and on the speed that are left.
+    """Return the force at the end of a branch: its last part, regressed on the travel and on the speed that are left.
 
-    The speed falls as the root of the way to the reversal, and s(v) rises to F_s with it. Within the last count the
+    The speed falls as the root of the travel to the reversal, and s(v) rises to F_s with it. Within the last count the
     drive may hunt, and its force may have turned already: that count is left out, where the motion is no dwell.
     """
     stroke = z[-1] - z[0]

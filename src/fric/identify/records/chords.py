@@ -11,9 +11,9 @@ from fric.identify.records.resolution import lattice_step, noise_level
 from fric.log import Log
 
 RELATIVE = 0.01
-"""Distance from the chord, as a share of the way, that still counts as constant velocity."""
+"""Distance from the chord, as a share of the travel, that still counts as constant velocity."""
 SHORTEST = 16
-"""Samples, and counts of the encoder, that a stretch has at least."""
+"""Samples, and counts of the encoder, that a segment has at least."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Path:
         return max(self.explained(stop - start), RELATIVE * abs(self.travel(start, stop)))
 
     def travel(self, start: int, stop: int) -> float:
-        """Return the way from the first sample of a piece to the last [m], with its sign."""
+        """Return the travel from the first sample of a piece to the last [m], with its sign."""
         return float(self.position[stop - 1] - self.position[start])
 
     def slope(self, start: int, stop: int) -> float:

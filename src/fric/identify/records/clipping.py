@@ -101,5 +101,5 @@ def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[N
             f"the force is clipped in {counted}: it is not known where friction is largest, and no stiffness is told",
             where=logs[0].source, hint="Log with a larger range of the force's trace, or a smaller amplitude.",
         )  # fmt: skip
-    mend = "they are left out" if len(kept) < len(logs) else "these are not compared"
-    return kept, [Notice(f"the force is clipped in {counted}: {mend}", "force-clipped", "doubt")]
+    done = "they are left out" if len(kept) < len(logs) else "these are not compared"
+    return kept, [Notice(f"the force is clipped in {counted}: {done}", "force-clipped", "doubt")]

@@ -16,17 +16,17 @@ from fric.identify.records.segments import Segment
 from fric.log import Log
 
 SAMPLES = 256
-"""Samples that a stretch has at least."""
+"""Samples that a segment has at least."""
 PERIODS = 12
-"""Periods that lie in a stretch at least."""
+"""Periods that lie in a segment at least."""
 HEIGHT = 8.0
 """Amplitude of a line over the median of those around it."""
 AROUND = 40
 """Lines to each side that it is compared with."""
 PEAKS = 3
-"""Lines of a stretch that are looked at: its highest."""
+"""Lines of a segment that are looked at: its highest."""
 SEGMENTS = 3
-"""Stretches that show one pitch, at least."""
+"""Segments that show one pitch, at least."""
 FASTER = 1.4
 """Ratio of the greatest to the least of their speeds, at least."""
 
@@ -60,7 +60,7 @@ def encoder_error(strokes: Sequence[tuple[Log, Segment]]) -> EncoderError | None
     Parameters
     ----------
     strokes
-        Stretches at constant velocity, each with its record.
+        Constant-velocity segments, each with its record.
     """
     lines = [line for n, (log, segment) in enumerate(strokes) for line in _lines(log, segment, n)]
     lines = [line for line in lines if not _hums(line, lines)]
@@ -82,7 +82,7 @@ def encoder_error(strokes: Sequence[tuple[Log, Segment]]) -> EncoderError | None
 
 
 def _hums(line: _Line, lines: Sequence[_Line]) -> bool:
-    """Say whether a line has one frequency in time, in stretches of different speed."""
+    """Say whether a line has one frequency in time, in segments of different speed."""
     alike = [
         other.speed
         for other in lines
@@ -93,7 +93,7 @@ def _hums(line: _Line, lines: Sequence[_Line]) -> bool:
 
 
 def _lines(log: Log, segment: Segment, n: int) -> list[_Line]:
-    """Return the highest lines of a stretch that stand out of those around them."""
+    """Return the highest lines of a segment that stand out of those around them."""
     if log.position is None or len(segment) < SAMPLES:
         return []
     t, z = (values[segment.start : segment.stop] for values in (log.time, log.position))

@@ -17,7 +17,7 @@ def cycle_energies(position: Real, force: Real, reversals: Indices) -> Real:
     position, force
         The motion [m] and the force along it [N], each of shape (n,).
     reversals
-        Samples at which the motion turns.
+        Samples at which the motion reverses.
     """
     work = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(position)))
     ends = reversals[::2]

@@ -116,7 +116,7 @@ def stroke_flaws(
     Parameters
     ----------
     strokes
-        Stretches at constant velocity, each with its record.
+        Constant-velocity segments, each with its record.
     place
         What `over_place` gives of them.
     force, half_width

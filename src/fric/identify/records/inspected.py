@@ -79,11 +79,11 @@ class Inspection:
     segments
         At constant velocity, see `Segment`.
     speeds
-        The velocities of the stretches, those within three per cent as one [m/s].
+        The velocities of the segments, those within three per cent as one [m/s].
     sine
         The sine that the motion follows, where it does.
     reversals
-        Samples at which the motion turns round.
+        Samples at which the motion reverses.
     rise
         Share of the stroke that the force takes to come up after a reversal, see `force_rise`.
     excites

@@ -30,7 +30,7 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 GAP = 1.5
 """Sampling intervals from which on samples are missing."""
 ALIKE = 0.03
-"""Relative difference up to which two stretches have one speed."""
+"""Relative difference up to which two segments have one speed."""
 
 
 Inspected = Inspection | ResponseInspection | TableInspection
@@ -101,7 +101,7 @@ def inspect(record: Record) -> Inspected:
 
 
 def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
-    """Return the velocities of stretches in ascending order, those of one speed as their mean, by length."""
+    """Return the velocities of segments in ascending order, those of one speed as their mean, by length."""
     speeds: list[list[Segment]] = []
     for segment in sorted(segments, key=lambda s: s.velocity):
         if speeds and abs(segment.velocity - speeds[-1][0].velocity) <= max(
@@ -153,7 +153,7 @@ def _static_use(found: Inspection) -> Use:
         return Use(purpose, False, "the force settles nowhere: longer strokes are needed")
     unsettled = len(found.segments) - len(settled)
     text = f"{len(found.speeds)} speeds" if len(found.speeds) > 1 else "one speed: a map takes records at others too"
-    text += f", {unsettled} of {len(found.segments)} stretches not settled" if unsettled else ""
+    text += f", {unsettled} of {len(found.segments)} segments not settled" if unsettled else ""
     return Use(purpose, True, text)
 
 

@@ -44,7 +44,7 @@ class Identifiability:
     peak
         Largest friction force: half of what it swings between reversals [N].
     resolved
-        The shortest way after a reversal that is seen [m]: a step of the encoder, and `SAMPLES` samples.
+        The shortest travel after a reversal that is seen [m]: a step of the encoder, and `SAMPLES` samples.
     """
 
     slides: bool
@@ -88,7 +88,7 @@ def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
 def branch_slope(position: Real, force: Real, reversals: Indices) -> float:
     """Return the least slope of the branches between reversals, relative to their mean slope; see `least_slope`.
 
-    The branches are averaged over the share of their way, in fiftieths. A branch starts with the force that the one
+    The branches are averaged over the share of their travel, in fiftieths. A branch starts with the force that the one
     before it ends with: its own first samples may have risen already.
     """
     grid = (np.arange(50) + 0.5) / 50
@@ -118,7 +118,7 @@ def least_slope(displacement: Real, force: Real) -> float:
 
 
 def resolved_travel(position: Real, reversals: Indices) -> float:
-    """Return the way that the axis goes in `SAMPLES` samples after a reversal, the median of all [m]."""
+    """Return the travel of the axis in `SAMPLES` samples after a reversal, the median of all [m]."""
     after = np.minimum(reversals + SAMPLES, len(position) - 1)
     return float(np.median(np.abs(position[after] - position[reversals])))
 

@@ -16,7 +16,7 @@ DEGREE = 5
 """Degree of the spline: its acceleration is still smooth, and a reversal inside one count is still a parabola."""
 
 MOST_KNOTS = 20_000
-"""Knots that a record may have; between them the motion cannot turn."""
+"""Knots that a record may have; between them the motion cannot reverse."""
 
 REST = 4
 """Samples without a count after which the level itself is read, again and again."""
@@ -28,7 +28,7 @@ CONVERGED = 1e-3
 """Correction, over the usual spread, from which on nothing is left to refine."""
 
 FINE = 0.01
-"""Share of the way of a sample under which the encoder's step does not matter."""
+"""Share of the travel of a sample under which the encoder's step does not matter."""
 
 
 @dataclass(frozen=True)

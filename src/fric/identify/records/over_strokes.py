@@ -52,7 +52,7 @@ class OverPlace:
     strokes
         Strokes that were compared.
     length
-        Length of the way that they were compared over [m].
+        Length of the travel that they were compared over [m].
     """
 
     cogging: float
@@ -92,7 +92,7 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
     Parameters
     ----------
     strokes
-        Stretches at constant velocity, each with its record.
+        Constant-velocity segments, each with its record.
     """
     cut = [_cut(log, segment) for log, segment in strokes if log.position is not None and log.force is not None]
     if len(cut) < 4:
@@ -173,7 +173,7 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     Parameters
     ----------
     strokes
-        Stretches at constant velocity, each with its record.
+        Constant-velocity segments, each with its record.
     """
     whole = _rate(strokes, 0.0)
     late = _rate(strokes, 0.5)

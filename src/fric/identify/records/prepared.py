@@ -58,7 +58,7 @@ class Prepared:
         Samples that are compared, shape (n,). What comes before the first reversal is not among them, since the
         state in which the record begins is not known.
     reversals
-        Samples at which the motion turns, shape (r,); of a record in sliding, at which its velocity does.
+        Samples at which the motion reverses, shape (r,); of a record in sliding, at which its velocity does.
     done
         What was made of the record.
     """
@@ -113,7 +113,7 @@ class Prepared:
 
     @cached_property
     def travel(self) -> Real:
-        """Half of the way since the last reversal [m], as on the virgin curve; infinite in sliding, shape (n,)."""
+        """Half of the travel since the last reversal [m], as on the virgin curve; infinite in sliding, shape (n,)."""
         if self.slides or not len(self.reversals):
             return np.full(len(self.force), np.inf)
         last = np.searchsorted(self.reversals, np.arange(len(self.force)), side="right") - 1
@@ -131,7 +131,7 @@ class Prepared:
     def phase(self) -> Indices:
         """Number of the part of a cycle that each sample belongs to, shape (n,): what a model misses comes again there.
 
-        Sixteenths of the samples by the way since the reversal (where there is none: by velocity), in either sense.
+        Sixteenths of the samples by the travel since the reversal (where there is none: by velocity), in either sense.
         """
         m = self.motion
         along = self.slides or not len(self.reversals)
@@ -175,7 +175,7 @@ class Prepared:
         Raises
         ------
         FricError
-            When the velocity changes over fewer than two cycles, or the motion turns.
+            When the velocity changes over fewer than two cycles, or the motion reverses.
         """
         v = self.motion.velocity
         reversals = find_reversals(v, threshold=0.3 * float(np.ptp(v)))
@@ -188,7 +188,7 @@ class Prepared:
         used[reversals[0] : reversals[-1]] = True
         if (v[used] > 0).any() and (v[used] < 0).any():
             raise FricError(
-                "the motion turns, and C is told by sliding in one direction", where=self.log.where,
+                "the motion reverses, and C is told by sliding in one direction", where=self.log.where,
                 hint="Raise the mean speed above the amplitude of the velocity.",
             )  # fmt: skip
         own: tuple[Own, ...] = ("offset", "damping") if self.done.mass is not None else ("offset", "damping", "mass")

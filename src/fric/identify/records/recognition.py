@@ -15,7 +15,7 @@ from fric.log import Log
 STEADY_SHARE = 0.75
 """Share of the time in motion at constant velocity, from which on a record is one of constant velocity."""
 STROKE_SHARE = 0.3
-"""The same where the axis turns or stops between any two speeds: then there are strokes, and their ramps."""
+"""The same where the axis reverses or stops between any two speeds: then there are strokes, and their ramps."""
 SINE_FIT = 0.99
 """Share of the variance that one sine explains in a record of a sine; a triangle has 0.986."""
 LINES = 9.0
@@ -39,7 +39,7 @@ class Sine:
     Parameters
     ----------
     amplitude
-        Amplitude of the position [m]: half the way between turns, where it turns (friction flattens the crests).
+        Amplitude of the position [m]: half the travel between reversals, where it does (friction flattens the crests).
     frequency
         Frequency [Hz].
     mean_velocity
@@ -58,7 +58,7 @@ class Sine:
 
     @property
     def reversals(self) -> bool:
-        """Whether the motion turns round, rather than sliding on."""
+        """Whether the motion reverses, rather than sliding on."""
         return 2.0 * np.pi * self.frequency * self.amplitude > abs(self.mean_velocity)
 
 
@@ -158,9 +158,9 @@ def recognised_kind(
 def force_rise(log: Log, reversals: Indices) -> float | None:
     """Return the share of the stroke that the force takes after a reversal until it has come up by nine tenths.
 
-    It is the median over the branches between turns, the force of the later half of a branch counting as come up. Where
-    it goes against the motion, as the inertia of a fast one does, it does not rise. None where there is no force, no
-    position or no branch.
+    It is the median over the branches between reversals, the force of the later half of a branch counting as come up.
+    Where it goes against the motion, as the inertia of a fast one does, it does not rise. None where there is no force,
+    no position or no branch.
     """
     if log.force is None or log.position is None or len(reversals) < 2:
         return None

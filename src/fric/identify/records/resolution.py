@@ -8,7 +8,7 @@ import numpy as np
 from fric.arrays import Real
 
 _EVIDENCE = 16
-"""Neighbouring values that must lie on the lattice before it is believed, unless each value came up often."""
+"""Neighbouring values that must lie on the lattice before it is taken for one, unless each value came up often."""
 FINEST = 1e-3
 """Step, as a share of the usual gap between neighbouring values, below which any gap is near a multiple of it."""
 _GAPS = 400

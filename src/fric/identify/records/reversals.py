@@ -1,4 +1,4 @@
-"""Where a motion turns round."""
+"""Where a motion reverses."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from fric.identify.records.resolution import lattice_step, noise_level
 
 
 def find_reversals(position: Real, threshold: float | None = None) -> Indices:
-    """Return the samples at which a motion turns round, in the order of time.
+    """Return the samples at which a motion reverses, in the order of time.
 
     A reversal is an extreme from which the motion comes back by more than the threshold: the flicker of an encoder is
     none. Where the extreme lasts (a dwell, a flat crest of counts), its middle is given.
@@ -17,8 +17,8 @@ def find_reversals(position: Real, threshold: float | None = None) -> Indices:
     position
         Position [m], shape (n,).
     threshold
-        Way back [m] that makes a reversal; where it is not given, two counts of the encoder, or what white noise swings
-        over so many samples, 2·√(2·ln n) standard deviations (Leadbetter et al., Extremes, 1983), and a tenth.
+        Travel back [m] that makes a reversal; where it is not given, two counts of the encoder, or what white noise
+        swings over so many samples, 2·√(2·ln n) standard deviations (Leadbetter et al., Extremes, 1983), and a tenth.
     """
     z = np.asarray(position, float)
     if len(z) < 3:

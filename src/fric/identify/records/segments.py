@@ -4,9 +4,9 @@ A record may be one speed, or an hour of strokes at many. On position z(t), cons
 the distance of z from the chord between two samples is the CUSUM of the velocity. The search is in four steps:
 
 1. *split* a piece at its greatest distance from the chord, as long as that is more than the encoder, the noise or one
-   per cent of the way explain, then join neighbours that one chord explains as well;
+   per cent of the travel explain, then join neighbours that one chord explains as well;
 2. *trim* each piece where it leaves the straight line of its inner part, with the onset of the ramp;
-3. *judge*: a stretch moves, its velocity has no trend, and it is no mere moment between accelerations;
+3. *judge*: a segment moves, its velocity has no trend, and it is no mere moment between accelerations;
 4. *settle*: the friction force follows the velocity late (pre-sliding, frictional lag); its transient is cut off.
 
 Where only the velocity was logged, z is its integral, and the noise to be explained is that of a random walk.
@@ -22,9 +22,9 @@ from fric.log import Log
 from fric.threads import one_blas_thread
 
 MOMENT = 0.1
-"""Share of the stretch beside it, in time and way, under which one is no stroke."""
+"""Share of the segment beside it, in time and travel, under which one is no stroke."""
 TREND = 0.01
-"""Change of velocity over a stretch, as a share of it, that is not taken for an acceleration."""
+"""Change of velocity over a segment, as a share of it, that is not taken for an acceleration."""
 
 SETTLING = 0.5
 """Share of the samples that is given up at most until the force has settled."""
@@ -48,7 +48,7 @@ class Segment:
     onset
         First sample at constant velocity; from there to ``start`` the force was settling.
     settled
-        False where the force had not settled when half of the stretch was given up.
+        False where the force had not settled when half of the segment was given up.
     """
 
     start: int
@@ -63,13 +63,13 @@ class Segment:
 
 
 def steady_segments(log: Log) -> list[Segment]:
-    """Return the stretches of a record at constant velocity, in the order of time; standing still is none.
+    """Return the constant-velocity segments of a record, in the order of time; standing still is none.
 
     Parameters
     ----------
     log
         A record with position or, failing that, velocity. Where it holds the force, its settling is cut off. A record
-        that says it is a sine or a frequency response has no stretch.
+        that says it is a sine or a frequency response has no segment.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def steady_segments(log: Log) -> list[Segment]:
 
 @one_blas_thread()
 def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
-    """Return the stretches as `steady_segments` does, and where the axis stands still: first sample, one past last."""
+    """Return the segments as `steady_segments` does, and where the axis stands still: first sample, one past last."""
     if len(log) < SHORTEST or log.kind in {"presliding-sine", "sliding-sine", "frequency-response"}:
         return [], []
     path = path_of(log)
@@ -111,7 +111,7 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
 
 
 def _accepted(path: Path, start: int, stop: int) -> Segment | None:
-    """Return the stretch, or None where it is too short, stands still, or its velocity has a trend."""
+    """Return the segment, or None where it is too short, stands still, or its velocity has a trend."""
     n = stop - start
     if n < SHORTEST:
         return None
@@ -171,9 +171,9 @@ def _regressed(x: Real, y: Real) -> tuple[float, float]:
 def _lasts(
     segment: Segment, found: list[Segment], pieces: list[tuple[int, int, float, float, float]], samples: int
 ) -> bool:
-    """Say whether a stretch is no mere moment between longer accelerations, such as the crest of a sine.
+    """Say whether a segment is no mere moment between longer accelerations, such as the crest of a sine.
 
-    An acceleration reaches up to the next stretch, or the next piece at rest (or slower by far).
+    An acceleration reaches up to the next segment, or the next piece at rest (or slower by far).
     """
     bounds = [(other.start, other.stop) for other in found if other is not segment]
     bounds += [
@@ -194,7 +194,7 @@ def _lasts(
 
 
 def _leads_into(path: Path, force: Real, segment: Segment, after: list[Segment]) -> bool:
-    """Say whether a stretch goes on at its speed in the next, longer one, where its force has yet to settle.
+    """Say whether a segment goes on at its speed in the next, longer one, where its force has yet to settle.
 
     Friction that builds up along a slow stroke makes the axis lag by part of a count, which parts the stroke in two.
     """
@@ -209,7 +209,7 @@ def _leads_into(path: Path, force: Real, segment: Segment, after: list[Segment])
 
 
 def _settled(path: Path, force: Real, segment: Segment) -> Segment:
-    """Cut the settling of the force off a stretch."""
+    """Cut the settling of the force off a segment."""
     cut, settled = settled_from(force[segment.start : segment.stop])
     if cut == 0:
         return segment

@@ -26,9 +26,9 @@ LENGTHS = 10.0
 
 
 def presliding_length(record: Prepared) -> float:
-    """Return the way after a reversal [m] on which the force has made nine tenths of its turn, the median of all.
+    """Return the travel after a reversal [m] on which the force has made nine tenths of its change, the median of all.
 
-    Where a record has no two reversals, a hundredth of its way.
+    Where a record has no two reversals, a hundredth of its travel.
     """
     z, found = record.motion.position, []
     for begin, end in zip(record.reversals[:-1], record.reversals[1:], strict=True):
@@ -111,7 +111,7 @@ class Comparison:
     near
         Which samples are near reversals, one mask a record.
     presliding
-        Pre-sliding length of each record [m]: the way after a reversal on which the force has turned by nine tenths.
+        Pre-sliding length of each record [m]: the travel after a reversal until the force has changed by nine tenths.
     winner
         The best model; None where its lead over another does not exceed the error of that lead.
     leads

@@ -1,4 +1,4 @@
-"""One number from a stretch of noisy samples: robust location, with a standard error that knows autocorrelation."""
+"""One number from a segment of noisy samples: robust location, with a standard error that knows autocorrelation."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -56,7 +56,7 @@ def huber_mean(samples: Real, step: float = 0.0) -> Mean:
 
     At constant velocity the mean force is that of friction, and Huber's is not where an encoder's counts make the drive
     push to one side (2.5 % off, thirty standard errors): where they differ by more than its standard error, which noise
-    makes of one stretch in ten thousand, the mean of what is no glitch is given.
+    makes of one segment in ten thousand, the mean of what is no glitch is given.
 
     The standard error is that of an M-estimate from correlated samples,
     ``se² = s²·tau·E[psi²] / (n·E[psi']²)``, with tau from the winsorised samples, so that glitches lengthen

@@ -103,7 +103,7 @@ def identify_static(
     weights
         ``error``: by standard error and scatter between strokes; ``equal``: every stroke the same.
     average
-        ``robust`` (Huber) or ``median`` force of a stretch.
+        ``robust`` (Huber) or ``median`` force of a segment.
     form
         ``coulomb`` for Coulomb plus viscous friction, ``stribeck`` for eq. (2), ``auto`` for the one of them that
         predicts strokes better that are held out.

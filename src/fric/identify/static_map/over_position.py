@@ -1,8 +1,8 @@
 """What the force of strokes shows at the same places again, whatever the speed, taken off their means.
 
 Along stroke i the force is ``F_i(z) = m_i + c(z) + w(z)·m_i/|m|``, |m| being the median of all: c is a force over
-position, w friction over position, both zero in the mean over the way that strokes cover. A slow stroke is at one place
-alone, and its mean is off by what c and w are there; they are told by the strokes that go far.
+position, w friction over position, both zero in the mean over the travel that strokes cover. A slow stroke is at one
+place alone, and its mean is off by what c and w are there; they are told by the strokes that go far.
 """
 
 from collections.abc import Callable, Sequence

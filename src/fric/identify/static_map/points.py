@@ -30,7 +30,7 @@ ENOUGH = 4096
 """Samples that a swing is looked for in; of more, means are taken."""
 
 ENDS = 0.15
-"""Share of the way that is left out at either end of a stroke that ripples: its ramps."""
+"""Share of the travel that is left out at either end of a stroke that ripples: its ramps."""
 
 
 def stroke_points(

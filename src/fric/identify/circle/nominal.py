@@ -1,4 +1,4 @@
-"""What a controller believes of an axis, as coordinates in which it is tuned: logarithms about what it believed."""
+"""The nominal parameters of an axis, as coordinates in which it is tuned: logarithms about the nominal parameters."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fric.friction.stribeck import StaticMap
 FOUR = ("level", "stiffness", "C", "T_d")
 """What is tuned first."""
 PRIORS = {"level": 0.5, "stiffness": 1.0, "C": 2.0, "T_d": 0.15, "ratio": 0.3, "v_s": 0.7, "delta": 0.3, "side": 0.2}
-"""How far a coordinate may be from what was believed: one standard deviation of its logarithm."""
+"""How far a coordinate may be from the nominal value: one standard deviation of its logarithm."""
 PRIOR_ALPHA, PRIOR_K = 0.4, 0.7
 
 
@@ -27,14 +27,14 @@ class Coordinates:
     Parameters
     ----------
     model
-        The friction that is believed.
+        The nominal friction.
     T_d
-        The delay that is believed [s].
+        The nominal delay [s].
     names
         Coordinates that are free: of `FOUR`, ``ratio`` (what F_s exceeds F_c by), ``v_s``, ``delta``, ``alpha_i``,
         ``k_i``, ``side`` (the level of the positive direction over that of the negative one).
     side
-        What ``side`` is believed to be, as a logarithm.
+        What ``side`` is nominally, as a logarithm.
     """
 
     model: GMS
@@ -44,7 +44,7 @@ class Coordinates:
 
     @classmethod
     def of(cls, nominal: FrictionModel, T_d: float) -> Coordinates:
-        """Return the four coordinates about a belief, which may have a map for each direction.
+        """Return the four coordinates about a nominal model, which may have a map for each direction.
 
         Raises
         ------
@@ -53,7 +53,7 @@ class Coordinates:
         """
         model = nominal.model if isinstance(nominal, Directed) else nominal
         if not isinstance(model, GMS):
-            raise FricError(f"the friction that is believed is {model.name}, and circles tune a GMS model")
+            raise FricError(f"the nominal friction is {model.name}, and circles tune a GMS model")
         if isinstance(nominal, Directed):
             own, other = model.static, nominal.negative
             return cls(replace(model, static=mean_map(own, other)), T_d, side=float(np.log(own.F_c / other.F_c)))
@@ -86,7 +86,7 @@ class Coordinates:
         """Return the logarithm of the positive direction's level over that of the negative one, at a point."""
         return self.side + self._value(x, "side")
 
-    def belief(self, x: Real) -> FrictionModel:
+    def directed(self, x: Real) -> FrictionModel:
         """Return the friction at a point, with a map for each direction where they differ."""
         model, half = self.friction(x), 0.5 * self.sides(x)
         if half == 0.0:
@@ -115,7 +115,7 @@ class Coordinates:
         return GMS(static=changed, alpha=tuple(value / sum(alpha) for value in alpha), k=k, C=C)
 
     def moved(self, other: Coordinates, x: Real) -> Real:
-        """Return the point of these coordinates that is at a point of others about the same belief."""
+        """Return the point of these coordinates that is at a point of others about the same nominal model."""
         found = np.zeros(len(self.names))
         for n, name in enumerate(self.names):
             found[n] = other._value(x, name)
