@@ -10,7 +10,7 @@ from fric.identify.plant.identify import identify_plant
 from fric.identify.records.encoder_error import encoder_error
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
 from fric.identify.records.inspection import inspect
-from fric.identify.records.over_strokes import over_place, over_time
+from fric.identify.records.over_strokes import along_axis, over_place, over_time
 from fric.identify.records.segments import steady_segments
 from fric.identify.records.timing import timing
 from fric.identify.static_map.identify import identify_static
@@ -152,6 +152,25 @@ def test_a_drift_goes_on_in_the_pauses_where_one_clock_tells_them() -> None:
     assert alone.duration == pytest.approx(sum(log.time[-1] for log in logs))
     assert found.duration == pytest.approx(alone.duration + 30.0 * (len(logs) - 1))
     assert found.rate == pytest.approx(alone.rate, rel=0.02)
+
+
+def test_a_force_that_rises_along_the_axis_is_taken_off() -> None:
+    """A spring of 300 N/m: slow strokes stay at its beginning, and F_c was 78.5 (0 to 79.3) for 80."""
+
+    def sprung(stiffness: float, seed: int) -> list[Log]:
+        return [replace(log, force=log.force + stiffness * log.position) for log in session(seed, noise=0.3)]
+
+    assert along_axis(steady(session(noise=0.3))) is None
+    for seed in range(3):
+        rises, half = along_axis(steady(sprung(300.0, seed))) or (0.0, 0.0)
+        assert rises == pytest.approx(300.0, abs=2 * half)
+        fit = identify_static(sprung(300.0, seed))
+        assert fit.static is not None
+        assert float(fit.static.estimates["F_c"]) == pytest.approx(80.0, abs=0.02)
+        assert float(fit.static.estimates["offset"]) == pytest.approx(300.0 * 15.69e-3, abs=0.05)  # there
+        told = {w.code: w.severity for w in fit.warnings}
+        assert told["force-over-position"] == "note"
+        assert "wrong" not in told.values()
 
 
 def test_a_force_that_settles_within_strokes_is_no_drift() -> None:

@@ -175,14 +175,14 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     strokes
         Constant-velocity segments, each with its record.
     """
-    whole = _rate(strokes, 0.0)
-    late = _rate(strokes, 0.5)
+    whole = _trends(strokes, 0.0)
+    late = _trends(strokes, 0.5)
     if whole is None or late is None:
         return None
-    rate, deviation, freedom = whole
+    rate, deviation, freedom = whole[0][0], whole[1][0], whole[2]
     if abs(rate) < float(stdtrit(freedom, 0.5 * (1.0 + SURE_RATE))) * deviation or abs(rate) > FASTEST:
         return None
-    if not 1.0 / SETTLING < late[0] / rate < SETTLING:  # what settles changes less and less
+    if not 1.0 / SETTLING < late[0][0] / rate < SETTLING:  # what settles changes less and less
         return None
     logs = {id(log): log for log, _ in strokes}.values()
     spans = sorted((float(log.time[0]), float(log.time[-1])) for log in logs)
@@ -191,14 +191,37 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     return OverTime(rate, float(stdtrit(freedom, 0.975)) * deviation, duration)
 
 
-def _rate(strokes: Sequence[tuple[Log, Segment]], begin: float) -> tuple[float, float, int] | None:
-    """Return the relative rate in the strokes from a share of each on [1/s], its standard error, and its freedom."""
+def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | None:
+    """Return by how much the force rises along the axis [N/m], and half its 95 % interval; None where it does not.
+
+    It is told by the later halves of strokes, settled or not: what rises along a stroke looks like settling.
+
+    Parameters
+    ----------
+    strokes
+        Stretches at constant velocity, each with its record.
+    """
+    if (found := _trends(strokes, 0.5, settled=False)) is None:
+        return None
+    (_, rises, _), (_, deviation, _), freedom = found
+    sure = abs(rises) > float(stdtrit(freedom, 0.5 * (1.0 + SURE_RATE))) * deviation
+    return (rises, float(stdtrit(freedom, 0.975)) * deviation) if sure else None
+
+
+def _trends(
+    strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bool = True
+) -> tuple[list[float], list[float], int] | None:
+    """Return the relative rate [1/s], force and friction over position [N/m] from a share of each stroke on.
+
+    Each with its standard error, and the freedom of all.
+    """
     rows, slopes, errors = [], [], []
     for log, segment in strokes:
-        start = segment.start + int(begin * len(segment))
+        first = segment.start if settled else segment.onset
+        start = first + int(begin * (segment.stop - first))
         part = slice(start, segment.stop)
-        lasting = float(log.time[segment.stop - 1] - log.time[segment.start])
-        if log.force is None or segment.stop - start < 64 or not segment.settled or lasting < LASTING:
+        lasting = float(log.time[segment.stop - 1] - log.time[first])
+        if log.force is None or segment.stop - start < 64 or (settled and not segment.settled) or lasting < LASTING:
             continue
         t, F = log.time[part] - log.time[start], log.force[part] * np.sign(segment.velocity)
         slope, rest, noise = _slope(t, F)
@@ -218,7 +241,7 @@ def _rate(strokes: Sequence[tuple[Log, Segment]], begin: float) -> tuple[float, 
     solution, *_ = np.linalg.lstsq(A, b, rcond=None)
     freedom = len(y) - 3
     spread = max(float(np.sum((b - A @ solution) ** 2)) / freedom, 1.0)
-    return float(solution[0]), float(np.sqrt(spread * np.linalg.inv(A.T @ A)[0, 0])), freedom
+    return solution.tolist(), np.sqrt(spread * np.diag(np.linalg.inv(A.T @ A))).tolist(), freedom
 
 
 def _slope(t: Real, F: Real) -> tuple[float, float, float]:

@@ -20,7 +20,7 @@ from fric.identify.static_map.averages import Average
 from fric.identify.static_map.forms import directions_predict
 from fric.identify.static_map.identifiability import damping_warning, directions_differ, identifiability_warnings
 from fric.identify.static_map.map_fit import Form, MapFit, ShapeFactor, SpeedPoint, Weights, fit_map, solved
-from fric.identify.static_map.over_position import OverPosition, steady_strokes, without_places
+from fric.identify.static_map.over_position import OverPosition, steady_strokes, without_places, without_slope
 from fric.identify.static_map.points import rounded_by, stroke_points
 from fric.identify.static_map.unsettled import settled_points
 from fric.log import ForceVelocity, Log
@@ -99,7 +99,7 @@ def identify_static(
         for each where they differ by more than chance and 1 %, and that predicts held-out strokes better.
     over_position
         ``on``: take off the mean of each stroke what comes again at its places; ``off``: do not; ``auto`` for what
-        predicts held-out strokes better.
+        predicts held-out strokes better. A force that rises along the axis is taken off unless ``off``.
     weights
         ``error``: by standard error and scatter between strokes; ``equal``: every stroke the same.
     average
@@ -118,6 +118,9 @@ def identify_static(
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
     points, missing = stroke_points(records, average=average, plant=plant)
+    level, slope = without_slope(records, points, over_position)
+    if slope is not None:
+        records, (points, missing) = level, stroke_points(level, average=average, plant=plant)
     logs = [record for record in records if not isinstance(record, ForceVelocity)]
     forces = np.array([point.force for point in points])
     if np.ptp(forces) <= 1e-9 * np.abs(forces).max(initial=0.0):
@@ -145,8 +148,9 @@ def identify_static(
         points, strokes, place, over_position, partial(solved, delta=delta, weights=weights, form=form, damping=damping,
                                                        offset=load or 0.0), load is None,
     )  # fmt: skip
-    together = np.vstack([one for one in (settling, together, _rounded(points)) if one is not None])
-    warnings = amiss + (list[str](settles) or unsettled)
+    moved = None if slope is None else slope.together(points, strokes)
+    together = np.vstack([one for one in (settling, together, moved, _rounded(points)) if one is not None])
+    warnings = amiss + ([] if slope is None else [slope.notice(motion)]) + (list[str](settles) or unsettled)
     positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
     if direction == "each" and not (positive and backward):
         raise FricError(

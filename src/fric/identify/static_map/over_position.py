@@ -7,18 +7,21 @@ place alone, and its mean is off by what c and w are there; they are told by the
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
 from fric.arrays import Real
-from fric.identify.records.over_strokes import PLACES, OverPlace
+from fric.identify.records.flaws import SMALL
+from fric.identify.records.over_strokes import PLACES, OverPlace, along_axis, over_place
 from fric.identify.records.segments import Segment
 from fric.identify.static_map.forms import FEWEST, HeldOut
 from fric.identify.static_map.map_fit import SpeedPoint
 from fric.identify.static_map.scatter import Fitted
-from fric.log import Log
+from fric.log import ForceVelocity, Log
+from fric.notice import Notice
+from fric.units import Motion, readable, si_unit
 
 OverPosition = Literal["auto", "off", "on"]
 
@@ -97,6 +100,66 @@ class Profile:
             error = float(np.hypot(one.standard_error, 0.0 if errors is None else errors[number]))
             found[number] = replace(one, force=one.force - float(size), standard_error=error, over_position=float(size))
         return found
+
+
+class Slope(NamedTuple):
+    """A force that rises along the axis, taken off the records.
+
+    Parameters
+    ----------
+    rises, half
+        By how much [N/m], and half its 95 % interval.
+    middle, length
+        Of the way that the strokes cover [m].
+    """
+
+    rises: float
+    half: float
+    middle: float
+    length: float
+
+    def together(self, points: Sequence[SpeedPoint], strokes: Sequence[tuple[int, Log, Segment]]) -> Real:
+        """Return how the error of the slope moves the forces of all points [N], half widths, shape (1, n)."""
+        moved = np.zeros((1, len(points)))
+        for number, log, segment in strokes:
+            at = log.require("position", "a force over position")[segment.start : segment.stop]
+            moved[0, number] = self.half * (float(at.mean()) - self.middle)
+        return moved
+
+    def notice(self, motion: Motion) -> Notice:
+        """Return what there is to say of it."""
+        newton, metre = si_unit("force", motion), si_unit("position", motion)
+        return Notice(
+            f"the force rises along the axis by {readable(self.rises * self.length, newton, 3)} over the "
+            f"{readable(self.length, metre, 3)} of the strokes, as a spring, a cable, a balance or a tilt makes it: "
+            f"it is taken off, and the offset is that at {readable(self.middle, metre, 3)}",
+            "force-over-position", "note",
+        )  # fmt: skip
+
+
+def without_slope(
+    records: Sequence[Log | ForceVelocity], points: Sequence[SpeedPoint], asked: OverPosition
+) -> tuple[Sequence[Log | ForceVelocity], Slope | None]:
+    """Return the records without a force that rises along the axis, where strokes show it, and that force.
+
+    Slow strokes stay at one end of the way that fast ones cover: the rise would be taken for friction over speed.
+    Where more than a slope comes again at the same places, all is left to `without_places`.
+    """
+    logs = [one for one in records if isinstance(one, Log) and one.position is not None]
+    strokes = [] if asked == "off" else [(log, segment) for _, log, segment in steady_strokes(logs, points)]
+    if (found := along_axis(strokes)) is None or over_place(strokes) is not None:
+        return records, None
+    ways = [log.require("position", "it")[segment.onset : segment.stop] for log, segment in strokes]
+    low, high = min(float(way.min()) for way in ways), max(float(way.max()) for way in ways)
+    if abs(found[0]) * (high - low) < SMALL * float(np.median([abs(point.force) for point in points])):
+        return records, None
+    slope = Slope(*found, 0.5 * (low + high), high - low)
+    level = [
+        one if not isinstance(one, Log) or one.position is None or one.force is None
+        else replace(one, force=one.force - slope.rises * (one.position - slope.middle))
+        for one in records
+    ]  # fmt: skip
+    return level, slope
 
 
 def steady_strokes(logs: Sequence[Log], points: Sequence[SpeedPoint]) -> list[tuple[int, Log, Segment]]:
