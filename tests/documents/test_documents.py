@@ -80,7 +80,7 @@ def test_a_static_map_carries_plant_and_covariance_into_the_files_that_build_upo
     waves = read_logs(LOGS / "sliding-sine.h5")
     given = read_document(path, FrictionDocument)
     gms = FrictionDocument.model_validate(
-        gms_tree(identify_gms(read_logs(LOGS / "presliding-sine.h5"), static=given.maps()[0]), waves, given)
+        gms_tree(identify_gms(read_logs(LOGS / "presliding-sine.h5"), static=given.maps()[0], blocks=3), waves, given)
     )
     lugre = FrictionDocument.model_validate(
         replay_tree(identify_by_replay("lugre", prepared(waves), static=document.estimates("static")), document)

@@ -94,12 +94,12 @@ def test_the_plant_is_taken_off_and_its_share_told():
     assert not told(fit, "too fast")
     # the same loop at 12 Hz: M·A·w² is 31 N of 165
     fast = record(45e-6, frequency=12.0, cycles=20, dt=2e-4, **settings)
-    (warning,) = told(identify_gms([fast], static=PAPER, plant=plant), "too fast")
+    (warning,) = told(identify_gms([fast], static=PAPER, plant=plant, blocks=2), "too fast")
     assert "%" in warning
 
 
 def test_an_offset_is_absorbed():
-    without, with_offset = (identify_gms(pair(offset=offset), static=PAPER) for offset in (0.0, 5.0))
+    without, with_offset = (identify_gms(pair(offset=offset), static=PAPER, blocks=4) for offset in (0.0, 5.0))
     assert with_offset.alpha.value == pytest.approx(without.alpha.value, rel=1e-4)
     assert with_offset.k.value == pytest.approx(without.k.value, rel=1e-4)
 
@@ -131,7 +131,7 @@ def test_a_level_that_changed_is_told_and_taken_out():
 
 
 def test_cycles_held_out_are_replayed():
-    fit = identify_gms(pair(cycles=7), static=PAPER, cycles=(1, 3))
+    fit = identify_gms(pair(cycles=7), static=PAPER, cycles=(1, 3), blocks=4)
     for one in fit.records:
         assert one.held_out.any()
         assert not (one.held_out & one.used).any()

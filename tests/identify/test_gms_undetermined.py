@@ -14,7 +14,7 @@ def test_a_plant_that_is_not_the_log_s_leaves_C_assumed_and_says_so():
     wrong = Plant(A=16.9, B=2.4, T_d=0.6e-3, K_f=548.0)  # the rig's force constant is 150 N/V
     static = identify_static(read_logs(DATA / "constant-velocity.h5"), plant=wrong).static.static_map
     logs = read_logs([DATA / "presliding-sine.h5", DATA / "sliding-sine.h5"])
-    fit = identify_gms(logs, static=static, plant=wrong)
+    fit = identify_gms(logs, static=static, plant=wrong, blocks=3)
     assert fit.C.assumed
     assert float(fit.C) == ASSUMED_C
     assert any("does not tell it" in warning for warning in fit.warnings)

@@ -110,7 +110,7 @@ def test_energy_per_cycle_is_the_area_of_the_hysteresis():
     flat = replace(APART, static=replace(PAPER, F_c=165.0, sigma=0.0))
     log = record(200e-6, flat, step=0.0)
     area = 4 * sum(a * 165.0 * (200e-6 - d) for a, d in zip(flat.alpha, flat.slip_displacements, strict=True))
-    (found,) = identify_gms([log], static=flat.static).records
+    (found,) = identify_gms([log], static=flat.static, blocks=4).records
     for energy in (found.energy, inspect(log).energy):
         low, high = energy.ci95
         assert float(energy) == pytest.approx(area, rel=2e-3)
@@ -120,25 +120,25 @@ def test_energy_per_cycle_is_the_area_of_the_hysteresis():
 
 def test_what_changes_over_a_record_and_between_records_is_told_with_its_size():
     small, large = pair(APART, cycles=8)
-    assert not {"friction-drifts", "offset-drifts", "offset-differs", "misfit-in-one-stretch"} & set(
-        codes(identify_gms([small, large], static=PAPER).warnings)
-    )
+
+    def told_of(force):
+        return identify_gms([small, replace(large, force=force)], static=PAPER, blocks=4).warnings
+
+    drifts = {"friction-drifts", "offset-drifts", "offset-differs", "misfit-in-one-stretch"}
+    assert not drifts & set(codes(told_of(large.force)))
     t = large.time / large.time[-1]
-    warming = identify_gms([small, replace(large, force=large.force * (1.1 - 0.2 * t))], static=PAPER)
-    (told,) = [one for one in warming.warnings if one.code == "friction-drifts"]
+    (told,) = [one for one in told_of(large.force * (1.1 - 0.2 * t)) if one.code == "friction-drifts"]
     assert "-1" in told
     assert "%" in told
-    biased = identify_gms([small, replace(large, force=large.force + 9.0)], static=PAPER)
-    (told,) = [one for one in biased.warnings if one.code == "offset-differs"]
+    (told,) = [one for one in told_of(large.force + 9.0) if one.code == "offset-differs"]
     assert "9" in told
-    creeping = identify_gms([small, replace(large, force=large.force + 20.0 * t)], static=PAPER)
-    assert "offset-drifts" in codes(creeping.warnings)
+    assert "offset-drifts" in codes(told_of(large.force + 20.0 * t))
 
 
 def test_a_contact_that_was_unloaded_is_told():
     log = record(60e-6, APART, cycles=20)
     gone = np.where(log.time > 140.0, 0.3, 1.0)
-    fit = identify_gms([replace(log, force=log.force * gone)], static=PAPER, cycles=(1, 8))
+    fit = identify_gms([replace(log, force=log.force * gone)], static=PAPER, cycles=(1, 8), blocks=4)
     (told,) = [one for one in fit.warnings if one.code == "misfit-in-one-stretch"]
     assert "from 14" in told or "from 13" in told
 

@@ -32,7 +32,7 @@ def logged():
 def test_identify_gms_and_the_replay_fit_find_one_attraction_parameter():
     """The replay fit did not delay the force by T_d, and gave C 10531 (10411…10653) where the truth is 10000."""
     axis, logs = logged()
-    by_curve = identify_gms(logs, static=PAPER, plant=axis.plant)
+    by_curve = identify_gms(logs, static=PAPER, plant=axis.plant, blocks=3)
     by_replay = identify_by_replay(
         "gms", prepared(logs, axis.plant), static=GIVEN, blocks=3, start=by_curve.model
     ).estimates["gms"]["C"]
