@@ -168,6 +168,14 @@ def test_every_document_says_its_type_and_is_of_it(static, tmp_path):
         document_types()[one["fric"].partition("/")[0]].model_validate(one)
 
 
+def test_a_machine_is_a_line_an_axis(gms):
+    shown = repr(fric.read_machine("xy-table").with_belief(x=gms))
+    name, x, y = shown.splitlines()
+    assert name == "xy feed table of the paper"
+    wanted = "  axis x: plant A 28.57, B 4.526, T_d 0.00065, K_f 548 (SI); friction gms, nominal friction static, gms"
+    assert (x, y.startswith("  axis y: ")) == (wanted, True)
+
+
 def test_no_result_is_told_by_its_arrays(plant, static, gms):
     records = fric.read(SINES)
     told = [plant, static, gms, records, records[0], fric.inspect(SINES), fric.circle("xy-table", "a", revolutions=1)]

@@ -39,7 +39,7 @@ class NominalFriction:
     lead: Lead = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Axis:
     """One axis of a machine.
 
@@ -89,6 +89,11 @@ class Axis:
     reality: Reality = NONE
     second_mass: SecondMass | None = None
 
+    def __repr__(self) -> str:
+        plant = ", ".join(f"{name} {getattr(self.plant, name):.5g}" for name in ("A", "B", "T_d", "K_f"))
+        known = ", ".join(self.nominal_friction.models) or "none"
+        return f"axis {self.name}: plant {plant} (SI); friction {self.friction.name}, nominal friction {known}"
+
     def believing(self, given: Any) -> Axis:
         """Return the axis with a controller that believes something else, as in `Machine.with_belief`."""
         if getattr(given, "axis", self.name) != self.name:
@@ -132,7 +137,7 @@ class Published:
     glitches: Mapping[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Machine:
     """A machine: axes by name.
 
@@ -155,6 +160,9 @@ class Machine:
     published: tuple[Published, ...] = ()
     warnings: tuple[Notice, ...] = ()
     origin: Mapping[str, Any] = field(default_factory=dict, compare=False)
+
+    def __repr__(self) -> str:
+        return "\n".join([self.name, *(f"  {axis}" for axis in self.axes.values())])
 
     def is_nominal(self, models: Iterable[str | None], axes: Iterable[str]) -> bool:
         """Tell whether what controllers know of axes is exactly true: the plant, and friction but for its gain.
