@@ -77,14 +77,14 @@ def test_a_measured_circle_that_is_not_as_predicted_forbids_the_export(tmp_path:
         run.save(tmp_path / "circle.h5", force=True)
         found = fric.export_axis("csv", MACHINE, axis="x", scheme="c", circles=[tmp_path / "circle.h5"])
         assert {one.code for one in found.against} == (set() if agrees else {"model-disagrees"})
-        assert "no-measured-circle" not in [one.code for one in found.doubts]
+        assert "no-measured-circle" not in [one.code for one in found.distrust]
     with pytest.raises(FricError, match=r"not to be trusted: .*circle.h5 shows .*the level"):
         found.save(tmp_path / "out")
 
 
 def test_what_the_verdict_doubts_is_told_and_kept(tmp_path: Path) -> None:
     found = fric.export_axis("csv", MACHINE, axis="x", scheme="c")
-    assert {one.code for one in found.doubts} >= {"no-measured-circle"}
+    assert {one.code for one in found.distrust} >= {"no-measured-circle"}
     assert "not to be trusted yet" in repr(found)
     assert not found.document["verdict"]["trusted"]
     with pytest.raises(FricError, match=r"not to be trusted yet: .*no machines around it were drawn"):
@@ -102,7 +102,7 @@ def test_what_the_verdict_trusts_is_exported(tmp_path: Path) -> None:
     assert found.document["verdict"] == {"trusted": True, "why": []}
     found.save(tmp_path / "out")
     alone = fric.export_axis("csv", MACHINE, scheme="c", **(known | {"circles": []}))
-    assert [one.code for one in alone.doubts] == ["no-measured-circle"]
+    assert [one.code for one in alone.distrust] == ["no-measured-circle"]
     for other, told in (
         ({"scheme": "f"}, "without scheme f"),
         ({"scheme": "c", "gain": 1.0}, "another friction, gain"),
@@ -113,7 +113,7 @@ def test_what_the_verdict_trusts_is_exported(tmp_path: Path) -> None:
     with pytest.raises(FricError, match="without axis x"):
         fric.export_axis("csv", MACHINE, scheme="c", **known)
     few = fric.export_axis("csv", MACHINE, scheme="c", **(known | {"axis": "y"}))
-    assert [one.code for one in few.doubts] == ["few-machines"]
+    assert [one.code for one in few.distrust] == ["few-machines"]
 
 
 @pytest.mark.parametrize(

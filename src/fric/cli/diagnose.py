@@ -23,7 +23,7 @@ def diagnose(
     implausible: Implausible = "error",
     json: Json = False,
 ) -> None:
-    """Take a measured circle apart: geometry, loops, backlash, friction glitches, and the figures of ISO 230-4.
+    """Take a measured circle apart: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4.
 
     Both directions of one circle, in one file or two, tell more than one. With --machine the glitches that the machine
     file predicts stand beside those measured; a difference is told with its likely cause.

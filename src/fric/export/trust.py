@@ -14,7 +14,7 @@ from fric.verdict.decide import decide, reasons_against
 from fric.verdict.evidence import Evidence
 
 
-def judged(
+def trust_of(
     machine: Machine,
     name: str,
     scheme: Scheme,

@@ -11,7 +11,7 @@ from fric.units import prefixed, si_unit
 
 @view("scores", of="Comparison", usual=True)
 def draw_comparison(comparison: Comparison) -> Figure:
-    """Draw the rms of every model, and the loops of the first stroke pair scored of the first record that is scored."""
+    """Draw the rms of every model, and the first hysteresis cycle scored of the first record that is scored."""
     scores = comparison.scores
     motion = comparison.records[0].log.motion
     force, length = si_unit("force", motion), si_unit("position", motion)

@@ -17,7 +17,7 @@ Scale = tuple[float, str]
 
 @view("cycles", of="GMSFit", usual=True)
 def draw_gms(fit: GMSFit) -> Figure:
-    """Draw the loops, the virgin curve with its knots and band, and the measured against the replayed force.
+    """Draw the hysteresis cycles, the virgin curve with knots and band, and the measured against the replayed force.
 
     The first row shows each record as the paper's Fig. 4, with the parts marked that the virgin curve is from; the
     second the virgin curve as Fig. 5, and again over a logarithmic axis, where the first knots are; the third each

@@ -1,4 +1,4 @@
-"""What the figures of a report are drawn from: curves with bands from documents, points and loops from logs."""
+"""What the figures of a report are drawn from: curves with bands from documents, points and cycles from logs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ from fric.log import ForceVelocity, Log
 from fric.report.report_input import Item, ReportInput
 
 CYCLE_POINTS = 1500
-"""Points of a loop that are drawn."""
+"""Points of a cycle that are drawn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Band:
 
 @dataclass(frozen=True, eq=False)
 class HysteresisCycle:
-    """A pre-sliding loop: displacement [m], measured force (None without a log) and that of the model [N]."""
+    """A pre-sliding cycle: displacement [m], measured force (None without a log) and that of the model [N]."""
 
     name: str
     position: Real
@@ -226,7 +226,7 @@ def _in_quadrature(
 
 
 def model_cycles(model: GMS) -> tuple[HysteresisCycle, ...]:
-    """Return slow loops of a GMS model: small ones inside its pre-sliding, and one that slides at its ends."""
+    """Return slow cycles of a GMS model: small ones inside its pre-sliding, and one that slides at its ends."""
     longest = float(model.slip_displacements.max())
     hysteresis = []
     for share in (0.25, 0.5, 1.5):
@@ -244,7 +244,7 @@ def model_cycles(model: GMS) -> tuple[HysteresisCycle, ...]:
 def _measured(
     waves: Sequence[Log], plant: Plant | None, model: GMS
 ) -> tuple[tuple[HysteresisCycle, ...], VirginCurve | None]:
-    """Return the loops that were measured with the model replayed along them, and the virgin curve in them."""
+    """Return the cycles that were measured with the model replayed along them, and the virgin curve in them."""
     found: list[HysteresisCycles] = []
     hysteresis = []
     for log in waves:

@@ -34,7 +34,7 @@ class Summary:
         A sentence for each measured circle.
     wrong
         Warnings that must be seen to first, with where they are from, where there is no verdict that tells them.
-    doubts
+    further
         How many further warnings there are.
     next_step
         What to do where there is no verdict.
@@ -46,7 +46,7 @@ class Summary:
     meaning: str
     measured: Sequence[str]
     wrong: Sequence[tuple[str, str]]
-    doubts: int
+    further: int
     next_step: str
 
 

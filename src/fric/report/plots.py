@@ -1,4 +1,4 @@
-"""The figures of friction and observer: map, virgin curve, loops, Q-filter limit, drift."""
+"""The figures of friction and observer: map, virgin curve, hysteresis cycles, Q-filter limit, drift."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -109,7 +109,7 @@ def virgin_curves(item: Item, curves: FrictionCurves) -> list[Drawn]:
 
 
 def hysteresis(item: Item, curves: FrictionCurves) -> list[Drawn]:
-    """Return the pre-sliding cycles: each record with the model replayed along it, or the model's own loops."""
+    """Return the pre-sliding cycles: each record with the model replayed along it, or those of the model alone."""
     if not curves.hysteresis:
         return []
     largest = max(float(np.abs(cycle.model).max()) for cycle in curves.hysteresis)
@@ -123,7 +123,7 @@ def hysteresis(item: Item, curves: FrictionCurves) -> list[Drawn]:
         legend(plot)
         alt = f"Hysteresis cycles of the GMS model of axis {item.axis}, the larger the wider."
         return [
-            Drawn(f"loops-{item.axis}", "Pre-sliding cycles of the model", "No pre-sliding log was given.", alt, plot)
+            Drawn(f"cycles-{item.axis}", "Pre-sliding cycles of the model", "No pre-sliding log was given.", alt, plot)
         ]
     drawn = []
     for n, cycle in enumerate(curves.hysteresis):
@@ -144,8 +144,8 @@ def hysteresis(item: Item, curves: FrictionCurves) -> list[Drawn]:
         legend(plot)
         rms = readable(float(np.sqrt(np.mean((cycle.measured - cycle.model) ** 2))), si_unit("force", item.motion))
         text = f"amplitude {readable(amplitude, si_unit('position', item.motion))}; measured less replayed {rms} rms"
-        alt = f"Loop {cycle.name} of axis {item.axis}, {text}."
-        drawn.append(Drawn(f"loop-{item.axis}-{n}", f"Loop {cycle.name}", f"A{text[1:]}.", alt, plot))
+        alt = f"Cycle {cycle.name} of axis {item.axis}, {text}."
+        drawn.append(Drawn(f"cycle-{item.axis}-{n}", f"Cycle {cycle.name}", f"A{text[1:]}.", alt, plot))
     return drawn
 
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DiagnosisResult(Result):
-    """A measured circle: geometry, cycles, backlash, friction glitches, and the figures of ISO 230-4.
+    """A measured circle: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def diagnose(
     feed: float | str | None = None,
     advance: Advance = silent,
 ) -> DiagnosisResult:
-    """Take a measured circle apart: geometry, cycles, backlash, friction glitches, and the figures of ISO 230-4.
+    """Take a measured circle apart: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4.
 
     Both directions of one circle, in one file or two, tell more than one.
 

@@ -17,7 +17,7 @@ from fric.export.base import Files, Part, Target
 from fric.export.manifest import manifest, manifest_text
 from fric.export.select import compensation_of, machine_of
 from fric.export.trial import Arc, trial_document, trial_schemes, try_in_linuxcnc
-from fric.export.trust import judged
+from fric.export.trust import trust_of
 from fric.io.run import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice
 from fric.output import write_folder
@@ -51,7 +51,7 @@ class ExportResult(Result):
         What the files that the machine is made of say of themselves.
     against
         Why it should not be put on the machine; empty where nothing speaks against it.
-    doubts
+    distrust
         Why the verdict does not trust it yet.
     made_from
         Name and digest of each file that it was made from.
@@ -64,7 +64,7 @@ class ExportResult(Result):
     files: Files
     notices: Sequence[Notice]
     against: Sequence[Notice]
-    doubts: Sequence[Notice]
+    distrust: Sequence[Notice]
     made_from: Sequence[dict[str, str]]
     arcs: Sequence[Arc] = ()
 
@@ -74,7 +74,7 @@ class ExportResult(Result):
         text = list(dict.fromkeys([*self.notices, *self.against]))
         content = manifest(self.target.name, self.part, self.files, notices=text, sources=self.made_from)
         if self.part.role == "compensation":
-            why = [*self.against, *self.doubts]
+            why = [*self.against, *self.distrust]
             content["verdict"] = {"trusted": not why, "why": [one.as_dict() for one in why]}
         content |= {"trial": trial_document(self.arcs)} if self.arcs else {}
         ExportDocument.model_validate(content)
@@ -90,8 +90,8 @@ class ExportResult(Result):
         rows = [[name, str(len(content))] for name, content in self._all().items()]
         title = f"{self.part.machine}: {self.part.role} of axis {self.part.axis} for {self.target.name}"
         pieces: list[Piece] = [Table(["file", "bytes"], rows, title)]
-        if self.doubts:
-            pieces.append(f"not to be trusted yet: {'; '.join(self.doubts)}")
+        if self.distrust:
+            pieces.append(f"not to be trusted yet: {'; '.join(self.distrust)}")
         if self.arcs:
             head = ["switched on", "feed", "turns", "LinuxCNC", "simulated", "largest difference of a quadrant"]
             title = "largest glitch of each circle in µm: in LinuxCNC, and simulated along its planner's reference"
@@ -107,7 +107,7 @@ class ExportResult(Result):
             When the verdict does not trust it, or a file exists, and ``force`` is not set.
         """
         if not force:
-            require_trust(self.part, self.against, self.doubts)
+            require_trust(self.part, self.against, self.distrust)
         write_folder(Path(path), self._all(), force=force)
 
     def _all(self) -> dict[str, str | bytes]:
@@ -184,35 +184,35 @@ def export_axis(
     options: dict[str, Any] = {"single": True} if single else {}
     options |= {"machine": subject} if "machine" in chosen.options else {}
     files = chosen.files(made, **options)
-    against, doubts = list[Notice](), list[Notice]()
+    against, distrust = list[Notice](), list[Notice]()
     if part == "compensation":
         drawings = [_drawing(Path(one), subject, wanted, axis) for one in drawn]
         held = {str(one): diagnose(one, machine=machine).disagreements(str(one)) for one in circles}
         apart = [text for texts in held.values() for text in texts]
         around = [evidence_of(*one, compared=bool(circles), disagreements=held, notices=notices) for one in drawings]
-        against, doubts = judged(subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around)
+        against, distrust = trust_of(subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around)
     arcs: list[Arc] = []
     if trial is not None:
         if target != "linuxcnc":
             raise FricError(f"a trial is for the target linuxcnc, and this is {target}")
         if not force:
-            require_trust(made, against, doubts)
+            require_trust(made, against, distrust)
         advance(0, total=len(trial_schemes(wanted)))
         Path(trial).mkdir(parents=True, exist_ok=True)
         arcs = try_in_linuxcnc(subject, wanted, Path(trial), advance=advance)
-    return ExportResult(chosen, made, files, notices, against, doubts, made_from, arcs)
+    return ExportResult(chosen, made, files, notices, against, distrust, made_from, arcs)
 
 
-def require_trust(part: Part, against: Sequence[Notice], doubts: Sequence[Notice]) -> None:
+def require_trust(part: Part, against: Sequence[Notice], distrust: Sequence[Notice]) -> None:
     """Raise a `FricError` where the verdict does not trust what would be exported."""
     if against:
         raise FricError(
             f"scheme {part.scheme} on axis {part.axis} is not to be trusted: {against[0]}",
             hint="Mend that first; --force exports it nevertheless.",
         )
-    if doubts:
+    if distrust:
         raise FricError(
-            f"scheme {part.scheme} on axis {part.axis} is not to be trusted yet: {'; '.join(doubts)}",
+            f"scheme {part.scheme} on axis {part.axis} is not to be trusted yet: {'; '.join(distrust)}",
             hint="Give machines drawn around it (fric simulate circle --monte-carlo 20 -o RUN.h5) with --run, and a "
             "measured circle with --circle; --force exports it nevertheless.",
         )

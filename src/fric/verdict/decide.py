@@ -43,7 +43,7 @@ def decide(evidence: Evidence) -> Verdict:
     evidence
         What was run, drawn and measured.
     """
-    why = tuple({_same(one): one for one in doubts(evidence)}.values())
+    why = tuple({_same(one): one for one in distrust(evidence)}.values())
     refused = [(one, text) for one in evidence.candidates for text in forbidden(one, evidence)]
     usable = [one for one in evidence.candidates if all(one is not other for other, _ in refused)]
     kept = None if evidence.tolerance is None else False
@@ -69,7 +69,7 @@ def decide(evidence: Evidence) -> Verdict:
 
 
 def _same(one: Notice) -> str:
-    """Return what two doubts share of which one is enough; what is wrong in two files is told of both."""
+    """Return what two reasons share of which one is enough; what is wrong in two files is told of both."""
     return str(one) if one.severity == "wrong" and one.code != "model-disagrees" else one.code or str(one)
 
 
@@ -106,7 +106,7 @@ def reasons_against(one: Candidate, evidence: Evidence) -> list[Notice]:
     return found
 
 
-def doubts(evidence: Evidence) -> Iterator[Notice]:
+def distrust(evidence: Evidence) -> Iterator[Notice]:
     """Yield why a verdict from this evidence is not to be trusted yet."""
     for text in evidence.disagreements:
         yield Notice(f"{text}: that is not as predicted", "model-disagrees", "wrong")

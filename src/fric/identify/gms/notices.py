@@ -147,14 +147,14 @@ def _saturation(fit: GMSFit, length: str, newton: str) -> Iterator[Notice]:
         missing = max(fit.static.F_s - end, 0.0)
         amplitude = max(1.5 * float(fit.model.slip_displacements[-1]), 2.0 * extent)
         yield Notice(
-            f"the loops never saturate: at {readable(extent, length)} the virgin curve is at {readable(end, newton)}, "
-            f"and {readable(missing, newton)} of F_s is missing, which the last block is given; add a record of "
-            f"{readable(amplitude, length, 2)} amplitude or more",
+            f"the hysteresis cycles never saturate: at {readable(extent, length)} the virgin curve is at "
+            f"{readable(end, newton)}, and {readable(missing, newton)} of F_s is missing, which the last block is given; "
+            f"add a record of {readable(amplitude, length, 2)} amplitude or more",
             "never-slides", "doubt",
         )  # fmt: skip
     else:
         yield Notice(
-            f"the loops never saturate and no static map tells F_s: {readable(end, newton)} at "
+            f"the hysteresis cycles never saturate and no static map tells F_s: {readable(end, newton)} at "
             f"{readable(extent, length)} is a lower bound of it; add a record of {readable(3.0 * extent, length, 2)} "
             "amplitude or more, or --static",
             "never-slides", "wrong",

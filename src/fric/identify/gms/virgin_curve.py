@@ -51,7 +51,7 @@ class VirginCurve:
     record
         Name of the record that gives each part, with the displacement up to which it does [m].
     level
-        Friction force at the reversals of the largest loops [N]: the plateau, where these slide.
+        Friction force at the reversals of the largest cycles [N]: the plateau, where these slide.
     mismatch
         Largest step between two records where one continues the other [N]; positive where the smaller one ends higher.
     final_slope
@@ -136,7 +136,7 @@ def with_all_errors(curve: VirginCurve, model: Real) -> VirginCurve:
 
     That is the blur of the encoder, the step where one record continues another, and how far the curve is from that of
     the model that was refined by replay: while the controller hunts between two counts, the contact goes through minor
-    loops that the smoothed motion does not have, and the mean force is below the virgin curve.
+    cycles that the smoothed motion does not have, and the mean force is below the virgin curve.
 
     Parameters
     ----------
@@ -161,9 +161,9 @@ class _Branches:
 def virgin_curve(
     hysteresis: Sequence[HysteresisCycles], static: StaticMap | None = None, negative: StaticMap | None = None
 ) -> VirginCurve:
-    """Return the virgin curve of one or more records: the small loop up to its amplitude, the larger one beyond.
+    """Return the virgin curve of one or more records: the small cycle up to its amplitude, the larger one beyond.
 
-    In a fast loop the level is below F_s. All limits alpha_i·s(v) scale together, so that with
+    In a fast cycle the level is below F_s. All limits alpha_i·s(v) scale together, so that with
     ``q = (|s(v)| + F_s)/(2·F_s)`` (slipping at v after a reversal at rest) the halved branch is ``q·V(z/q)``: both
     axes are divided by q. This is exact for the GMS model but for its lag s/C, and puts the plateau at F_s. Where the
     directions have a map each, ``q = (|s_±(v)| + F_s∓)/(F_s+ + F_s-)``, and the plateau is at the mean of the two.

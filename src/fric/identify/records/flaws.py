@@ -29,7 +29,7 @@ FASTER = 1.2
 HALF_WIDTHS = 1.0
 """Half-widths of the tightest interval of a level from which on an estimate is wrong by what varies."""
 COARSE = 12
-"""Steps of the force's range up to which means over strokes and loops of hysteresis are off by the steps."""
+"""Steps of the force's range up to which means over strokes and hysteresis cycles are off by the steps."""
 
 
 def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:

@@ -27,8 +27,8 @@ LOOP_SHARE = 0.03
 LOOP_OF_STROKES = 0.1
 """The same where it goes there and back at constant velocity: so short strokes tell pre-sliding rather than a map."""
 SWAY = 0.1
-"""Share of the longest stroke under which one is what a loop overshoots and swings, and is no branch."""
-LOOPS = 4
+"""Share of the longest stroke under which one is what a control loop overshoots and swings, and is no branch."""
+LEAST_REVERSALS = 4
 """Reversals that such a motion has at least."""
 
 
@@ -145,7 +145,7 @@ def recognised_kind(
     if _is_broad_band(log):
         return "frequency-response"
     least = LOOP_SHARE if steady < STROKE_SHARE * len(log) else LOOP_OF_STROKES
-    if rise is not None and rise > least and reversals >= LOOPS:
+    if rise is not None and rise > least and reversals >= LEAST_REVERSALS:
         return "presliding-sine"
     moving = max(len(log) - sum(stop - start for start, stop in rests), 1)
     strokes = all(
