@@ -148,8 +148,8 @@ def _saturation(fit: GMSFit, length: str, newton: str) -> Iterator[Notice]:
         amplitude = max(1.5 * float(fit.model.slip_displacements[-1]), 2.0 * extent)
         yield Notice(
             f"the hysteresis cycles never saturate: at {readable(extent, length)} the virgin curve is at "
-            f"{readable(end, newton)}, and {readable(missing, newton)} of F_s is missing, which the last block is given; "
-            f"add a record of {readable(amplitude, length, 2)} amplitude or more",
+            f"{readable(end, newton)}, and {readable(missing, newton)} of F_s is missing, which the last block "
+            f"is given; add a record of {readable(amplitude, length, 2)} amplitude or more",
             "never-slides", "doubt",
         )  # fmt: skip
     else:
