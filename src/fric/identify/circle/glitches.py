@@ -162,7 +162,7 @@ def _parabola(pulse: Pulse, about: float, width: float, sigma: float, sign: floa
         for right in offsets:
             a, b = max(centre - left, 0), min(centre + right + 1, len(pulse.phi))
             if b - a >= LEAST and (best is None or b - a > best[1] - best[0]):
-                rss = _parabola_through(pulse, a, b, sign)[3]
+                rss = _fitted(pulse, a, b)[3]
                 if rss <= sigma**2 * ((b - a - 3) + 2.0 * sqrt(2.0 * (b - a - 3))):
                     best = (a, b)
     if best is None:
@@ -180,16 +180,22 @@ def _parabola(pulse: Pulse, about: float, width: float, sigma: float, sign: floa
     return vertex, value, unit * sigma
 
 
-def _parabola_through(pulse: Pulse, a: int, b: int, sign: float) -> tuple[float, float, float, float]:
-    """Return place [rad] and height [m] of a parabola's peak, its error over that of a sample, and the squares left."""
+def _fitted(pulse: Pulse, a: int, b: int) -> tuple[Real, Real, tuple[float, float], float]:
+    """Return a parabola's coefficients and columns, middle and half of its window [rad], and the squares left."""
     middle, half = (pulse.phi[a] + pulse.phi[b - 1]) / 2, max((pulse.phi[b - 1] - pulse.phi[a]) / 2, 1e-12)
     t = (pulse.phi[a:b] - middle) / half
     X = np.column_stack([np.ones_like(t), t, t * t])
     p, *_ = np.linalg.lstsq(X, pulse.rest[a:b], rcond=None)
+    return p, X, (float(middle), float(half)), float(np.sum((pulse.rest[a:b] - X @ p) ** 2))
+
+
+def _parabola_through(pulse: Pulse, a: int, b: int, sign: float) -> tuple[float, float, float, float]:
+    """Return place [rad] and height [m] of a parabola's peak, its error over that of a sample, and the squares left."""
+    p, X, (middle, half), rss = _fitted(pulse, a, b)
     vertex = -p[1] / (2 * p[2]) if sign * p[2] < 0 else (-1.0 if sign * p[1] < 0 else 1.0)
     at = np.array([1.0, vertex := float(np.clip(vertex, -1.0, 1.0)), vertex**2])
     error = sqrt(float(at @ np.linalg.pinv(X.T @ X) @ at))
-    return float(middle + half * vertex), float(at @ p), error, float(np.sum((pulse.rest[a:b] - X @ p) ** 2))
+    return middle + half * vertex, float(at @ p), error, rss
 
 
 def _between_revolutions(pulse: Pulse, place: float, width: float) -> float:

@@ -9,6 +9,8 @@ from fric.arrays import Real
 
 PERIODS = (2.5, 120.0)
 """Least and most periods on the diameter that are looked for."""
+TOGETHER = 200_000
+"""Samples times frequencies that are looked at together: what fits the cache."""
 STANDS_OUT = 20.0
 """Times the median power that a line has to stand out."""
 
@@ -61,7 +63,7 @@ def periodic_errors(angle: Real, rest: Real, geometry: Real, radius: float, most
         left = rest - basis @ (basis.T @ rest)
         best: tuple[float, Periodic] | None = None
         for axis in (0, 1):
-            power = np.array([_power(Periodic(axis, 1 / f), angle, left, radius, basis) for f in frequencies])
+            power = _powers(axis, frequencies, angle, left, radius, basis)
             top = int(np.argmax(power))
             if power[top] > STANDS_OUT * float(np.median(power)) and (best is None or power[top] > best[0]):
                 best = (power[top], Periodic(axis, 1 / _top(axis, frequencies[top], angle, left, radius, basis)))
@@ -78,14 +80,23 @@ def _top(axis: int, frequency: float, angle: Real, rest: Real, radius: float, ba
     for _ in range(4):
         near = frequency + np.linspace(-span, span, 9)
         near = near[near > 0]
-        frequency = float(near[np.argmax([_power(Periodic(axis, 1 / f), angle, rest, radius, basis) for f in near])])
+        frequency = float(near[np.argmax(_powers(axis, near, angle, rest, radius, basis))])
         span /= 4
     return frequency
 
 
-def _power(line: Periodic, angle: Real, rest: Real, radius: float, basis: Real) -> float:
-    """Return the sum of squares that a line explains, beside what is known."""
-    columns = line.columns(angle, radius)
-    columns = columns - basis @ (basis.T @ columns)
-    gram, score = columns.T @ columns, columns.T @ rest
-    return float(score @ np.linalg.solve(gram + 1e-12 * np.trace(gram) * np.eye(2), score))
+def _powers(axis: int, frequencies: Real, angle: Real, rest: Real, radius: float, basis: Real) -> Real:
+    """Return the sums of squares that lines of some frequencies [1/m] explain, beside what is known, shape (f,)."""
+    along = np.cos(angle) if axis == 0 else np.sin(angle)
+    found, at_once = [], max(TOGETHER // len(angle), 1)
+    for start in range(0, len(frequencies), at_once):
+        phase = np.outer(2 * pi * radius * along, frequencies[start : start + at_once])
+        cosine, sine = along[:, np.newaxis] * np.cos(phase), along[:, np.newaxis] * np.sin(phase)
+        cosine -= basis @ (basis.T @ cosine)
+        sine -= basis @ (basis.T @ sine)
+        cc, ss, cs = (np.einsum("nf,nf->f", a, b) for a, b in ((cosine, cosine), (sine, sine), (cosine, sine)))
+        on_cosine, on_sine = rest @ cosine, rest @ sine
+        little = 1e-12 * (cc + ss)
+        cc, ss = cc + little, ss + little
+        found.append((ss * on_cosine**2 - 2 * cs * on_cosine * on_sine + cc * on_sine**2) / (cc * ss - cs**2))
+    return np.concatenate(found)
