@@ -6,7 +6,7 @@ from numba import types
 from fric.arrays import Real
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
-_ARRAY = types.float64[::1]
+_ARRAY, _TABLE = types.float64[::1], types.float64[:, ::1]
 
 
 @compiled(types.void(STEP_FUNCTION, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY), makes_arrays=False)
@@ -14,6 +14,27 @@ def _replay(step: Step, position: Real, velocity: Real, time: Real, state: Real,
     force[0] = step(0.0, velocity[0], 0.0, state, parameters)
     for n in range(1, position.size):
         force[n] = step(position[n] - position[n - 1], velocity[n], time[n] - time[n - 1], state, parameters)
+
+
+@compiled(types.void(STEP_FUNCTION, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _ARRAY, _TABLE), makes_arrays=False)
+def _loads(step: Step, position: Real, velocity: Real, time: Real, state: Real, parameters: Real, loads: Real) -> None:
+    for n in range(position.size):
+        last = n - 1 if n else 0
+        step(position[n] - position[last], velocity[n], time[n] - time[last], state, parameters)
+        for i in range(loads.shape[1]):
+            loads[n, i] = state[2 + i]
+
+
+def replay_loads(
+    step: Step, position: Real, velocity: Real, time: Real, state: Real, parameters: Real, count: int
+) -> Real:
+    """Return the loads of so many blocks [N], shape (n, count), which follow the first two numbers of a model's state.
+
+    The arguments are as in `replay`.
+    """
+    loads = np.empty((len(position), count))
+    _loads(step, position, velocity, time, state, parameters, loads)
+    return loads
 
 
 def replay(step: Step, position: Real, velocity: Real, time: Real, state: Real, parameters: Real) -> Real:

@@ -31,7 +31,7 @@ from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_e
 from fric.identify.records.clipping import without_clipped
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.prepared import Prepared, prepared
-from fric.identify.replay.lateness import half_width, lateness_notice, one_lag, suspects
+from fric.identify.replay.lateness import lateness_notice, mean_lag, one_lag, suspected
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.log import Log
@@ -107,18 +107,24 @@ def identify_gms(
     settings = (static, negative, blocks, most_blocks, knots, refined, cycles)
     result, late = _identified(ready, len(presliding), *settings)
     lateness: list[Notice] = []
-    if suspected := suspects(ready, late):
-        moved = tuple(one.later(suspected.get(one.name, 0.0)) for one in ready)
-        again, left = _identified(moved, len(presliding), *settings)
-        total = {name: suspected.get(name, 0.0) + float(one) for name, one in left.items()}
-        seen = bool(total) and all(abs(by) > half_width(left[name]) for name, by in total.items())
-        if seen and one_lag(total, left):  # a drive logs all records alike: what differs between them is no lag
+    if suspected(ready, late):  # a drive logs all records alike: what differs between them is no lag
+        by = float(mean_lag(late.values()))
+        _, left = _identified(_later(ready, dict.fromkeys(late, by)), len(presliding), *settings)
+        late = {name: Estimate.around(by + float(one), one.unit, one.half_width) for name, one in left.items()}
+        if late and one_lag(late.values()) and abs(float(mean := mean_lag(late.values()))) > mean.half_width:
+            moved = _later(ready, dict.fromkeys(late, float(mean)))
+            again, _ = _identified(moved, len(presliding), *settings)
             sure = again.rmse < result.rmse
             result = again if sure else result
-            lateness = [lateness_notice(ready, total, left, sure=sure)]
+            lateness = [lateness_notice(ready, late, sure=sure)]
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     amiss = record_flaws([*presliding, *sliding], "gms")
     return replace(result, warnings=(*lateness, *warnings, *amiss, *doubtful, *left_out))
+
+
+def _later(records: Sequence[Prepared], late: Mapping[str, float]) -> tuple[Prepared, ...]:
+    """Return the records with their forces as they acted, where they were logged so much later [s], by name."""
+    return tuple(one.later(late.get(one.name, 0.0)) for one in records)
 
 
 def _identified(

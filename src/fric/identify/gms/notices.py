@@ -8,14 +8,12 @@ from fric.arrays import Real
 from fric.identify.gms.changes import changes
 from fric.identify.gms.fit import GMSFit
 from fric.identify.gms.knots import Blocks
+from fric.identify.records.judgement import RESOLVED
 from fric.notice import Notice
 from fric.units import readable, si_unit
 
 INERTIA = 0.1
 """Share of the force from which on the inertia makes a sine too fast."""
-
-RESOLVED = 4.0
-"""Steps of the encoder that the first knot should be away from the origin."""
 
 INSEPARABLE = 0.01
 """Two blocks are not told apart when one in their place changes the curve by less than this share of F_s."""

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 STEPS = 3.0
 """Steps of the encoder that an amplitude has at least, to show pre-sliding."""
 
+RESOLVED = 4.0
+"""Steps of the encoder that a knot should be away from the reversal, and from the knot before."""
+
 SAMPLES = 3
 """Samples after a reversal that a stiffness is seen in at least."""
 

@@ -19,7 +19,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction import FrictionModel
 from fric.friction.base import Parameter
-from fric.friction.directed import directed
+from fric.friction.directed import Directed, directed
 from fric.friction.stribeck import StaticMap
 from fric.identify.records.judgement import identifiability_of
 from fric.identify.records.prepared import Prepared
@@ -212,6 +212,25 @@ class Coordinates:
         """How many numbers `spread_start` takes."""
         vectors = {(c.section, c.parameter.name) for c in self.free if c.block is not None}
         return sum(c.block is None for c in self.free) + 2 * len(vectors)
+
+
+def coordinates_of(coordinates: Coordinates, model: FrictionModel) -> Real:
+    """Return the point of the search at which a model stands."""
+    model = model.model if isinstance(model, Directed) else model
+    x = np.empty(len(coordinates.free))
+    for n, c in enumerate(coordinates.free):
+        owner = model if c.section == model.name else getattr(model, c.section)
+        if c.parameter is LEVEL:
+            x[n] = np.log(getattr(owner, "F_s") / coordinates.held["static", "F_s"])  # noqa: B009
+            continue
+        value = getattr(owner, c.parameter.name)
+        if c.scale == "share":
+            x[n] = np.log(value[c.block] / value[-1])
+            continue
+        value = value if c.block is None else value[c.block]
+        base = getattr(owner, c.parameter.at_least) if c.parameter.at_least else 1.0
+        x[n] = value if c.scale == "linear" else np.log(value / base)
+    return np.asarray(np.clip(x, coordinates.lower, coordinates.upper))
 
 
 def _searched(p: Parameter, ranges: Ranges) -> tuple[Scale, float, float]:

@@ -8,9 +8,8 @@ from scipy.special import stdtrit
 from fric.arrays import Real
 from fric.friction.gms import GMS
 from fric.identify.records.prepared import Prepared
-from fric.identify.replay.coordinates import LEVEL, Coordinates, Ranges
+from fric.identify.replay.coordinates import LEVEL, Coordinates, Ranges, coordinates_of
 from fric.identify.replay.lateness import of_timing
-from fric.identify.replay.replay_fit import coordinates_of
 from fric.identify.replay.replay_intervals import replay_covariance, slopes
 from fric.identify.replay.replay_search import Search
 

@@ -5,7 +5,8 @@ the hysteresis cycle round, which blocks of a model cannot: so a model that is f
 shape tells it from stiffness. One that is not would take its own misfit for a lag.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -55,52 +56,48 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
     }
 
 
-def suspects(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> dict[str, float]:
-    """Return the lags of records that are worth a second look [s], by name."""
+def suspected(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
+    """Return whether the lag of any record is worth a second look."""
     intervals = {one.name: float(np.median(np.diff(one.motion.time))) for one in records}
-    return {name: float(by) for name, by in late.items() if abs(float(by)) > SUSPECTED * intervals[name]}
+    return any(abs(float(by)) > SUSPECTED * intervals[name] for name, by in late.items())
 
 
-def half_width(estimate: Estimate) -> float:
-    """Return half the 95 % interval of a lag [s]."""
-    low, high = estimate.ci95 or (-np.inf, np.inf)
-    return 0.5 * (float(high) - float(low))  # type: ignore[arg-type]
+def mean_lag(late: Iterable[Estimate]) -> Estimate:
+    """Return the mean of lags [s], each weighed by its interval: a drive logs all records alike."""
+    every = list(late)
+    weights = np.array([one.half_width for one in every]) ** -2.0
+    lags = np.array([float(one) for one in every])
+    return Estimate.around(float(weights @ lags / weights.sum()), every[0].unit, float(weights.sum() ** -0.5))
 
 
-def one_lag(total: Mapping[str, float], left: Mapping[str, Estimate]) -> bool:
-    """Return whether the lags of records [s] are one lag, to within their intervals."""
-    names = list(total)
-    return all(
-        abs(total[a] - total[b]) <= np.hypot(half_width(left[a]), half_width(left[b]))
-        for n, a in enumerate(names) for b in names[:n]
-    )  # fmt: skip
+def one_lag(late: Iterable[Estimate]) -> bool:
+    """Return whether lags [s] are one lag, to within their intervals."""
+    return all(abs(float(a) - float(b)) <= np.hypot(a.half_width, b.half_width) for a, b in combinations(late, 2))
 
 
-def lateness_notice(
-    records: Sequence[Prepared], total: Mapping[str, float], left: Mapping[str, Estimate], *, sure: bool
-) -> Notice:
-    """Say by how much the force of records is late, and whether it was moved back by that.
+def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *, sure: bool) -> Notice:
+    """Say by how much the force of records is late, and whether it was moved back by the mean of that.
 
     Parameters
     ----------
     records
         The records.
-    total, left
-        The lag of each [s], and what is left of it once the force was moved, whose interval is that of the total.
+    late
+        The lag of each [s].
     sure
-        Whether the lags are no chance, and the fit with them is better.
+        Whether the fit is better with it.
     """
     motion = records[0].log.motion
     dt = {one.name: float(np.median(np.diff(one.motion.time))) for one in records}
     parts = [
-        f"'{name}' {readable(by, si_unit('time', motion), 2)} ± {readable(half_width(left[name]), 's', 2)} "
-        f"({by / dt[name]:+.2g} samples)"
-        for name, by in total.items()
+        f"'{name}' {readable(float(by), si_unit('time', motion), 2)} ± {readable(by.half_width, 's', 2)} "
+        f"({float(by) / dt[name]:+.2g} samples)"
+        for name, by in late.items()
     ]
     if sure:
         return Notice(
-            f"the force is logged later than the position: {'; '.join(parts)}; it was moved back by that. Log both "
-            "channels at one instant.", "force-late", "doubt",
+            f"the force is logged later than the position: {'; '.join(parts)}; it was moved back by the "
+            "mean. Log both channels at one instant.", "force-late", "doubt",
         )  # fmt: skip
     return Notice(
         f"the force may be logged later than the position: {'; '.join(parts)}; what the model misses looks alike, "

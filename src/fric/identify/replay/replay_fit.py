@@ -10,16 +10,17 @@ from fric.arrays import Real
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval
 from fric.friction import FrictionModel, models
-from fric.friction.directed import Directed
+from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.judgement import too_coarse
 from fric.identify.records.preparation import DIMENSIONS, Own
 from fric.identify.records.prepared import Prepared
-from fric.identify.replay.coordinates import LEVEL, Coordinates, search_ranges
+from fric.identify.replay.coordinates import LEVEL, Coordinates, coordinates_of, search_ranges
 from fric.identify.replay.lateness import lateness, of_timing
-from fric.identify.replay.replay_intervals import correlated, edges, joint, limits, order, replay_covariance
-from fric.identify.replay.replay_search import Point, Search
+from fric.identify.replay.placement import Placement, placed
+from fric.identify.replay.replay_intervals import correlated, edges, joint, limits, order, replay_covariance, white
+from fric.identify.replay.replay_search import HOP, Point, Search
 from fric.identify.replay.undetermined import opened
 from fric.notice import Notice
 from fric.threads import one_blas_thread
@@ -102,6 +103,7 @@ def identify_by_replay(
 ) -> ReplayFit:
     """Fit a friction model to records by replay: a coarse global search (NLopt's CRS2), then least squares.
 
+    The blocks of a GMS model are placed first where there is no start, and where they leave more than noise (`placed`).
     What each record adds of its own enters linearly and is projected out. After a first fit each sample is weighed by
     its spread (`fric.identify.replay.replay_search.spread`). The intervals hold for residuals that hang together in
     time (see `replay_covariance`), and allow for force and position that do not belong to one instant. A
@@ -146,8 +148,15 @@ def identify_by_replay(
     if sum(int(r.used.sum()) for r in records) <= 2 * len(coordinates.free):
         raise FricError("there are too few samples to compare", where=records[0].log.where)
     search = Search(coordinates, records)
-    x = search.fine(search.coarse(seed) if start is None else coordinates_of(coordinates, start))
-    search = search.weighed(x)
+    x = search.coarse(seed) if start is None else coordinates_of(coordinates, start)
+    in_blocks = model is GMS and blocks > 1
+    x = placed(search, x).better(x) if in_blocks and start is None else x
+    x = search.fine(x, HOP) if in_blocks else search.fine(x)
+    search, placement = search.weighed(x), None
+    if in_blocks and not white(search.residual(x), [int(record.used.sum()) for record in records]):
+        placement = placed(search, x)
+        x = placement.better(x)
+        search = search.weighed(x)
     best = search.at(search.fine(x))
     warnings: list[str] = []
     assumed: set[tuple[str, str]] = set()
@@ -168,7 +177,7 @@ def identify_by_replay(
         assumed.add((c.section, p.name))
         text = f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}"
         warnings.append(Notice(text, "parameter-untold"))
-    return _described(search, best, warnings, assumed, static)
+    return _described(search, best, placement, warnings, assumed, static)
 
 
 def record_notices(records: Sequence[Prepared]) -> list[Notice]:
@@ -213,28 +222,10 @@ def _held(
     return held
 
 
-def coordinates_of(coordinates: Coordinates, model: FrictionModel) -> Real:
-    """Return the point of the search at which a model stands."""
-    model = model.model if isinstance(model, Directed) else model
-    x = np.empty(len(coordinates.free))
-    for n, c in enumerate(coordinates.free):
-        owner = model if c.section == model.name else getattr(model, c.section)
-        if c.parameter is LEVEL:
-            x[n] = np.log(getattr(owner, "F_s") / coordinates.held["static", "F_s"])  # noqa: B009
-            continue
-        value = getattr(owner, c.parameter.name)
-        if c.scale == "share":
-            x[n] = np.log(value[c.block] / value[-1])
-            continue
-        value = value if c.block is None else value[c.block]
-        base = getattr(owner, c.parameter.at_least) if c.parameter.at_least else 1.0
-        x[n] = value if c.scale == "linear" else np.log(value / base)
-    return np.asarray(np.clip(x, coordinates.lower, coordinates.upper))
-
-
 def _described(
     search: Search,
     best: Point,
+    placement: Placement | None,
     warnings: list[str],
     assumed: set[tuple[str, str]],
     static: Mapping[str, Estimate] | None,
@@ -250,6 +241,9 @@ def _described(
         covariance[np.ix_(seen, seen)] = replay_covariance(slopes, best.residual, records, quantile) + of_timing(
             search, x, slopes
         )
+    if placement is not None and len(placement.places) and seen.all():
+        free = [placement.search.coordinates.free.index(c) for c in coordinates.free]
+        covariance += placement.unsettled(float(np.sqrt(np.mean(best.residual**2))))[np.ix_(free, free)]
     values = coordinates.values(x)
     within, notices = opened(coordinates, values, limits(coordinates, x, covariance, seen, quantile), records)
     blocks = order(coordinates, values)

@@ -13,6 +13,7 @@ from scipy.optimize import least_squares, nnls
 from fric.arrays import Mask, Real
 from fric.friction import FrictionModel
 from fric.identify.records.prepared import Prepared
+from fric.identify.replay.block_slopes import block_slopes
 from fric.identify.replay.coordinates import Coordinates
 from fric.progress import tried
 
@@ -75,13 +76,13 @@ class Search:
         return list(zip(given, bases, strict=True))
 
     def projected(self, forces: Sequence[Real]) -> Real:
-        """Return a force of each record (n,), weighted, at the samples used, less what the record can add of its own.
+        """Return a force of each record, shape (n,), weighted, at the samples used, less what the record can add.
 
-        What enters linearly is so projected out (variable projection: Golub, Pereyra 1973).
+        What enters linearly is so projected out (variable projection: Golub, Pereyra 1973). Several forces are columns.
         """
         parts = []
         for record, force, (weight, basis) in zip(self.records, forces, self._weighted, strict=True):
-            rest = force[record.used] * weight
+            rest = force[record.used] * (weight if force.ndim == 1 else weight[:, None])
             parts.append(rest - basis @ (basis.T @ rest))
         return np.concatenate(parts)
 
@@ -106,17 +107,24 @@ class Search:
 
     def gradient(self, x: Real, *, both: bool = True) -> Real:
         """Return the residual's derivatives, shape (n, p): central differences, or backward ones at half the cost."""
-        columns = []
-        here = None if both else self.residual(x)
+        told = [block_slopes(self.coordinates, x, record, both=both) for record in self.records]
+        known = list(told[0])
+        found = np.empty((sum(int(record.used.sum()) for record in self.records), len(x)))
+        if known:
+            tried()
+            found[:, known] = -self.projected([np.column_stack([one[n] for n in known]) for one in told])
+        here = None if both or len(known) == len(x) else self.residual(x)
         for n, (low, high) in enumerate(zip(self.coordinates.lower, self.coordinates.upper, strict=True)):
+            if n in told[0]:
+                continue
             h = STEP * (high - low)
             before, after = x.copy(), x.copy()
             before[n], after[n] = max(x[n] - h, low), min(x[n] + h, high)
             if here is not None and before[n] < x[n]:
-                columns.append((here - self.residual(before)) / (x[n] - before[n]))
+                found[:, n] = (here - self.residual(before)) / (x[n] - before[n])
             else:
-                columns.append((self.residual(after) - self.residual(before)) / (after[n] - before[n]))
-        return np.column_stack(columns)
+                found[:, n] = (self.residual(after) - self.residual(before)) / (after[n] - before[n])
+        return found
 
     def at(self, x: Real) -> Point:
         """Return what is known at a point, shape (p,)."""

@@ -1,0 +1,223 @@
+"""Where the blocks of a GMS model are best placed, among all the places that are each a least-squares point.
+
+Where a model has fewer blocks than the machine, its knots can be placed in several ways, as those of any spline of free
+knots: which of them a start leads to is chance, and the interval of that one holds no other. But the force is linear in
+the shares of blocks whose k/alpha is given (`fric.identify.replay.block_slopes`). So one replay with a row of blocks
+tells what any few blocks would leave: all places on a grid are tried, and the best of them settled, with no further
+replay; and all that again with noise put on the force, which tells how far noise alone moves them.
+
+A knot is told from the reversal where it is `RESOLVED` steps of the encoder away, and so is it from the knot before:
+two that are nearer are one, and the block is of more use elsewhere.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+from math import comb
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from fric.arrays import Mask, Real
+from fric.friction.directed import Directed
+from fric.friction.gms import GMS
+from fric.identify.records.judgement import RESOLVED, identifiability_of
+from fric.identify.replay.block_slopes import side_by_side, times
+from fric.identify.replay.coordinates import LEVEL, coordinates_of
+from fric.identify.replay.replay_search import Search
+
+ROW, MOST = 160, 40_000
+"""Blocks of the row, and samples that it is replayed along."""
+BEYOND = 1.5
+"""By how much the row is wider than the blocks, to either side, in the logarithm of k/alpha."""
+WORSE = 1.02
+"""Ratio of squared residuals from which on a place is none: between the blocks of the row the force is interpolated."""
+TRIED, SETTLED, STEPS = 20_000, 64, 30
+"""Places on the grid that are tried at most, those that are settled, and steps of least squares from each."""
+RIVALS, APART = 3, 0.05
+"""Points kept beside the best, and by how much they differ at least, in the logarithm of k/alpha of some block."""
+DRAWS, LEAST = 96, 1e-4
+"""How often noise is drawn, and the share of a step over which its effect is linear."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where blocks are well placed.
+
+    Parameters
+    ----------
+    search
+        The search.
+    model
+        The model whose static map and C are taken.
+    blocks
+        What a block of unit share adds to the force over the logarithm of its k/alpha, in d directions.
+    target
+        The measured force in these directions, shape (d,).
+    noisy
+        In how many of them it is measured; the other one says that shares sum to 1.
+    apart
+        How far two knots are apart at least, over F_s [m/N].
+    places, shares
+        The least-squares points: the logarithms of k/alpha [N/m], and the shares, shape (m, N), the best first.
+    """
+
+    search: Search
+    model: GMS
+    blocks: CubicSpline
+    target: Real
+    noisy: int
+    apart: float
+    places: Real
+    shares: Real
+
+    def point(self, places: Real, shares: Real) -> Real:
+        """Return the point of the search (p,) of some blocks, in the order in which they slip."""
+        total, order = float(shares.sum()), np.argsort(-places)
+        found = replace(
+            self.model, static=times(self.model.static, total), alpha=tuple(shares[order] / total),
+            k=tuple((shares * np.exp(places))[order]),
+        )  # fmt: skip
+        return coordinates_of(self.search.coordinates, found)
+
+    def better(self, x: Real) -> Real:
+        """Return the best point of the search (p,); x where the row of blocks tells no such place."""
+        if not len(self.places):
+            return x
+        best = self.point(self.places[0], self.shares[0])
+        return best if self.search.cost(best) < WORSE * self.search.cost(x) else x
+
+    def unsettled(self, size: float) -> Real:
+        """Return what a covariance (p, p) gains since noise moves blocks otherwise than to first order.
+
+        White noise is put on the force and the blocks are placed anew, from each point that is known: so an interval
+        holds the curvature that a misfit has over a knot, and other places as often as noise makes them the better
+        ones. The outer 5 % of the draws count as the limits of the others: what hardly ever happens is in no interval.
+
+        Parameters
+        ----------
+        size
+            Standard deviation of the noise, that of the residual [N].
+        """
+        rng, count = np.random.default_rng(0), self.places.shape[1]
+        noise = np.zeros((DRAWS, len(self.target)))
+        noise[:, : self.noisy] = size * rng.standard_normal((DRAWS, self.noisy))
+        noise[1::2] = -noise[::2]
+        places, shares = self.places[0], self.shares[0]
+        slopes = np.vstack([self.blocks(places), shares[:, None] * self.blocks(places, 1)])
+        steps = LEAST * np.linalg.lstsq(slopes.T, noise.T, rcond=1e-12)[0].T
+        linear = [self.point(places + one[count:], shares + one[:count]) for one in steps]
+        found = settled(
+            self.blocks, np.tile(self.target + noise, (len(self.places), 1)), np.repeat(self.places, DRAWS, axis=0),
+            STEPS // 2, self.apart,
+        )  # fmt: skip
+        first = np.argmin(found[2].reshape(-1, DRAWS), axis=0) * DRAWS + np.arange(DRAWS)
+        moved = [self.point(found[0][n], found[1][n]) for n in first if np.isfinite(found[2][n])]
+        best = self.point(places, shares)
+        values, vectors = np.linalg.eigh(_spread(np.array(moved) - best) - _spread((np.array(linear) - best) / LEAST))
+        return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
+
+
+def _spread(moved: Real) -> Real:
+    """Return the mean squares and products (p, p) of moves (m, p), the outer 5 % of them as large as the limits."""
+    kept = np.clip(moved, *np.quantile(moved, [0.025, 0.975], axis=0))
+    return np.asarray(kept.T @ kept / len(kept))
+
+
+def placed(search: Search, x: Real) -> Placement:
+    """Return where the blocks of a GMS model are best placed.
+
+    Parameters
+    ----------
+    search
+        The search, of a GMS model of two blocks or more.
+    x
+        Where it stands, shape (p,): the static map, its level and C are taken from there, and no block.
+    """
+    every = -(-sum(len(one.force) for one in search.records) // MOST)
+    if every > 1:
+        search = replace(search, records=[one.thinned(every) for one in search.records], weights=None).weighed(x)
+    model = search.coordinates.build(x)
+    one = model.model if isinstance(model, Directed) else model
+    assert isinstance(one, GMS)
+    alpha, k = np.array(one.alpha), np.array(one.k)
+    here = np.log(k / alpha)
+    row = np.linspace(here.min() - BEYOND, here.max() + BEYOND, ROW)
+    every_k = np.exp(np.append(row, here))[None]
+    table = search.projected(
+        [side_by_side(model, np.ones_like(every_k), every_k, one.C, record)[:, 0] for record in search.records]
+    )
+    target = search.residual(x) + table[:, ROW:] @ alpha
+    small = np.asarray(np.linalg.qr(np.column_stack([table[:, :ROW], target]), mode="r"))
+    noisy = len(small) - 1
+    if all(c.parameter is not LEVEL for c in search.coordinates.free):
+        small = np.vstack([small, np.full(ROW + 1, 1e3 * np.linalg.norm(target))])  # the shares then sum to 1
+    blocks, force = CubicSpline(row, small[:, :ROW].T), small[:, ROW]
+    apart = RESOLVED * identifiability_of(search.records).resolved / one.static.F_s
+    places, shares, cost = settled(blocks, force, on_a_grid(blocks, force, len(alpha), apart), STEPS, apart)
+    kept: list[int] = []
+    for n in np.argsort(cost):
+        if len(kept) <= RIVALS and np.isfinite(cost[n]):
+            other = [np.abs(np.sort(places[n]) - np.sort(places[m])).max() > APART for m in kept]
+            kept += [int(n)] if all(other) else []
+    return Placement(search, one, blocks, force, noisy, apart, places[kept], shares[kept])
+
+
+def on_a_grid(blocks: CubicSpline, target: Real, count: int, apart: float) -> Real:
+    """Return the best places (m, count) on a grid as fine as all of them can be tried; arguments as `settled`."""
+    size = count + 1
+    while size < ROW and comb(size + 1, count) <= TRIED:
+        size += 1
+    grid = np.linspace(blocks.x[0], blocks.x[-1], size)
+    columns, chosen = blocks(grid), np.array(list(combinations(range(size), count)))
+    right = (columns @ target)[chosen]
+    normal = (columns @ columns.T)[chosen[:, :, None], chosen[:, None]] + _tiny(target, count)
+    shares = np.linalg.solve(normal, right[..., None])[..., 0]
+    possible = (shares > 0.0).all(axis=1) & _told_apart(grid[chosen], apart)
+    gain = np.where(possible, np.sum(shares * right, axis=1), -np.inf)
+    return np.asarray(grid[chosen[np.argsort(-gain, kind="stable")[:SETTLED]]])
+
+
+def settled(blocks: CubicSpline, target: Real, places: Real, steps: int, apart: float) -> tuple[Real, Real, Real]:
+    """Return places (m, N), shares (m, N) and cost (m,) of the least-squares points next to many starts (m, N).
+
+    Levenberg and Marquardt's steps over places and shares, the shares solved for anew after each (variable projection).
+    The target (d,) is one of all starts, or each has its own.
+    """
+
+    def solved(at: Real) -> tuple[Real, Real, Real]:
+        columns = blocks(at)
+        shares = np.linalg.solve(columns @ columns.mT + tiny, columns @ target[..., None])[..., 0]
+        rest = target - (shares[:, None] @ columns)[:, 0]
+        possible = (shares > 0.0).all(axis=1) & _told_apart(at, apart)
+        left = np.where(possible, np.sum(rest**2, axis=1), np.inf)
+        return np.asarray(shares, float), np.asarray(rest, float), np.asarray(left, float)
+
+    slope, count = blocks.derivative(), places.shape[1]
+    target = np.broadcast_to(target, (len(places), target.shape[-1]))
+    tiny, damping = _tiny(target[0], count), np.full(len(places), 1e-2)
+    shares, rest, cost = solved(places)
+    for _ in range(steps):
+        J = np.concatenate([blocks(places), shares[..., None] * slope(places)], axis=1)
+        normal = J @ J.mT
+        diagonal = np.einsum("mii->mi", normal)
+        diagonal += 1e-12 * diagonal.max(axis=1, keepdims=True)
+        diagonal *= np.where(np.arange(2 * count) < count, 1.0 + 1e-12, 1.0 + damping[:, None])
+        step = np.linalg.solve(normal, (J @ rest[..., None]))[:, count:, 0]
+        tried = np.clip(places + np.clip(step, -0.5, 0.5), blocks.x[0], blocks.x[-1])
+        found = solved(tried)
+        better = found[2] < cost
+        places = np.where(better[:, None], tried, places)
+        shares, rest = np.where(better[:, None], found[0], shares), np.where(better[:, None], found[1], rest)
+        cost = np.where(better, found[2], cost)
+        damping = np.where(better, damping / 5.0, damping * 5.0)
+    return places, shares, cost
+
+
+def _told_apart(places: Real, apart: float) -> Mask:
+    """Return which blocks (m, N) have knots that are all so far apart, over F_s [m/N]."""
+    knots = np.sort(np.exp(-places), axis=1)
+    return np.asarray((np.diff(knots, axis=1) >= apart).all(axis=1))
+
+
+def _tiny(target: Real, count: int) -> Real:
+    return 1e-12 * float(target @ target) * np.eye(count)

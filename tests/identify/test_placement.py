@@ -1,0 +1,37 @@
+"""Where the blocks of a GMS fit are placed, where the machine has more of them than the model."""
+
+import numpy as np
+import pytest
+
+from fric.friction.gms import GMS
+from fric.identify.records.prepared import prepared
+from fric.identify.replay.coordinates import Coordinates, coordinates_of, search_ranges
+from fric.identify.replay.placement import placed
+from fric.identify.replay.replay_search import Search
+from tests.identify.presliding import PAPER, pair
+
+SLIP, SHARE = np.geomspace(0.6e-6, 85e-6, 10), np.array([20, 16, 13, 11, 10, 9, 8, 6, 4, 3]) / 100
+TEN = GMS(PAPER, tuple(SHARE), tuple(SHARE * PAPER.F_s / SLIP), C=1e4)
+STATIC = {("static", name): getattr(PAPER, name) for name in ("F_c", "F_s", "v_s", "delta", "sigma")}
+
+
+@pytest.fixture(scope="module")
+def ready():
+    return [one.trimmed() for one in prepared(pair(TEN, dt=2e-2, step=0.0))]
+
+
+def drawn(rng, count):
+    """Return blocks anywhere, as a search might begin with."""
+    slip, share = np.sort(np.exp(rng.uniform(np.log(0.3e-6), np.log(200e-6), count))), rng.dirichlet(np.full(count, 3))
+    return GMS(PAPER, tuple(share), tuple(share * PAPER.F_s / slip), C=1e4)
+
+
+def test_no_start_leads_to_a_better_place(ready):
+    """Of forty least-squares points, each from blocks anywhere, most are worse, and none is better."""
+    search = Search(Coordinates.of(GMS, search_ranges(ready), blocks=4, held=STATIC | {("gms", "C"): 1e4}), ready)
+    rng = np.random.default_rng(1)
+    starts = [coordinates_of(search.coordinates, drawn(rng, 4)) for _ in range(40)]
+    plain = np.array([search.cost(search.fine(x)) for x in starts])
+    found = [search.cost(search.fine(placed(search, x).better(x))) for x in starts[:5]]
+    assert max(found) < (1 + 1e-3) * plain.min()
+    assert np.mean(plain > 1.02 * plain.min()) > 0.5
