@@ -31,7 +31,7 @@ from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_e
 from fric.identify.records.clipping import without_clipped
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.prepared import Prepared, prepared
-from fric.identify.replay.lateness import lateness_notice, mean_lag, one_lag, suspected
+from fric.identify.replay.lateness import lateness_notice, mean_lag, moved_back, one_lag, suspected
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.log import Log
@@ -109,10 +109,10 @@ def identify_gms(
     lateness: list[Notice] = []
     if suspected(ready, late):  # a drive logs all records alike: what differs between them is no lag
         by = float(mean_lag(late.values()))
-        _, left = _identified(_later(ready, dict.fromkeys(late, by)), len(presliding), *settings)
+        _, left = _identified(moved_back(ready, late, by), len(presliding), *settings)
         late = {name: Estimate.around(by + float(one), one.unit, one.half_width) for name, one in left.items()}
         if late and one_lag(late.values()) and abs(float(mean := mean_lag(late.values()))) > mean.half_width:
-            moved = _later(ready, dict.fromkeys(late, float(mean)))
+            moved = moved_back(ready, late, float(mean))
             again, _ = _identified(moved, len(presliding), *settings)
             sure = again.rmse < result.rmse
             result = again if sure else result
@@ -120,11 +120,6 @@ def identify_gms(
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     amiss = record_flaws([*presliding, *sliding], "gms")
     return replace(result, warnings=(*lateness, *warnings, *amiss, *doubtful, *left_out))
-
-
-def _later(records: Sequence[Prepared], late: Mapping[str, float]) -> tuple[Prepared, ...]:
-    """Return the records with their forces as they acted, where they were logged so much later [s], by name."""
-    return tuple(one.later(late.get(one.name, 0.0)) for one in records)
 
 
 def _identified(

@@ -5,7 +5,7 @@ the hysteresis cycle round, which blocks of a model cannot: so a model that is f
 shape tells it from stiffness. One that is not would take its own misfit for a lag.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -68,6 +68,11 @@ def mean_lag(late: Iterable[Estimate]) -> Estimate:
     weights = np.array([one.half_width for one in every]) ** -2.0
     lags = np.array([float(one) for one in every])
     return Estimate.around(float(weights @ lags / weights.sum()), every[0].unit, float(weights.sum() ** -0.5))
+
+
+def moved_back(records: Sequence[Prepared], names: Container[str], late: float) -> tuple[Prepared, ...]:
+    """Return records with the force as it acted, where that of those named was logged so much later [s]."""
+    return tuple(one.later(late) if one.name in names else one for one in records)
 
 
 def one_lag(late: Iterable[Estimate]) -> bool:
