@@ -31,7 +31,7 @@ from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_e
 from fric.identify.records.clipping import without_clipped
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.prepared import Prepared, prepared
-from fric.identify.replay.lateness import lateness_notice, mean_lag, moved_back, one_lag, suspected
+from fric.identify.replay.lateness import CLEAR, lateness_notice, moved_back, one_lag, suspected
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.log import Log
@@ -107,16 +107,16 @@ def identify_gms(
     settings = (static, negative, blocks, most_blocks, knots, refined, cycles)
     result, late = _identified(ready, len(presliding), *settings)
     lateness: list[Notice] = []
-    if suspected(ready, late):  # a drive logs all records alike: what differs between them is no lag
-        by = float(mean_lag(late.values()))
-        _, left = _identified(moved_back(ready, late, by), len(presliding), *settings)
-        late = {name: Estimate.around(by + float(one), one.unit, one.half_width) for name, one in left.items()}
-        if late and one_lag(late.values()) and abs(float(mean := mean_lag(late.values()))) > mean.half_width:
-            moved = moved_back(ready, late, float(mean))
-            again, _ = _identified(moved, len(presliding), *settings)
-            sure = again.rmse < result.rmse
-            result = again if sure else result
-            lateness = [lateness_notice(ready, late, sure=sure)]
+    again, looks = result, ((0.0, 1.0) if suspected(ready, late) else ())
+    for clear in looks:
+        if one_lag(late, clear):
+            moved, by = moved_back(ready, late)
+            again, left = _identified(moved, len(presliding), *settings)
+            late = {name: Estimate.around(by + float(one), one.unit, one.half_width) for name, one in left.items()}
+    if looks and one_lag(late, CLEAR):
+        sure = again.rmse < result.rmse
+        result = again if sure else result
+        lateness = [lateness_notice(ready, late, sure=sure)]
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     amiss = record_flaws([*presliding, *sliding], "gms")
     return replace(result, warnings=(*lateness, *warnings, *amiss, *doubtful, *left_out))

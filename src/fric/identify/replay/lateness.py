@@ -5,7 +5,7 @@ the hysteresis cycle round, which blocks of a model cannot: so a model that is f
 shape tells it from stiffness. One that is not would take its own misfit for a lag.
 """
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -21,6 +21,9 @@ from fric.units import readable, si_unit
 
 SUSPECTED = 0.6
 """Samples from which on a lag is looked at once more, with the force moved by it."""
+
+CLEAR = 2.0
+"""Half-widths of its mean from which on a lag is told: what a loop hunts between two counts looks like a lag within."""
 
 BLOCKS = 3
 """Blocks from which on a model follows a virgin curve of any shape."""
@@ -70,14 +73,22 @@ def mean_lag(late: Iterable[Estimate]) -> Estimate:
     return Estimate.around(float(weights @ lags / weights.sum()), every[0].unit, float(weights.sum() ** -0.5))
 
 
-def moved_back(records: Sequence[Prepared], names: Container[str], late: float) -> tuple[Prepared, ...]:
-    """Return records with the force as it acted, where that of those named was logged so much later [s]."""
-    return tuple(one.later(late) if one.name in names else one for one in records)
+def moved_back(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> tuple[tuple[Prepared, ...], float]:
+    """Return the records whose lags are given with the force moved back by the mean of these, others as they are."""
+    by = float(mean_lag(late.values()))
+    return tuple(one.later(by) if one.name in late else one for one in records), by
 
 
-def one_lag(late: Iterable[Estimate]) -> bool:
-    """Return whether lags [s] are one lag, to within their intervals."""
-    return all(abs(float(a) - float(b)) <= np.hypot(a.half_width, b.half_width) for a, b in combinations(late, 2))
+def one_lag(late: Mapping[str, Estimate], clear: float) -> bool:
+    """Return whether lags [s] are one, to within their intervals, and its mean over so many of its half-widths.
+
+    What differs between records is no lag. At 0 half-widths, that is before any look, nothing is asked of it.
+    """
+    every = list(late.values())
+    if not every or not clear:
+        return bool(every)
+    same = all(abs(float(a) - float(b)) <= np.hypot(a.half_width, b.half_width) for a, b in combinations(every, 2))
+    return same and abs(float(mean := mean_lag(every))) > clear * mean.half_width
 
 
 def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *, sure: bool) -> Notice:
