@@ -140,7 +140,7 @@ def _identified(
     if between is not None and not curve.saturates:
         curve = replace(curve, level=between.F_s)
     log, motion = ready[0].log, ready[0].log.motion
-    choice, found, without = _blocks(curve, blocks, most_blocks, knots, si_unit("force", motion))
+    choice, found, without = _blocks(curve, blocks, most_blocks, knots, refined, si_unit("force", motion))
     base = between or StaticMap(found.limit.sum(), found.limit.sum(), 1e-3)
     cycled = [one.for_replay() for one in hysteresis]
     slides = [record.in_sliding() for record in ready[count:]] if static is not None else []
@@ -224,9 +224,9 @@ def _refined(
 
 
 def _blocks(
-    curve: VirginCurve, count: int | None, most: int, knots: Sequence[float] | None, unit: str
+    curve: VirginCurve, count: int | None, most: int, knots: Sequence[float] | None, refined: bool, unit: str
 ) -> tuple[Choice | None, Blocks, list[Blocks]]:
-    """Return how the number of blocks was chosen, the blocks, and the blocks without each cycle in turn."""
+    """Return how the number of blocks was chosen, the blocks, and, for `_by_leaving_out`, those without each cycle."""
     if knots is not None:
         at = np.asarray(knots, float)
         if at[-1] > curve.displacement[-1]:
@@ -244,7 +244,7 @@ def _blocks(
         return None, found, without
     choice = choose_blocks(curve, most, unit=unit) if count is None else None
     found = choice.blocks if choice else fit_blocks(curve, count or 1)
-    return choice, found, fit_without_cycles(curve, found)
+    return choice, found, [] if refined else fit_without_cycles(curve, found)
 
 
 def _by_leaving_out(

@@ -31,7 +31,7 @@ BEYOND = 1.5
 """By how much the row is wider than the blocks, to either side, in the logarithm of k/alpha."""
 WORSE = 1.02
 """Ratio of squared residuals from which on a place is none: between the blocks of the row the force is interpolated."""
-TRIED, SETTLED, STEPS = 20_000, 64, 30
+TRIED, SETTLED, STEPS = 20_000, 40, 24
 """Places on the grid that are tried at most, those that are settled, and steps of least squares from each."""
 RIVALS, APART = 3, 0.05
 """Points kept beside the best, and by how much they differ at least, in the logarithm of k/alpha of some block."""
@@ -184,20 +184,21 @@ def settled(blocks: CubicSpline, target: Real, places: Real, steps: int, apart: 
     The target (d,) is one of all starts, or each has its own.
     """
 
-    def solved(at: Real) -> tuple[Real, Real, Real]:
+    def solved(at: Real) -> tuple[Real, Real, Real, Real]:
         columns = blocks(at)
         shares = np.linalg.solve(columns @ columns.mT + tiny, columns @ target[..., None])[..., 0]
         rest = target - (shares[:, None] @ columns)[:, 0]
         possible = (shares > 0.0).all(axis=1) & _told_apart(at, apart)
         left = np.where(possible, np.sum(rest**2, axis=1), np.inf)
-        return np.asarray(shares, float), np.asarray(rest, float), np.asarray(left, float)
+        return columns, np.asarray(shares, float), np.asarray(rest, float), left
 
     slope, count = blocks.derivative(), places.shape[1]
     target = np.broadcast_to(target, (len(places), target.shape[-1]))
     tiny, damping = _tiny(target[0], count), np.full(len(places), 1e-2)
-    shares, rest, cost = solved(places)
+    places = places.copy()
+    columns, shares, rest, cost = solved(places)
     for _ in range(steps):
-        J = np.concatenate([blocks(places), shares[..., None] * slope(places)], axis=1)
+        J = np.concatenate([columns, shares[..., None] * slope(places)], axis=1)
         normal = J @ J.mT
         diagonal = np.einsum("mii->mi", normal)
         diagonal += 1e-12 * diagonal.max(axis=1, keepdims=True)
@@ -205,10 +206,9 @@ def settled(blocks: CubicSpline, target: Real, places: Real, steps: int, apart: 
         step = np.linalg.solve(normal, (J @ rest[..., None]))[:, count:, 0]
         tried = np.clip(places + np.clip(step, -0.5, 0.5), blocks.x[0], blocks.x[-1])
         found = solved(tried)
-        better = found[2] < cost
-        places = np.where(better[:, None], tried, places)
-        shares, rest = np.where(better[:, None], found[0], shares), np.where(better[:, None], found[1], rest)
-        cost = np.where(better, found[2], cost)
+        better = found[-1] < cost
+        for old, new in zip((places, columns, shares, rest, cost), (tried, *found), strict=True):
+            old[better] = new[better]
         damping = np.where(better, damping / 5.0, damping * 5.0)
     return places, shares, cost
 
