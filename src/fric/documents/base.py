@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self, get_args
 
 from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
@@ -51,6 +51,9 @@ class CodedWarning(Part):
 
 def nested(kind: Any, given: Any, name: str) -> Any:
     """Return what stands under a key that the schema's class does not declare, checked; errors tell that key."""
+    for one in (kind, *get_args(kind)):
+        if isinstance(one, type) and issubclass(one, Part):
+            one.model_rebuild()  # what no class declares is dumped by its own serializer: before 2.14, only if built
     try:
         return TypeAdapter(kind).validate_python(given)
     except ValidationError as error:
