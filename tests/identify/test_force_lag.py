@@ -41,6 +41,21 @@ def test_the_force_constant_and_the_lag_of_a_late_force(lag: int, corner: float,
     if found.filter is not None:
         assert float(found.filter) == pytest.approx(corner, rel=0.02)
     assert ("force-lags" in codes(found.warnings)) == (late > 0)
+    assert "dead-zone" not in codes(found.warnings)
+
+
+@pytest.mark.parametrize("lag", [0.0, 3.0])
+@pytest.mark.parametrize("dead", [0.02, 0.2])
+def test_a_dead_zone_of_the_drive_is_told_by_its_size(dead: float, lag: float) -> None:
+    """One of 30 mV beside 0.6 V (rms) gave K_f 174.0 (173.5 to 174.4) for 180, and B, without a word."""
+    log = shaken(RUBBING, seed=3, force_lag=lag, force_step=0.5, mean=0.0, swing=2e-3, count=15)
+    assert log.input is not None
+    share = dead * float(np.std(log.input))
+    found = force_constant([replace(log, input=log.input + share * np.sign(log.input))], None, "linear")
+    (notice,) = (w for w in found.warnings if isinstance(w, Notice) and w.code == "dead-zone")
+    assert notice.severity == "wrong"
+    number, unit = str(notice).split("±")[1].split()[:2]
+    assert float(number) * {"V": 1.0, "mV": 1e-3}[unit] == pytest.approx(share, rel=0.1)
 
 
 def test_without_periods_and_along_a_motion_it_is_the_same() -> None:

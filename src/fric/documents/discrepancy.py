@@ -43,6 +43,7 @@ BY_WARNING: Mapping[str, Mapping[str, float]] = {
     "stiffness-unresolved": {"k": 1.0},
     "K_f-differs": {"K_f": 0.1},
     "mass-differs": {"B": 0.1},
+    "dead-zone": {"K_f": 0.05, "B": 0.05},
     "force-response-missing": {"K_f": 0.1},
     "residuals-follow-speed": {"v_s": 0.2, "C": 0.2},
 }

@@ -32,6 +32,12 @@ FORM = 0.01
 DESCRIBED = 0.1
 """Samples from which on a lag is told."""
 
+DEAD = 0.01
+"""Share of the input (rms) from which on a dead zone is told."""
+
+PARTS, SURE = 8, 6.0
+"""Parts of a record that a dead zone is told from, and standard errors from which on they do."""
+
 DIFFERS = 0.05
 """Share by which a force constant or a mass that the user states may differ from the one that is found."""
 
@@ -135,6 +141,7 @@ def force_constant(
         corner = Estimate(1 / (2 * np.pi * float(values[2])), "Hz", (1 / (2 * np.pi * T_high), 1 / (2 * np.pi * T_low)))
     found = Estimate(K_f, unit, (K_f * float(np.exp(-half[0])), K_f * float(np.exp(half[0]))))
     warnings += _lag_described(late, corner, sampling)
+    warnings += [notice for log in both if (notice := _dead_zone(log, lag)) is not None]
     if stated is not None and abs(K_f / float(stated) - 1) > max(DIFFERS, float(half[0])):
         warnings.append(
             Notice(f"K_f was given as {float(stated):.4g} {unit}, and the logged force is {K_f:.4g} {unit} times the "
@@ -152,6 +159,30 @@ def _measured(log: Log, period: float | None, segment: float | None) -> Measured
             raise
         lasting = float(log.time[-1] - log.time[0])
         return measure_response(log, segment=lasting / SEGMENTS, output="force")
+
+
+def _dead_zone(log: Log, lag: float) -> Notice | None:
+    """Say where small inputs make no force: beyond a dead zone ±u_0 it is ``K_f·(u - u_0·sgn u)``.
+
+    What a lag or a filter leaves of the force is linear in the input, and so has no part in its sign (Bussgang 1952) in
+    a broad-band record: u_0 is regressed with K_f, by parts of the record.
+    """
+    assert log.input is not None
+    assert log.force is not None
+    late = np.interp(log.time - lag, log.time, log.input)
+    X = np.column_stack([late, np.sign(late), np.ones_like(late)])
+    parts = np.array_split(np.arange(len(late)), PARTS)
+    found = np.array([np.linalg.lstsq(X[part], log.force[part], rcond=None)[0] for part in parts])
+    slope, jump = found[:, :2].mean(axis=0)
+    error = float(found[:, 1].std(ddof=1)) / np.sqrt(PARTS)
+    if jump > -max(DEAD * slope * float(np.sqrt(np.mean(late**2))), SURE * error):
+        return None
+    return Notice(
+        f"{log.where}: inputs within ±{readable(-jump / slope, log.unit('input'), 2)} make no force, a dead zone: "
+        f"K_f and B hold it, and are too small; beyond it the force rises by {slope:.4g} "
+        f"{si_unit('force per input', log.motion)}. Take it out of the drive, or excite more strongly.",
+        "dead-zone", "wrong",
+    )  # fmt: skip
 
 
 def _matters(lag: Estimate, sampling: float) -> bool:
