@@ -1,6 +1,7 @@
 """YAML documents (``fric: TYPE/1``): read with line numbers for errors, validated, written for people."""
 
 import io
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
@@ -23,6 +24,8 @@ D = TypeVar("D", bound=Document)
 
 MOST_BYTES, MOST_NODES, MOST_DEPTH = 2 << 20, 200_000, 40
 """Of a document, at most: bytes, values, keys in keys."""
+_DEEP = re.compile(rf"(?:[\[{{][^\[\]{{}}'\"#]{{0,200}}+){{{MOST_DEPTH + 1}}}")
+"""So many lists or keys that open in one another: the parser takes seconds to give up on them."""
 
 
 @cache
@@ -78,7 +81,10 @@ def _read(path: Path) -> Any:
     path = regular(Path(path), MOST_BYTES)
     try:
         with foreign(path, "Mend it, or make it again."):
-            return _tree(path.read_text(encoding="utf-8"))
+            text = path.read_text(encoding="utf-8")
+            if _DEEP.search(text):
+                raise FricError(f"nests deeper than {MOST_DEPTH}", where=str(path), hint="Write it flatter.")
+            return _tree(text)
     except FricError as error:
         cause = error.__context__
         if isinstance(cause, UnicodeDecodeError):
