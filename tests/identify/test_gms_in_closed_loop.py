@@ -81,6 +81,8 @@ def test_fewer_blocks_than_the_machine_has_hold_their_own_mean_and_the_curve_is_
     values = np.array([[*fit.alpha.value, *fit.k.value] for fit in fits])
     limits = np.array([[*fit.alpha.ci95, *fit.k.ci95] for fit in fits])
     mean = values.mean(axis=0)
-    assert np.mean((limits[:, :, 0] <= mean) & (mean <= limits[:, :, 1])) >= 0.9
+    held = np.mean((limits[:, :, 0] <= mean) & (mean <= limits[:, :, 1]), axis=0)
+    assert held.mean() >= 0.95
+    assert held.min() >= 0.75  # of each alone: alpha_1 and k_1 in 67 %, where a start decided which place blocks took
     assert np.mean(inside) >= 0.9
     assert all(fit.C.ci95[0] < 1e4 < fit.C.ci95[1] for fit in fits)
