@@ -58,6 +58,14 @@ def test_a_dead_zone_of_the_drive_is_told_by_its_size(dead: float, lag: float) -
     assert float(number) * {"V": 1.0, "mV": 1e-3}[unit] == pytest.approx(share, rel=0.1)
 
 
+@pytest.mark.parametrize("corner", [60.0, 150.0, 300.0])
+def test_a_filter_of_the_force_is_no_dead_zone(corner: float) -> None:
+    """What is late of a filtered force went for a jump at the input's sign, where the input is no Gaussian noise."""
+    machine = replace(RUBBING, F_s=1.5 * RUBBING.F_c)
+    log = shaken(machine, seed=1, force_filter=corner, force_lag=1.0, mean=0.0, swing=2e-3, count=15)
+    assert "dead-zone" not in codes(force_constant([log], None, "linear").warnings)
+
+
 def test_without_periods_and_along_a_motion_it_is_the_same() -> None:
     swept = run(RUBBING, 2e-3 * np.sin(0.002 * np.arange(60_000) ** 1.3), force_lag=3.0, kind="motion")
     found = force_constant([replace(swept, reference=None)], None, "linear")

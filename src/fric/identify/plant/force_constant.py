@@ -107,11 +107,12 @@ def force_constant(
     stated = None if given is None else Estimate(given, unit, fixed=True)
     both = [log for log in logs if log.input is not None and log.force is not None and np.ptp(log.input) > 0]
     warnings: list[str] = []
-    responses = []
+    responses, answered = [], []
     for log in both:
         try:
             measured = _measured(log, period, segment)
             responses.append((measured, force_lines(measured)))
+            answered.append(log)
         except FricError as error:
             warnings.append(
                 Notice(f"{log.name}: no response of force to input ({error.what}): it has no part in K_f",
@@ -141,7 +142,7 @@ def force_constant(
         corner = Estimate(1 / (2 * np.pi * float(values[2])), "Hz", (1 / (2 * np.pi * T_high), 1 / (2 * np.pi * T_low)))
     found = Estimate(K_f, unit, (K_f * float(np.exp(-half[0])), K_f * float(np.exp(half[0]))))
     warnings += _lag_described(late, corner, sampling)
-    warnings += [notice for log in both if (notice := _dead_zone(log, lag)) is not None]
+    warnings += [notice for log in answered if (notice := _dead_zone(log, *values[1:3])) is not None]
     if stated is not None and abs(K_f / float(stated) - 1) > max(DIFFERS, float(half[0])):
         warnings.append(
             Notice(f"K_f was given as {float(stated):.4g} {unit}, and the logged force is {K_f:.4g} {unit} times the "
@@ -161,21 +162,23 @@ def _measured(log: Log, period: float | None, segment: float | None) -> Measured
         return measure_response(log, segment=lasting / SEGMENTS, output="force")
 
 
-def _dead_zone(log: Log, lag: float) -> Notice | None:
+def _dead_zone(log: Log, delay: float, corner: float) -> Notice | None:
     """Say where small inputs make no force: beyond a dead zone ±u_0 it is ``K_f·(u - u_0·sgn u)``.
 
-    What a lag or a filter leaves of the force is linear in the input, and so has no part in its sign (Bussgang 1952) in
-    a broad-band record: u_0 is regressed with K_f, by parts of the record.
+    u_0 is regressed with K_f by parts of the record, both columns late as the force is [s]: of what a lag or a filter
+    would leave, the sign of an input that is no Gaussian noise takes a part.
     """
     assert log.input is not None
     assert log.force is not None
-    late = np.interp(log.time - lag, log.time, log.input)
-    X = np.column_stack([late, np.sign(late), np.ones_like(late)])
-    parts = np.array_split(np.arange(len(late)), PARTS)
+    n, interval = len(log), float(np.median(np.diff(log.time)))
+    s = 2j * np.pi * np.fft.rfftfreq(n, interval)
+    late = np.fft.irfft(np.fft.rfft([log.input, np.sign(log.input)]) * np.exp(-s * delay) / (1 + s * corner), n)
+    X = np.column_stack([*late, np.ones(n)])
+    parts = np.array_split(np.arange(n), PARTS + 2)[1:-1]  # at the ends the one runs into the other
     found = np.array([np.linalg.lstsq(X[part], log.force[part], rcond=None)[0] for part in parts])
     slope, jump = found[:, :2].mean(axis=0)
     error = float(found[:, 1].std(ddof=1)) / np.sqrt(PARTS)
-    if jump > -max(DEAD * slope * float(np.sqrt(np.mean(late**2))), SURE * error):
+    if jump > -max(DEAD * slope * float(np.sqrt(np.mean(log.input**2))), SURE * error):
         return None
     return Notice(
         f"{log.where}: inputs within ±{readable(-jump / slope, log.unit('input'), 2)} make no force, a dead zone: "
