@@ -43,5 +43,5 @@ def near(given: str, known: Iterable[str]) -> str:
     from difflib import get_close_matches
 
     folded = {name.casefold(): name for name in known}
-    found = get_close_matches(given.casefold(), folded, n=1, cutoff=0.65)
+    found = get_close_matches(str(given).casefold(), folded, n=1, cutoff=0.65)
     return f"Is it {folded[found[0]]}? " if found else ""

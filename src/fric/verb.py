@@ -51,7 +51,7 @@ def _hints(function: Callable[..., Any]) -> dict[str, Any]:
                 hint = Any
         if one.kind is Parameter.VAR_POSITIONAL:
             hint = Iterable[hint]  # type: ignore[valid-type]
-        found[name] = Any if one.kind is Parameter.VAR_KEYWORD else hint
+        found[name] = Any if one.kind is Parameter.VAR_KEYWORD or hint is Parameter.empty else hint
     return found
 
 

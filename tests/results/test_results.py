@@ -137,6 +137,11 @@ def test_a_machine_believes_models_plants_and_designs(plant):
         (lambda r: fric.read_machine("virtual-rig").with_belief(y=r), "axis y was given what is known of axis x"),
         (lambda r: fric.read_machine("virtual-rig").with_belief(x="f.yaml"), "str is nothing that the controller"),
         (lambda r: fric.validate(STROKES, plant=None), "was given None"),
+        (lambda r: r.save(3), "save takes path as a path or a text, and was given an int"),
+        (lambda r: fric.read(STROKES).save(None), "save takes path as a path or a text, and was given None"),
+        (lambda r: r.plot(b"x"), "plot takes path as a path or a text, and was given a bytes"),
+        (lambda r: r.plot(view=3), "plot takes view as a text, and was given an int"),
+        (lambda r: fric.read_machine("xy-table").axis(3), "the machine has no axis '3'"),
     ],
 )
 def test_what_does_not_fit_ends_in_a_sentence(call, said_so, static):

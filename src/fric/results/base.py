@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from fric.errors import FricError
 from fric.estimate import elements, note_of
 from fric.results.text import Piece, html, plain
+from fric.verb import verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
 
 class Result(ABC):
     """A result: it prints its own report, draws its own figure, and is saved as what its command writes."""
+
+    def __init_subclass__(cls) -> None:
+        if "save" in vars(cls):
+            cls.save = verb(cls.save)  # type: ignore[method-assign]
 
     @cached_property
     @abstractmethod
@@ -59,6 +64,7 @@ class Result(ABC):
 
         return list(views_of([*vars(self).values()]))
 
+    @verb
     def plot(self, path: Path | str | None = None, *, view: str | None = None, force: bool = False) -> Figure:
         """Draw the figure, or that of a name, and save it where a path is given (.png, .svg or .pdf).
 
@@ -85,6 +91,7 @@ class Result(ABC):
             save_figure(drawn, Path(path), force=force)
         return drawn
 
+    @verb
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write the result to a file, whole or not at all; one that exists is kept unless ``force``."""
         from fric.documents.yaml import write_document
