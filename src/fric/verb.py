@@ -1,6 +1,6 @@
 """What a public verb is given of a wrong type ends in a sentence, by the verb's own annotations."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from functools import cache, wraps
 from inspect import Parameter, signature
 from numbers import Integral, Real
@@ -36,6 +36,22 @@ def refused(name: str, wanted: str, given: Any) -> FricError:
     kind = type(given).__name__
     what = "None" if given is None else f"{'an' if kind[0].lower() in 'aeiou' else 'a'} {kind}"
     return FricError(f"{name} takes {wanted}, and was given {what}")
+
+
+def require_numbers(holder: Any, names: Iterable[str], several: Container[str] = ()) -> None:
+    """Raise the error of a wrong type where a field is no number, or of those in ``several`` one of its values."""
+    for name in names:
+        given = getattr(holder, name)
+        if name in several:
+            right = isinstance(given, Iterable) and all(map(_is_number, given))
+        else:
+            right = isinstance(given, float) or _is_number(given)
+        if not right:
+            raise refused(type(holder).__name__, f"{name} as {'numbers' if name in several else 'a number'}", given)
+
+
+def _is_number(given: Any) -> bool:
+    return isinstance(given, float) or (isinstance(given, Real) and not isinstance(given, bool))
 
 
 @cache

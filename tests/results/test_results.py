@@ -160,6 +160,16 @@ def test_no_verb_takes_what_is_of_no_type(name):
             function(*[given] * len(places), **words)
 
 
+@pytest.mark.parametrize("given", ["105", None, [1.0, 2.0], {"a": 1}, True])
+@pytest.mark.parametrize("name", ["StaticMap", "GMS", "LuGre", "Dahl", "Leuven", "MaxwellSlip", "Plant", "Cascade"])
+def test_no_model_takes_what_is_no_number(name, given):
+    made = getattr(fric, name)
+    fields = dict.fromkeys(introspection.signature(made).parameters, given)
+    fields |= {"static": fric.StaticMap(50.0, 75.0, 1e-3)} if "static" in fields else {}
+    with pytest.raises(fric.FricError, match=rf"{name} takes \w+ as (a number|numbers), and was given|one of each"):
+        made(**fields)
+
+
 def test_every_document_says_its_type_and_is_of_it(static, tmp_path):
     """What is printed as what is written: `fric schema` describes it."""
     out = tmp_path / "out"

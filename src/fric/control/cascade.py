@@ -11,6 +11,7 @@ from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
+from fric.verb import require_numbers
 
 SEEN, FILTERED, INTEGRAL, PENDING = range(4)
 
@@ -83,7 +84,8 @@ class Cascade(ControlBlock):
     limit: float = float("inf")
 
     def __post_init__(self) -> None:
-        for name in ("K_v", "K_p", "K_i", "velocity_filter", "sampling", "limit"):
+        require_numbers(self, names := ("K_v", "K_p", "K_i", "velocity_filter", "sampling", "limit"))
+        for name in names:
             value = getattr(self, name)
             if not (value > 0 or (name == "K_i" and value == 0)):
                 raise FricError(f"{name} of the controller is {value:g}", hint=f"{name} is a positive number.")

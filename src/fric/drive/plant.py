@@ -7,6 +7,7 @@ import numpy as np
 
 from fric.arrays import Complex, Real
 from fric.errors import FricError
+from fric.verb import require_numbers
 
 MOST_SAMPLES = 10_000
 """Samples that a delay is at most."""
@@ -36,6 +37,7 @@ class LinearPlant:
     T_d: float
 
     def __post_init__(self) -> None:
+        require_numbers(self, (field.name for field in fields(self)))
         for field in fields(self):
             value = getattr(self, field.name)
             if not (value > 0 or (field.name in {"A", "T_d"} and value == 0) or _signed(field.name, value)):

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
+from functools import cache
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -12,6 +13,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.kernels.replay import replay
 from fric.kernels.signatures import Step
+from fric.verb import require_numbers
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,9 @@ class FrictionModel(ABC):
     step: ClassVar[Step]
     identified: ClassVar[bool] = True
     """False for a model that is simulated only, and that no `fric identify` looks for."""
+
+    def __post_init__(self) -> None:
+        require_numbers(self, *_names(type(self)))
 
     @classmethod
     def declared(cls) -> dict[str, tuple[Parameter, ...]]:
@@ -166,3 +171,9 @@ class FrictionModel(ABC):
         v = np.gradient(position, time, edge_order=2) if velocity is None else np.ascontiguousarray(velocity, float)
         state = self.initial_state() if state is None else state
         return replay(type(self).step, position, v, time, state, self.packed())
+
+
+@cache
+def _names(model: type[FrictionModel]) -> tuple[tuple[str, ...], frozenset[str]]:
+    """Return the names of a model's parameters, and of those that have a value a block."""
+    return tuple(p.name for p in model.parameters), frozenset(p.name for p in model.parameters if p.per_block)

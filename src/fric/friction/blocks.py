@@ -49,6 +49,7 @@ class OnBlocks(OnStaticMap):
     )
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.alpha or len(self.alpha) != len(self.k):
             raise FricError(
                 f"{self.name} has {len(self.alpha)} alpha and {len(self.k)} k",

@@ -75,6 +75,7 @@ class MaxwellSlip(FrictionModel):
     step: ClassVar[Step] = _step
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.W or len(self.W) != len(self.k):
             raise FricError(
                 f"maxwell_slip has {len(self.W)} W and {len(self.k)} k", hint="Give one of each for every block."

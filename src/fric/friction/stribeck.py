@@ -12,6 +12,7 @@ from fric.arrays import Real
 from fric.estimate import Estimate
 from fric.friction.base import FrictionModel, Parameter, Property
 from fric.kernels.signatures import Step, compiled, compiled_step
+from fric.verb import refused
 
 
 @compiled(types.float64(types.float64, types.float64, types.float64))
@@ -116,6 +117,11 @@ class OnStaticMap(FrictionModel):
     """
 
     static: StaticMap
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.static, StaticMap):
+            raise refused(type(self).__name__, "static as a StaticMap", self.static)
 
     @classmethod
     def declared(cls) -> dict[str, tuple[Parameter, ...]]:
