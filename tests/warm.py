@@ -125,8 +125,8 @@ def _reaped() -> bool:
 
 
 def main() -> None:
-    """Import everything, also what commands import when they need it; serve, and be the command that is asked for."""
-    for name in (*modules(), *LATE):
+    """Import everything; where an address is given, serve there, and be the command that is asked for."""
+    for name in (*modules(), *(LATE if len(sys.argv) > 1 else ())):
         importlib.import_module(name)
     from fric import units
     from fric.simulate import processes
