@@ -10,7 +10,7 @@ from fric.identify.plant.identify import identify_plant
 from fric.identify.records.encoder_error import encoder_error
 from fric.identify.records.flaws import clock_flaws, stroke_flaws
 from fric.identify.records.inspection import inspect
-from fric.identify.records.over_strokes import along_axis, over_place, over_time
+from fric.identify.records.over_strokes import OverTime, along_axis, over_place, over_time
 from fric.identify.records.segments import steady_segments
 from fric.identify.records.timing import timing
 from fric.identify.static_map.identify import identify_static
@@ -152,6 +152,21 @@ def test_a_drift_goes_on_in_the_pauses_where_one_clock_tells_them() -> None:
     assert alone.duration == pytest.approx(sum(log.time[-1] for log in logs))
     assert found.duration == pytest.approx(alone.duration + 30.0 * (len(logs) - 1))
     assert found.rate == pytest.approx(alone.rate, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("clocked", "sure", "severity"), [(True, True, "note"), (False, True, "doubt"), (True, False, "doubt")]
+)
+def test_a_small_drift_is_doubted_where_it_is_only_likely_or_went_on_unseen(
+    clocked: bool, sure: bool, severity: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Warm-up in pauses of 40 s put F_s off by 10 % in silence: 0.9 % over the records alone, at 3.2 errors of it."""
+    found = OverTime(-0.0001, 0.00008, 60.0, clocked, sure)
+    monkeypatch.setattr("fric.identify.records.flaws.over_time", lambda _: found)
+    (notice,) = stroke_flaws(steady(session())[:1], None, force=80.0, half_width=0.1)
+    assert (notice.code, notice.severity) == ("force-drifts", severity)
+    assert ("may drift" in notice) == (not sure)
+    assert ("in the pauses" in notice) == (not clocked)
 
 
 def test_a_force_that_rises_along_the_axis_is_taken_off() -> None:

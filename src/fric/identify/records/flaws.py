@@ -158,11 +158,14 @@ def stroke_flaws(
                     _severity(varies, force, half_width),
                 ))  # fmt: skip
     if (time := over_time(strokes)) is not None:
+        severity = _severity(abs(time.change) * force, force, half_width)
+        pauses = "" if time.clocked else ", and more in the pauses between them"
+        drifts = "drifts" if time.sure else "may drift"
         warnings.append(Notice(
             f"the force {'rises' if time.rate > 0 else 'falls'} within strokes by {100 * abs(time.rate) * 60:.2g} % "
-            f"a minute at every speed, which is {100 * abs(time.change):.2g} % over these records: friction or force "
-            "constant drifts. Run the axis warm first, and log the speeds in another order, each again.",
-            "force-drifts", _severity(abs(time.change) * force, force, half_width),
+            f"a minute at every speed, which is {100 * abs(time.change):.2g} % over these records{pauses}: friction or "
+            f"force constant {drifts}. Run the axis warm first, and log the speeds in another order, each again.",
+            "force-drifts", severity if time.sure and (time.clocked or severity != "note") else "doubt",
         ))  # fmt: skip
     return warnings
 

@@ -35,8 +35,8 @@ SETTLING = 3.0
 """Ratio of the rates in whole strokes and in their later halves within which it is no settling."""
 STUCK = 1e-9
 """Share of the force by which its slope over a stroke is unsure at least, where the force is not stuck at a bound."""
-SURE_RATE = 0.999
-"""Probability from which on a rate is not zero."""
+LIKELY_RATE, SURE_RATE = 0.99, 0.999
+"""Probabilities from which on a rate is likely, and surely, not zero."""
 
 
 @dataclass(frozen=True)
@@ -71,11 +71,15 @@ class OverTime:
         Relative rate and half of its 95 % interval [1/s].
     duration
         Time from the first record to the last, where one clock tells it, else that of all records together [s].
+    clocked, sure
+        Whether one clock tells it, and whether the rate is no chance.
     """
 
     rate: float
     half: float
     duration: float
+    clocked: bool
+    sure: bool
 
     @property
     def change(self) -> float:
@@ -180,7 +184,10 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     if whole is None or late is None:
         return None
     rate, deviation, freedom = whole[0][0], whole[1][0], whole[2]
-    if abs(rate) < float(stdtrit(freedom, 0.5 * (1.0 + SURE_RATE))) * deviation or abs(rate) > FASTEST:
+    likely, sure = (
+        abs(rate) > float(stdtrit(freedom, 0.5 * (1.0 + one))) * deviation for one in (LIKELY_RATE, SURE_RATE)
+    )
+    if not likely or abs(rate) > FASTEST:
         return None
     if not 1.0 / SETTLING < late[0][0] / rate < SETTLING:  # what settles changes less and less
         return None
@@ -188,7 +195,7 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     spans = sorted((float(log.time[0]), float(log.time[-1])) for log in logs)
     one_clock = all(after[0] >= before[1] for before, after in pairwise(spans))  # with the pauses, where it is known
     duration = spans[-1][1] - spans[0][0] if one_clock else sum(end - begin for begin, end in spans)
-    return OverTime(rate, float(stdtrit(freedom, 0.975)) * deviation, duration)
+    return OverTime(rate, float(stdtrit(freedom, 0.975)) * deviation, duration, one_clock, sure)
 
 
 def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | None:
