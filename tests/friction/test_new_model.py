@@ -1,12 +1,12 @@
 """The walk-through of docs/new-model.md is true: its one file, of at most 60 lines, is found and passes unasked."""
 
 import json
-import os
 import re
 from pathlib import Path
 
 import pytest
 
+from docs.examples import environment
 from fric.cli.identify.by_replay import models_in
 from tests.new_file import place, python, shared_tests
 
@@ -49,9 +49,7 @@ def test_it_passes_the_shared_tests_unasked(folder, warm):
 def test_command_schema_and_report_find_it(folder, warm):
     log, found, page = (str(folder / name) for name in ("log.h5", "friction.yaml", "report.html"))
     F_c, k = map(float, python(warm, folder, LOGS, log).split())
-    cold = dict(
-        os.environ
-    )  # the commands of `fric identify` are those of the models that are there when it is imported
+    cold = environment()  # the commands of `fric identify` are those of the models that are there when it is imported
     told = json.loads(python(cold, folder, FRIC, "identify", "bouc_wen", log, "-o", found, "--json"))
     assert told["bouc_wen"]["F_c"]["value"] == pytest.approx(F_c, rel=0.01)
     assert told["bouc_wen"]["k"]["value"] == pytest.approx(k, rel=0.01)
