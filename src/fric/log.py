@@ -6,9 +6,17 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from fric.columns import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, Kind, channel_dimension
+from fric.columns import (
+    CHANNELS,
+    FORCE_VELOCITY,
+    FORCE_VELOCITY_DIMENSIONS,
+    RESPONSE_DIMENSIONS,
+    Kind,
+    channel_dimension,
+)
 from fric.errors import FricError
 from fric.units import Motion, si_unit
+from fric.verb import refused, typed
 
 if TYPE_CHECKING:
     from fric.arrays import Real
@@ -46,7 +54,24 @@ class _FromFile:
         """File and record, for messages."""
         return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
 
+    def _keep_arrays(self, *names: str) -> None:
+        """Keep lists, series and integers as arrays of doubles; refuse what is no row of numbers."""
+        import numpy as np  # which the help of a command does without
 
+        for name in names:
+            given = getattr(self, name)
+            if given is None and getattr(type(self), name, self) is None:
+                continue
+            try:
+                values = np.asarray(given, dtype=np.float64)
+            except (TypeError, ValueError):
+                values = np.empty(())
+            if values.ndim != 1 or np.iscomplexobj(given):
+                raise refused(type(self).__name__, f"{name} as an array of numbers, shape (n,)", given)
+            object.__setattr__(self, name, values)
+
+
+@typed
 @dataclass(frozen=True)
 class Log(_FromFile):
     """One record of one axis: what was logged over time.
@@ -103,6 +128,7 @@ class Log(_FromFile):
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
+        self._keep_arrays(*CHANNELS)
         lengths = {channel: len(values) for channel, values in self.channels().items()}
         if len(set(lengths.values())) > 1:
             text = ", ".join(f"{channel} {n}" for channel, n in lengths.items())
@@ -154,6 +180,7 @@ class Log(_FromFile):
         return replace(self, **cut)
 
 
+@typed
 @dataclass(frozen=True)
 class FrequencyResponse(_FromFile):
     """A measured frequency response from control voltage to position, as a table.
@@ -187,6 +214,7 @@ class FrequencyResponse(_FromFile):
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
+        self._keep_arrays(*RESPONSE_DIMENSIONS)
 
     def __repr__(self) -> str:
         f = self.frequency
@@ -194,6 +222,7 @@ class FrequencyResponse(_FromFile):
         return f"<FrequencyResponse '{self.name}' of the {self.motion} axis {self.axis}: {span}>"
 
 
+@typed
 @dataclass(frozen=True)
 class ForceVelocity(_FromFile):
     """Mean forces at constant velocities, as a table: what is left of strokes that were averaged before.
@@ -232,6 +261,7 @@ class ForceVelocity(_FromFile):
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
+        self._keep_arrays(*FORCE_VELOCITY_DIMENSIONS)
         columns = self.columns()
         if len({len(values) for values in columns.values()}) > 1:
             raise FricError("the columns of the table differ in length", where=self.where)

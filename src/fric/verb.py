@@ -1,4 +1,4 @@
-"""What a public verb is given of a wrong type ends in a sentence, by the verb's own annotations."""
+"""What a public verb or constructor is given of a wrong type ends in a sentence, by its own annotations."""
 
 from collections.abc import Callable, Container, Iterable, Mapping
 from functools import cache, wraps
@@ -12,6 +12,7 @@ from fric.errors import FricError
 
 P = ParamSpec("P")
 R = TypeVar("R")
+T = TypeVar("T")
 WORDS = {str: "a text", Path: "a path", float: "a number", int: "a whole number", bool: "True or False", NoneType: ""}
 NUMBERS: dict[Any, type] = {float: Real, int: Integral}
 """NumPy's numbers too; no truth value is a number."""
@@ -19,13 +20,22 @@ NUMBERS: dict[Any, type] = {float: Real, int: Integral}
 
 def verb(function: Callable[P, R]) -> Callable[P, R]:
     """Return a function that raises a `FricError` where an argument is not what its annotation says."""
+    return _checked(function, function.__name__)
 
+
+def typed(kind: type[T]) -> type[T]:
+    """Return a class whose constructor raises a `FricError` where an argument is not what its annotation says."""
+    kind.__init__ = _checked(kind.__init__, kind.__name__)  # type: ignore[method-assign]
+    return kind
+
+
+def _checked(function: Callable[P, R], called: str) -> Callable[P, R]:
     @wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
-        for name, given in signature(function).bind(*args, **kwargs).arguments.items():
+        for name, given in _signature(function).bind(*args, **kwargs).arguments.items():
             hint = _hints(function)[name]
             if not _fits(given, hint):
-                raise refused(function.__name__, f"{name} as {_words(hint)}", given)
+                raise refused(called, f"{name} as {_words(hint)}", given)
         return function(*args, **kwargs)
 
     return checked
@@ -54,11 +64,14 @@ def _is_number(given: Any) -> bool:
     return isinstance(given, float) or (isinstance(given, Real) and not isinstance(given, bool))
 
 
+_signature = cache(signature)
+
+
 @cache
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:
     """Return what the annotations say; anything where one waits for an import of type checkers alone."""
     found = {}
-    for name, one in signature(function).parameters.items():
+    for name, one in _signature(function).parameters.items():
         hint = one.annotation
         if isinstance(hint, str):
             try:

@@ -11,6 +11,7 @@ import textwrap
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -168,6 +169,23 @@ def test_no_model_takes_what_is_no_number(name, given):
     fields |= {"static": fric.StaticMap(50.0, 75.0, 1e-3)} if "static" in fields else {}
     with pytest.raises(fric.FricError, match=rf"{name} takes \w+ as (a number|numbers), and was given|one of each"):
         made(**fields)
+
+
+@pytest.mark.parametrize("given", [None, 3, b"x", {"a": 1}, object(), [[1.0]], [1j]])
+@pytest.mark.parametrize("name", ["Log", "FrequencyResponse", "ForceVelocity", "Scheme", "Axis", "Machine"])
+def test_no_record_scheme_or_machine_takes_what_is_of_no_type(name, given):
+    made = getattr(fric, name)
+    needed = [one.name for one in introspection.signature(made).parameters.values() if one.default is one.empty]
+    with pytest.raises(fric.FricError, match=rf"{name} takes \w+ as .*, and was given"):
+        made(**dict.fromkeys(needed, given))
+
+
+def test_a_record_takes_lists_and_series_as_arrays():
+    t = np.arange(5.0)
+    log = fric.Log(pd.Series(t, index=t + 7), position=[0, 1, 2, 3, 4], force=np.ones(5, np.float32))
+    assert [type(one) for one in log.channels().values()] == [np.ndarray] * 3
+    assert {one.dtype for one in log.channels().values()} == {np.dtype(float)}
+    assert "5 samples in 4 s" in repr(log)
 
 
 def test_every_document_says_its_type_and_is_of_it(static, tmp_path):

@@ -10,6 +10,7 @@ from fric.control import block_type
 from fric.control.base import ControlBlock
 from fric.errors import FricError, near
 from fric.kernels.loop import BLOCKS
+from fric.verb import typed
 
 Lead = float | Literal["auto"]
 """How far feedforward goes ahead of the reference [s]; ``auto`` for the delay T_d of the nominal plant."""
@@ -18,6 +19,7 @@ OBSERVER = "inverse-model"
 """The block that ``observer: true`` stands for."""
 
 
+@typed
 @dataclass(frozen=True)
 class Scheme:
     """A compensation scheme.

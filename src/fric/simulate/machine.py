@@ -17,6 +17,7 @@ from fric.friction import FrictionModel
 from fric.notice import Notice
 from fric.simulate.reality.flaws import NONE, Reality, SecondMass
 from fric.units import Motion
+from fric.verb import typed
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class NominalFriction:
     lead: Lead = 0.0
 
 
+@typed
 @dataclass(frozen=True, repr=False)
 class Axis:
     """One axis of a machine.
@@ -137,6 +139,7 @@ class Published:
     glitches: Mapping[str, float]
 
 
+@typed
 @dataclass(frozen=True, repr=False)
 class Machine:
     """A machine: axes by name.
