@@ -28,7 +28,10 @@ RUN = CliRunner()
 def run(*words: object) -> dict:
     done = RUN.invoke(app, ["auto", *map(str, words), "--json"])
     assert done.exit_code == 0, done.output
-    return json.loads(done.stdout)
+    told = json.loads(done.stdout)
+    assert [one["text"] for one in told["warnings_coded"]] == told["warnings"]
+    assert all(one["code"] for one in told["warnings_coded"])
+    return told
 
 
 @pytest.fixture(scope="module")

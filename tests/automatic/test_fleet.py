@@ -60,7 +60,7 @@ def test_a_log_that_is_damaged_is_no_end_of_the_fleet(logs: Path, tmp_path: Path
     (folder / "machine-000" / DATES[0] / "x.h5").write_bytes(b"\x89HDF\r\n\x1a\n and no more")
     found = fric.auto(folder, output=tmp_path / "out", workers=1, run=run_here)
     assert found.changed == [("machine-001", "x")]
-    assert any("machine-000/2026-01-10" in text for text in found.warnings)
+    assert any("machine-000/2026-01-10" in notice and notice.code for notice in found.warnings)
 
 
 def test_a_fleet_is_a_folder_of_machines_and_dates_alone(logs: Path, tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from fric.automatic.session import Run, Session, identify_axes, run_apart
 from fric.automatic.sources import find_sources
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
+from fric.notice import Notice
 from fric.results.diagnose import diagnose
 from fric.simulate.processes import run_all
 from fric.units import readable
@@ -50,7 +51,7 @@ class UnitOutcome:
 
     unit: Unit
     axes: dict[str, dict[str, Any]]
-    description: tuple[str, ...]
+    description: tuple[Notice, ...]
     steps: int = 0
     made: int = 0
 
@@ -100,9 +101,9 @@ class FleetStudy:
         try:
             found = find_sources([unit.folder], self.mapping, self.output / unit.machine / unit.date / "mappings")
         except FricError as error:
-            return UnitOutcome(unit, {}, (str(error),))
+            return UnitOutcome(unit, {}, (Notice(str(error), "unit-failed", "doubt"),))
         if not (found.logs or found.circles):
-            return UnitOutcome(unit, {}, ("there is no log", *found.description))
+            return UnitOutcome(unit, {}, (Notice("there is no log", "no-log", "doubt"), *found.description))
         session = Session(self.output / unit.machine / unit.date, self.run, lambda _: None)
         axes: dict[str, dict[str, Any]] = {}
         for name, one in identify_axes(session, found, lean=True).items():
@@ -113,7 +114,7 @@ class FleetStudy:
             try:
                 glitches = _glitches(diagnose(path).document)
             except FricError as error:
-                found.description.append(f"{path}: {error.what}")
+                found.warn(f"{path}: {error.what}", "circle-failed", "doubt")
                 continue
             for name, one in glitches.items():
                 known = axes.setdefault(name, {"done": [], "missing": [], "documents": {}, "glitches": {}})

@@ -13,6 +13,7 @@ from fric.automatic.session import Run
 from fric.documents.fleet import FleetDocument
 from fric.documents.yaml import write_document
 from fric.estimate import Estimate
+from fric.notice import Notice
 from fric.output import staged, together
 from fric.report.page import environment
 from fric.results.base import Result
@@ -49,7 +50,11 @@ class FleetResult(Result):
     @property
     def warnings(self) -> Sequence[str]:
         """What was guessed, left out, or could not be read, by machine and date."""
-        return [f"{one.unit.machine}/{one.unit.date}: {text}" for one in self.outcomes for text in one.description]
+        return [
+            Notice(f"{one.unit.machine}/{one.unit.date}: {notice}", notice.code, notice.severity)
+            for one in self.outcomes
+            for notice in one.description
+        ]
 
     @cached_property
     def document(self) -> dict[str, Any]:

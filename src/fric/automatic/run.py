@@ -15,6 +15,7 @@ from fric.documents.automatic import AutoDocument
 from fric.documents.bundled import located
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
+from fric.notice import Notice
 from fric.report.summary import Report, make_report
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
@@ -48,7 +49,7 @@ class AutoResult(Result):
 
     folder: Path
     axes: dict[str, dict[str, list[str]]]
-    description: list[str]
+    description: list[Notice]
     steps: int
     made: int
     page: Report | None
@@ -171,8 +172,10 @@ def auto(
         page = make_report(*pages, circles=found.circles, tolerance=allowed)
     session.close()
     words = {name: {"done": one["done"], "missing": one["missing"]} for name, one in axes.items()}
-    failed = [f"{name}: {text}" for name, text in session.failed.items() if name.partition(":")[0] not in axes]
-    described = list(dict.fromkeys(found.description + failed))
+    for name, text in session.failed.items():
+        if name.partition(":")[0] not in axes:
+            found.warn(f"{name}: {text}", "step-failed", "doubt")
+    described = list(dict.fromkeys(found.description))
     rotary = bool(axes) and all(one["motion"] == "rotary" for one in axes.values())
     return AutoResult(folder, words, described, session.steps, session.made, page, rotary)
 
@@ -217,17 +220,16 @@ def _circles(
         more += [word for path in found.circles for word in ("--measured", path)]
         reads += found.circles
     if found.circles and not given:
-        found.description.append(
+        found.warn(
             "no log tells the controller's gains: the machine file holds ones that were designed here, and a circle of "
-            "others differs from what it predicts. Give a machine file with yours (--machine)"
-        )
+            "others differs from what it predicts. Give a machine file with yours (--machine)",
+            "gains-designed", "doubt",
+        )  # fmt: skip
     session.take(circle_step(machine, session.folder, *more, reads=reads))
     for circle in found.circles:
         session.take(diagnosis_step(circle, machine, session.folder, reads))
     if found.circles and session.take(tune_step(found.circles, machine, session.folder, reads)):
-        found.description.append(
-            f"what the controllers believe was refitted to the circles: {session.folder / 'tuned'}"
-        )
+        found.warn(f"what the controllers believe was refitted to the circles: {session.folder / 'tuned'}", "tuned")
 
 
 def _known(axis: dict[str, Any]) -> bool:

@@ -90,18 +90,19 @@ def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> di
         if session.take(one):
             logs.append(left)
         else:
-            found.description.append(f"{one.name}: {session.failed.get(one.name, 'failed')}")
+            found.warn(f"{one.name}: {session.failed.get(one.name, 'failed')}", "step-failed", "doubt")
     axes: dict[str, dict[str, Any]] = {}
     for name in sorted({one.axis for one in logs}):
         own = [one for one in logs if one.axis == name]
         plan = axis_steps(own, session.folder / name, lean=lean)
         read = {path for one in plan.steps for path in one.reads}
-        found.description += [
-            f"{one.path} ({', '.join(sorted(one.kinds))}) is used by no step of axis {name}: it adds nothing to its "
-            "other records, or lacks what a step asks for. Logs of another machine go into a run of their own."
-            for one in own
-            if one.path not in read
-        ]
+        for unused in (log for log in own if log.path not in read):
+            found.warn(
+                f"{unused.path} ({', '.join(sorted(unused.kinds))}) is used by no step of axis {name}: it adds nothing "
+                "to its other records, or lacks what a step asks for. Logs of another machine go into a run of their "
+                "own.",
+                "file-unused",
+            )
         done = [one.name.partition(": ")[2] for one in plan.steps if session.take(one)]
         of_axis = [(key.partition(": "), why) for key, why in session.failed.items()]
         broken = [f"{what}: {why}" for (whose, _, what), why in of_axis if whose == name]

@@ -19,6 +19,7 @@ from fric.io.propose import sure_proposal
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
+from fric.notice import Notice, Severity
 from fric.output import staged
 from fric.results.ingest import ingest
 from fric.units import Motion
@@ -83,11 +84,15 @@ class Sources:
     logs: list[Source] = field(default_factory=list)
     circles: list[Path] = field(default_factory=list)
     traces: list[Path] = field(default_factory=list)
-    description: list[str] = field(default_factory=list)
+    description: list[Notice] = field(default_factory=list)
     copies: list[Path] = field(default_factory=list)
     guessed: dict[str, list[Path]] = field(default_factory=dict)
     refused: dict[str, list[Path]] = field(default_factory=dict)
     proposed: dict[str, tuple[Path, list[Path]]] = field(default_factory=dict)
+
+    def warn(self, text: str, code: str, severity: Severity = "note") -> None:
+        """Add to what was guessed, left out, or cannot be read."""
+        self.description.append(Notice(text, code, severity))
 
 
 def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: Path | None = None) -> Sources:
@@ -120,17 +125,19 @@ def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: P
         elif kind is None and path.suffix.lower() in endings():
             _foreign(path, mapping, proposals, found, seen)
     if found.copies:
-        found.description.append(f"left out, since other files hold the same samples: {_first(found.copies)}")
+        found.warn(f"left out, since other files hold the same samples: {_first(found.copies)}", "file-copies")
     for why, files in found.refused.items():
         propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
         hint = f". `{propose}` writes a mapping to look at and fill in, for --map" if "column" in why else ""
-        found.description.append(f"left out: {_first(files)}: {why}{hint}")
+        found.warn(f"left out: {_first(files)}: {why}{hint}", "file-left-out", "doubt")
     for name, files in found.guessed.items():
-        found.description.append(f"read with the bundled mapping '{name}', the only one that fits: {_first(files)}")
-    for text, (file, files) in found.proposed.items():
-        columns = re.findall(r"^  (\w+): {column: (.*?), unit", text, re.MULTILINE)
+        found.warn(
+            f"read with the bundled mapping '{name}', the only one that fits: {_first(files)}", "mapping-bundled"
+        )
+    for mapped, (file, files) in found.proposed.items():
+        columns = re.findall(r"^  (\w+): {column: (.*?), unit", mapped, re.MULTILINE)
         means = ", ".join(f"{channel} is {column}" for channel, column in columns)
-        found.description.append(f"read with a mapping that was proposed, {file} ({means}): {_first(files)}")
+        found.warn(f"read with a mapping that was proposed, {file} ({means}): {_first(files)}", "mapping-proposed")
     return found
 
 
@@ -199,7 +206,8 @@ def _foreign(path: Path, mapping: str | None, proposals: Path | None, found: Sou
                 why = fit(str(file))
     if len(fitting) != 1:
         if fitting:
-            found.description.append(f"{path} is left out: {', '.join(fitting)} all fit: give one of them with --map")
+            text = f"{path} is left out: {', '.join(fitting)} all fit: give one of them with --map"
+            found.warn(text, "mapping-ambiguous", "doubt")
         else:
             found.refused.setdefault(why, []).append(path)
         return
