@@ -7,8 +7,10 @@ import pytest
 
 from fric.documents.friction import static_tree
 from fric.documents.machine_files import read_machine
+from fric.friction.dahl import Dahl
 from fric.identify.gms.identify import identify_gms
 from fric.identify.static_map.identify import identify_static
+from fric.log import Log
 from fric.simulate.experiment import constant_velocity, presliding_sine
 
 AXIS = read_machine("configs/reality/base.yaml").axis("x")
@@ -37,6 +39,19 @@ def test_a_lag_of_trace_samples_is_told_and_the_curve_is_that_of_the_machine(sin
     small, large = (-one.record.done.delay / step for one in fit.records)
     assert small == pytest.approx(samples, abs=1.2)  # its own interval is ± 1.1 samples
     assert large == pytest.approx(samples, abs=0.4)
+
+
+def test_a_law_without_corners_moves_no_force() -> None:
+    """Blocks that follow Dahl's law miss its curves as a force does that is logged 30 ms early, which no log has."""
+    model, logs = Dahl(sigma_0=3e7, F_c=120.0, n=1.0), []
+    for name, amplitude, frequency in (("small", 15e-6, 0.1), ("large", 120e-6, 0.05)):
+        t = np.arange(0.0, 5.0 / frequency, 4e-3)
+        x = amplitude * np.sin(2 * np.pi * frequency * t)
+        force = model.replay(t, x) + np.random.default_rng(len(logs)).normal(0.0, 1.0, len(t))
+        logs.append(Log(t, np.round(x / 1e-7) * 1e-7, force=force, name=name, kind="presliding-sine"))
+    fit = identify_gms(logs)
+    assert [w.code for w in fit.warnings if w.code.startswith("force-late")] == ["force-late-open"]
+    assert [one.record.done.delay for one in fit.records] == [0.0, 0.0]
 
 
 def test_a_lag_of_trace_samples_hardly_moves_the_map_of_strokes() -> None:

@@ -31,7 +31,7 @@ from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_e
 from fric.identify.records.clipping import without_clipped
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.prepared import Prepared, prepared
-from fric.identify.replay.lateness import CLEAR, lateness_notice, moved_back, one_lag, suspected
+from fric.identify.replay.lateness import CLEAR, credible, lateness_notice, moved_back, one_lag, suspected
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.log import Log
@@ -114,7 +114,7 @@ def identify_gms(
             again, left = _identified(moved, len(presliding), *settings)
             late = {name: Estimate.around(by + float(one), one.unit, one.half_width) for name, one in left.items()}
     if looks and one_lag(late, CLEAR):
-        sure = again.rmse < result.rmse
+        sure = again.rmse < result.rmse and credible(ready, late)
         result = again if sure else result
         lateness = [lateness_notice(ready, late, sure=sure)]
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)

@@ -25,6 +25,9 @@ SUSPECTED = 0.6
 CLEAR = 2.0
 """Half-widths of its mean from which on a lag is told: what a loop hunts between two counts looks like a lag within."""
 
+MOST_SAMPLES, MOST_SECONDS = 4.0, 10e-3
+"""Lags that a log may have, by its samples or by a filter [s]: a law without corners looks like a longer one."""
+
 BLOCKS = 3
 """Blocks from which on a model follows a virgin curve of any shape."""
 
@@ -61,8 +64,18 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
 
 def suspected(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
     """Return whether the lag of any record is worth a second look."""
-    intervals = {one.name: float(np.median(np.diff(one.motion.time))) for one in records}
+    intervals = _intervals(records)
     return any(abs(float(by)) > SUSPECTED * intervals[name] for name, by in late.items())
+
+
+def credible(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> bool:
+    """Return whether the mean of lags [s] is one that the log of a drive may have."""
+    interval = max(_intervals(records)[name] for name in late)
+    return abs(float(mean_lag(late.values()))) <= max(MOST_SAMPLES * interval, MOST_SECONDS)
+
+
+def _intervals(records: Sequence[Prepared]) -> dict[str, float]:
+    return {one.name: float(np.median(np.diff(one.motion.time))) for one in records}
 
 
 def mean_lag(late: Iterable[Estimate]) -> Estimate:
@@ -101,10 +114,10 @@ def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *
     late
         The lag of each [s].
     sure
-        Whether the fit is better with it.
+        Whether the fit is better with it, and a log may have it.
     """
     motion = records[0].log.motion
-    dt = {one.name: float(np.median(np.diff(one.motion.time))) for one in records}
+    dt = _intervals(records)
     parts = [
         f"'{name}' {readable(float(by), si_unit('time', motion), 2)} ± {readable(by.half_width, 's', 2)} "
         f"({float(by) / dt[name]:+.2g} samples)"
