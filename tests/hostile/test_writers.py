@@ -33,6 +33,7 @@ from fric.io.feedforward import write_feedforward
 from fric.io.hdf5 import read_logs, write_logs
 from fric.io.propose import propose
 from fric.io.report import write_report
+from fric.notice import Notice
 from fric.reproduce.step_cache import StepCache
 from fric.results.export import export_axis
 from fric.simulate.path import PointPath
@@ -169,7 +170,7 @@ def tuned() -> Any:
 def _fleet(folder: Path) -> None:
     axes = {"x": {"done": ["static map"], "missing": [], "documents": {}}}
     units = [Unit("m1", f"2026-0{n}", folder) for n in (1, 2)]
-    FleetResult(folder, [UnitOutcome(one, axes, ("a note",)) for one in units], []).write()
+    FleetResult(folder, [UnitOutcome(one, axes, (Notice("a note", "some-code"),)) for one in units], []).write()
 
 
 def _both(folder: Path) -> None:

@@ -57,7 +57,7 @@ def test_nothing_is_told_of_records_without_flaws(seed: int) -> None:
 def test_a_jitter_of_nanoseconds_is_not_worth_a_word() -> None:
     t = np.arange(40_000) / 4000.0  # as printed digits make of the true position of a simulated axis
     z = 0.03 * np.sin(2 * np.pi * (t + 9e-9 * np.random.default_rng(0).normal(size=len(t))) / 1.885)
-    assert timing(Log(time=t, position=z, name="circle", kind="circle")).jitter == 0.0
+    assert timing(Log(time=t, position=z, name="circle")).jitter == 0.0
 
 
 @pytest.mark.parametrize("jitter", [40e-6, 150e-6])
