@@ -193,6 +193,13 @@ def test_hdf5_of_another_type(tmp_path, log):
     assert not (tmp_path / "new.h5").exists()
 
 
+def test_hdf5_whose_axis_moves_as_none_does(log):
+    with h5py.File(log, "r+") as file:
+        file.attrs["motion"] = "sideways"
+    with pytest.raises(FricError, match="'sideways', and not linear or rotary"):
+        read_logs(log)
+
+
 def test_output_that_exists(tmp_path, log):
     before = log.read_bytes()
     with pytest.raises(FricError, match="the output exists"):

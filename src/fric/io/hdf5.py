@@ -186,7 +186,10 @@ def read_records(path: Path) -> list[Record]:
         check_format(file, path)
         motion = cast(Motion, text(file.attrs, "motion"))
         common = {"axis": text(file.attrs, "axis"), "motion": motion}
-        if motion not in {"linear", "rotary"} or not isinstance(file.get("records"), h5py.Group) or not file["records"]:
+        if motion not in {"linear", "rotary"}:
+            what = f"is of an axis whose motion is '{motion}', and not linear or rotary"
+            raise FricError(what, where=str(path), hint="Make it again with `fric ingest`.")
+        if not isinstance(file.get("records"), h5py.Group) or not file["records"]:
             raise FricError("holds no record", where=str(path), hint="Add one with `fric ingest --append`.")
         return [_read(name, group, common, path) for name, group in file["records"].items()]
 
