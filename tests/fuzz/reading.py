@@ -137,7 +137,7 @@ def _parameters(tree: Mapping[str, Any], name: str = "") -> Iterator[tuple[str, 
 
 def changed_values(path: Path, rng: np.random.Generator) -> list[Log]:
     """Return the records of a log file with values changed as flaws, wrong units and broken channels change them."""
-    logs = [one for one in read_records(path) if isinstance(one, Log)]
+    logs = [replace(one, source=path.name) for one in read_records(path) if isinstance(one, Log)]
     for _ in range(int(rng.integers(1, 4))):
         name = str(rng.choice(["position", "force", "input", "velocity", "time"]))
         change = CHANGES[int(rng.integers(len(CHANGES)))]
