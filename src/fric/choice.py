@@ -1,0 +1,36 @@
+"""Choices among candidates: what differs by less than its scatter is a tie, and the simplest candidate wins it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import isfinite
+
+ROUNDING = 1e-7
+"""Share of the best score within which scores are equal: two searches that end at one place differ by as much."""
+
+
+def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) -> int:
+    """Return the index of the simplest candidate that is as good as the best.
+
+    Candidate n is as good as the best, b, where ``score_n - score_b <= scatter_n + 1e-7·|score_b|``. So a choice does
+    not depend on the last bit, nor on noise, where candidates are equally good.
+
+    Parameters
+    ----------
+    scores
+        What each candidate leaves, in any unit, the simplest candidate first; less is better. A score that is no finite
+        number is never as good as one that is.
+    scatter
+        By how much the difference from the best score varies from one repetition to the next, in the same unit: of
+        all candidates, or of each.
+
+    Raises
+    ------
+    ValueError
+        When there is no candidate.
+    """
+    found = [score if isfinite(score) else float("inf") for score in map(float, scores)]
+    best = min(found)
+    each = [float(scatter)] * len(found) if isinstance(scatter, int | float) else [float(one) for one in scatter]
+    allowed = (one + ROUNDING * abs(best) for one in each)
+    return next(n for n, (score, by) in enumerate(zip(found, allowed, strict=True)) if score <= best + by)
