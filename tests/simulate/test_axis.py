@@ -30,7 +30,11 @@ REVERSALS = sine(1e-3, 2.9, 1, 4000.0, run_in=0.5)
 
 
 @pytest.mark.parametrize("scheme", ["a", "f"])
-@pytest.mark.parametrize("axis", [IDEAL, MACHINE.axis("x")], ids=["no encoder", "encoder"])
+@pytest.mark.parametrize(
+    "axis",
+    [IDEAL, MACHINE.axis("x"), MACHINE.axis("x").placed(0.3)],
+    ids=["no encoder", "encoder", "between counts"],
+)
 def test_the_loop_agrees_with_a_plain_one_written_apart(scheme: str, axis: Axis) -> None:
     """Within 0.02 µm is asked for. With an encoder on, nothing less will do than the same count in every sample."""
     chosen = PAPER_SCHEMES[scheme]
@@ -45,6 +49,16 @@ def test_the_loop_agrees_with_a_plain_one_written_apart(scheme: str, axis: Axis)
     assert np.abs(run.measured - axis.encoder.read(position)).max() < 1e-11
     assert np.abs(run.position - position).max() < 1e-11
     assert np.abs(run.input - voltage).max() < 1e-7
+
+
+def test_counts_that_lie_elsewhere_are_the_same_motion_elsewhere() -> None:
+    """With counts moved by 0.3 of a count an axis does at 0 what it did 0.3 counts above, with counts as they were."""
+    axis, above = MACHINE.axis("x"), 0.3 * MACHINE.axis("x").encoder.resolution
+    placed = run_axis(axis.placed(0.3), REVERSALS)
+    moved = run_axis(axis, replace(REVERSALS, position=REVERSALS.position + above))
+    assert np.abs(placed.position + above - moved.position).max() < 1e-11
+    assert np.abs(placed.measured + above - moved.measured).max() < 1e-11
+    assert np.abs(placed.position - run_axis(axis, REVERSALS).position).max() > 1e-9
 
 
 @pytest.mark.parametrize("name", INSTANCES)

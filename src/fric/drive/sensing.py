@@ -17,6 +17,8 @@ class Encoder:
     ----------
     resolution
         One step [m or rad]; 0 for a position that is not quantised.
+    place
+        Where position 0 lies between two counts [counts], from 0 to 1. No drive knows it; see `fric.simulate.chance`.
 
     Raises
     ------
@@ -25,16 +27,22 @@ class Encoder:
     """
 
     resolution: float = 0.0
+    place: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.resolution >= 0:
             raise FricError(f"the encoder's resolution is {self.resolution:g}", hint="Give a positive length, or 0.")
 
+    @property
+    def shift(self) -> float:
+        """By how much its counts lie below whole steps [m or rad]."""
+        return self.place * self.resolution
+
     def read(self, position: Real) -> Real:
         """Return the position as the encoder tells it [m], of the same shape."""
         if self.resolution == 0.0:
             return position
-        return np.asarray(np.rint(position / self.resolution) * self.resolution)
+        return np.asarray(np.rint((position + self.shift) / self.resolution) * self.resolution - self.shift)
 
 
 def low_pass_pole(corner: float, sampling: float) -> float:

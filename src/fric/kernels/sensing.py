@@ -18,6 +18,7 @@ class Sensing(NamedTuple):
     wave: float = 0.0  # rad/m, 2π over the pitch of the scale
     phase: float = 0.0  # rad, at position 0
     spring: float = 0.0  # 0 for one rigid mass; with a second one 1 where the encoder is on the motor, 2 on the table
+    shift: float = 0.0  # m, by how much its counts lie below whole steps of the position
 
 
 FAULTLESS = Sensing()
@@ -30,7 +31,7 @@ def reading(z: float, resolution: float, sensing: Sensing) -> float:
     if sensing.error != 0.0:
         z += sensing.error * sin(sensing.wave * z + sensing.phase)
     if resolution > 0.0:
-        return np.rint(z / resolution) * resolution
+        return np.rint((z + sensing.shift) / resolution) * resolution - sensing.shift
     return z
 
 

@@ -116,6 +116,10 @@ class Axis:
             hint="Give a friction model, plant, cascade, observer, or a result; a file by read_machine.",
         )
 
+    def placed(self, place: float) -> Axis:
+        """Return the axis with position 0 elsewhere between two counts of its encoder, from 0 to 1."""
+        return replace(self, encoder=replace(self.encoder, place=place))
+
     @property
     def constant_load(self) -> float:
         """The load, and gravity where it is a flaw that no controller knows of [N]."""
@@ -215,6 +219,15 @@ class Machine:
             for one in given if isinstance(given, list | tuple) else [given]:
                 axis = axis.believing(one)
             axes[name] = axis
+        return replace(self, axes=axes)
+
+    def placed(self, place: float) -> Machine:
+        """Return the machine with position 0 elsewhere between two counts of its encoders, from 0 to 1.
+
+        The n-th axis lies at n times the place, less whole counts: multiples of 1/5 put every axis on each of five
+        places once, and no two axes on the same ones together.
+        """
+        axes = {name: axis.placed(n * place % 1.0) for n, (name, axis) in enumerate(self.axes.items(), 1)}
         return replace(self, axes=axes)
 
     def published_glitches(self, radius: float, feed: float) -> Mapping[str, float]:

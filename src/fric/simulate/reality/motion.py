@@ -76,12 +76,12 @@ def true_axis(axis: Axis, place: float, began: float) -> tuple[Step, Real, Real,
 
 
 def sensing_of(axis: Axis) -> Sensing:
-    """Return what is amiss with the encoder of an axis."""
-    error, second = axis.reality.encoder, axis.second_mass
+    """Return what is amiss with the encoder of an axis, and where its counts lie."""
+    error, second, shift = axis.reality.encoder, axis.second_mass, axis.encoder.shift
     spring = 0.0 if second is None else 1.0 if second.encoder == "motor" else 2.0
     if error is None:
-        return Sensing(spring=spring)
-    return Sensing(error.error, 2 * pi / error.pitch, error.phase, spring)
+        return Sensing(spring=spring, shift=shift)
+    return Sensing(error.error, 2 * pi / error.pitch, error.phase, spring, shift)
 
 
 def _head(axis: Axis) -> int:
