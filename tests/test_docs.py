@@ -16,6 +16,7 @@ import typer
 from matplotlib import image
 from typer.testing import CliRunner
 
+import fric.flaws
 from docs import examples
 from fric.cli.main import app
 
@@ -63,6 +64,15 @@ def test_commands_page_is_fresh(tmp_path):
         [Path(sys.executable).parent / "typer", *words], check=True, capture_output=True, env=examples.environment()
     )
     assert made.read_text() == (ROOT / "docs/commands.md").read_text(), "stale: run `make docs`"
+
+
+def test_codes_page_is_fresh_and_help_shows_each_code():
+    assert fric.flaws.page() == (ROOT / "docs/codes.md").read_text("utf-8"), "stale: run `make docs`"
+    shown = CliRunner().invoke(app, ["help", "implausible-speed"])
+    assert shown.exit_code == 0
+    assert "linear motors reach 10 m/s" in shown.output
+    unknown = CliRunner().invoke(app, ["help", "implausible-sped"])
+    assert "implausible-speed" in str(unknown.exception) + unknown.output
 
 
 @pytest.mark.parametrize("page", [*map(_marked, SHOWING)], ids=[page.name for page in SHOWING])

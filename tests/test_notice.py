@@ -4,14 +4,41 @@ import pickle
 import pytest
 
 from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.flaws.base import Flaw
 from fric.notice import Notice
+
+LATE = Flaw(
+    "force-lags",
+    lambda f: "wrong" if float(f.lag) > 1e-3 else "note",
+    "The force is logged {lag:2} {late:later|earlier} than the input{channels:, in {channels}|}.",
+    "Log both at one instant.",
+)
 
 
 def test_a_notice_reads_as_its_text_and_keeps_code_and_severity_in_copies_and_other_processes() -> None:
-    notice = Notice("the logged force lags by 2 samples", "force-lags", "wrong")
-    for one in (notice, copy.deepcopy(notice), pickle.loads(pickle.dumps(notice))):
-        assert one == "the logged force lags by 2 samples"
-        assert one.as_dict() == {"code": "force-lags", "severity": "wrong", "text": str(notice)}
+    notice = LATE.found("record 'a'", lag=Estimate(2.04e-3, "s"), late=1.5, channels=["one", "two"])
+    for one in (notice, copy.deepcopy(notice), pickle.loads(pickle.dumps(notice)), Notice.of(notice.as_dict())):
+        assert one == "record 'a': The force is logged 2 ms later than the input, in one, two. Log both at one instant."
+        assert one.as_dict() == {
+            "code": "force-lags",
+            "severity": "wrong",
+            "text": str(notice),
+            "values": {"lag": {"value": 2.04e-3, "unit": "s"}, "late": 1.5, "channels": ["one", "two"]},
+            "where": "record 'a'",
+        }
+
+
+def test_severity_and_sentence_follow_the_values() -> None:
+    notice = LATE.found(lag=Estimate(1e-4, "s"), late=-1, channels=[])
+    assert notice == "The force is logged 100 µs earlier than the input. Log both at one instant."
+    assert notice.severity == "note"
+
+
+def test_places_are_put_before_each_other_and_the_sentence_stays() -> None:
+    notice = Notice("it lags", "force-lags", "wrong").at("record 'a'").at("plant of axis x", carried=True)
+    assert notice == "plant of axis x: record 'a': it lags"
+    assert (notice.says, notice.carried, notice.at("y").carried) == ("it lags", True, True)
 
 
 def test_a_plain_text_becomes_a_doubt_and_a_notice_stays_itself() -> None:

@@ -1,8 +1,10 @@
-"""What a record cannot tell, or a result must not be trusted for: a text with a code and a severity."""
+"""What a record cannot tell, or a result must not be trusted for: a flaw that was found, its values, its place."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from math import isfinite
+from types import MappingProxyType
 from typing import Any, Literal, get_args
 
 from fric.errors import FricError
@@ -12,17 +14,22 @@ Severity = Literal["note", "doubt", "wrong"]
 
 
 class Notice(str):
-    """A warning as data: it reads as its text, and carries a code for programs and a severity.
+    """A warning as data: it reads as its text, and carries what programs need. `fric.flaws.Flaw.found` makes it.
 
     Parameters
     ----------
-    text
-        One or two sentences for people: what is the matter, and what to do.
+    says
+        What is the matter, and what to do.
     code
-        What programs know it by, as ``force-lags`` or ``v_s-open``: lower case, words joined by hyphens, and the same
-        for every size of the same matter.
+        Code of the flaw in `fric.flaws.CATALOGUE`, such as ``force-lags``; empty for a text of an old file.
     severity
         See `Severity`.
+    values
+        Numbers, texts and `Estimate` that the sentence names.
+    where
+        Record, file or axis that it was found in; stands before the sentence.
+    carried
+        Whether a document that was read said it first.
 
     Raises
     ------
@@ -30,30 +37,71 @@ class Notice(str):
         When the severity is none of these.
     """
 
-    __slots__ = ("code", "severity")
+    __slots__ = ("carried", "code", "severity", "values", "where")
 
     code: str
     severity: Severity
+    values: Mapping[str, Any]
+    where: str
+    carried: bool
 
-    def __new__(cls, text: str, code: str = "", severity: Severity = "doubt") -> Notice:
+    def __new__(
+        cls,
+        says: str,
+        code: str,
+        severity: Severity,
+        values: Mapping[str, Any] = MappingProxyType({}),
+        where: str = "",
+        carried: bool = False,
+    ) -> Notice:
         """Return the notice."""
         if severity not in get_args(Severity):
             raise FricError(f"'{severity}' is no severity", hint=f"There are {', '.join(get_args(Severity))}.")
-        made = super().__new__(cls, text)
-        made.code, made.severity = code, severity
+        made = super().__new__(cls, f"{where}: {says}" if where else says)
+        made.code, made.severity, made.values, made.where, made.carried = code, severity, values, where, carried
         return made
 
-    def __reduce__(self) -> tuple[type[Notice], tuple[str, str, Severity]]:
+    @property
+    def says(self) -> str:
+        """The sentence without its place."""
+        return str(self)[len(self.where) + 2 :] if self.where else str(self)
+
+    def at(self, where: str, *, severity: Severity | None = None, carried: bool = False) -> Notice:
+        """Return the same, found in a place (outermost place first)."""
+        where = f"{where}: {self.where}" if self.where else where
+        return Notice(self.says, self.code, severity or self.severity, self.values, where, carried or self.carried)
+
+    def __reduce__(self) -> tuple[Any, ...]:
         """Return what a copy in another process is made from."""
-        return Notice, (str(self), self.code, self.severity)
+        return Notice, (self.says, self.code, self.severity, dict(self.values), self.where, self.carried)
 
     @classmethod
     def of(cls, given: str | Mapping[str, Any]) -> Notice:
-        """Return a text as a notice, or what `as_dict` gave; one that is a notice already stays what it is."""
+        """Return a text as a doubt, or what `as_dict` gave; a notice stays what it is."""
         if isinstance(given, str):
-            return given if isinstance(given, Notice) else cls(given)
-        return cls(given["text"], given["code"], given["severity"])
+            return given if isinstance(given, Notice) else cls(given, "", "doubt")
+        where = given.get("where", "")
+        says = given["text"].removeprefix(f"{where}: ")
+        return cls(says, given["code"], given["severity"], given.get("values", {}), where, given.get("carried", False))
 
-    def as_dict(self) -> dict[str, str]:
-        """Return code, severity and text, as ``warnings_coded`` holds them in documents."""
-        return {"code": self.code, "severity": self.severity, "text": str(self)}
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as ``warnings_coded`` holds it in documents; what is empty is left out."""
+        more = {"values": _plain(self.values), "where": self.where, "carried": self.carried}
+        head = {"code": self.code, "severity": self.severity, "text": str(self)}
+        return head | {name: one for name, one in more.items() if one}
+
+
+def once(notices: Iterable[Notice]) -> tuple[Notice, ...]:
+    """Return notices, each once."""
+    return tuple(dict.fromkeys(notices))
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of a notice as JSON holds it; a number with a unit as ``{value, unit}``."""
+    if isinstance(value, Mapping):
+        return {name: _plain(one) for name, one in value.items()}
+    if hasattr(value, "as_dict"):
+        return _plain(value.as_dict())
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    return None if isinstance(value, float) and not isfinite(value) else value

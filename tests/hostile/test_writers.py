@@ -170,7 +170,9 @@ def tuned() -> Any:
 def _fleet(folder: Path) -> None:
     axes = {"x": {"done": ["static map"], "missing": [], "documents": {}}}
     units = [Unit("m1", f"2026-0{n}", folder) for n in (1, 2)]
-    FleetResult(folder, [UnitOutcome(one, axes, (Notice("a note", "some-code"),)) for one in units], []).write()
+    FleetResult(
+        folder, [UnitOutcome(one, axes, (Notice("a note", "some-code", "doubt"),)) for one in units], []
+    ).write()
 
 
 def _both(folder: Path) -> None:

@@ -11,10 +11,11 @@ from fric.cli.options import argument
 
 def manual(
     topic: Annotated[
-        str | None, argument("A page; the list of them, else.", metavar="TOPIC", autocompletion=topics)
+        str | None,
+        argument("A page, or the code of a warning; the list of pages, else.", metavar="TOPIC", autocompletion=topics),
     ] = None,
 ) -> None:
-    """Show a page of the documentation: formats, models, schemes, limits, …; `fric COMMAND -h` tells of a command."""
+    """Show a page of the documentation, or what the code of a warning means; `fric COMMAND -h` tells of a command."""
     from fric.documents import bundled
 
     if topic is None:

@@ -1,6 +1,5 @@
 """What every YAML document shares: warnings, provenance, and the line that says its type."""
 
-import re
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, ClassVar, Self, get_args
 
@@ -42,6 +41,9 @@ class CodedWarning(Part):
     code: str = Field("", description="the same for every size of the same matter, such as force-lags")
     severity: Severity = Field("doubt", description="wrong: a number is wrong until this is mended")
     text: str
+    values: dict[str, Any] = Field(default_factory=dict, description="what the sentence names, in SI with units")
+    where: str = Field("", description="record, file or axis that it was found in; stands before the sentence")
+    carried: bool = Field(False, description="whether a file that was read said it first")
 
     @model_validator(mode="before")
     @classmethod
@@ -76,10 +78,6 @@ def warned(notices: Iterable[str]) -> dict[str, Any]:
 
 HEAD, FOOT = ("fric", "axis", "motion"), ("warnings", "warnings_coded", "provenance")
 """Keys that stand above, and below, all content."""
-
-
-_PASSED_ON = re.compile(r"[a-z-]+ of axis \S+: ")
-"""Begins a warning that was told by one document of another."""
 
 
 class Document(Part):
@@ -133,14 +131,14 @@ class Document(Part):
 
     def notices(self) -> tuple[Notice, ...]:
         """Return the warnings as data; one that an older file tells without a code is a doubt."""
-        coded = {one.text: Notice(**dict(one)) for one in self.warnings_coded}
-        return tuple((coded | {text: coded.get(text, Notice(text)) for text in self.warnings}).values())
+        coded = {one.text: Notice.of(dict(one)) for one in self.warnings_coded}
+        return tuple((coded | {text: coded.get(text, Notice.of(text)) for text in self.warnings}).values())
 
     def passed_on(self) -> tuple[Notice, ...]:
         """Return the doubts of this document for what builds upon it, each with where it is from; notes stay here."""
-        text = [one for one in self.notices() if one.severity != "note"]
         of = f"{self.type} of axis {axis}" if (axis := getattr(self, "axis", "")) else self.type
-        return tuple(one if _PASSED_ON.match(one) else Notice(f"{of}: {one}", one.code, one.severity) for one in text)
+        doubts = (one for one in self.notices() if one.severity != "note")
+        return tuple(one if one.carried else one.at(of, carried=True) for one in doubts)
 
     def tree(self) -> dict[str, Any]:
         """Return what was given, as plain values in the order of a file, ready to be written or printed."""

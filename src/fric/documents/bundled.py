@@ -89,7 +89,7 @@ def topics() -> dict[str, Path]:
 
 
 def page(name: str) -> str:
-    """Return the text of a page.
+    """Return the text of a page, or what the code of a warning means.
 
     Raises
     ------
@@ -98,5 +98,10 @@ def page(name: str) -> str:
     """
     known = topics()
     if name not in known:
-        raise FricError(f"there is no page '{name}'", hint=f"{near(name, known)}There are {', '.join(known)}.")
+        from fric.flaws import CATALOGUE, entry
+
+        if name in CATALOGUE:
+            return entry(CATALOGUE[name])
+        hint = f"{near(name, [*known, *CATALOGUE])}There are {', '.join(known)}, and the codes of warnings."
+        raise FricError(f"there is no page '{name}'", hint=hint)
     return known[name].read_text("utf-8")

@@ -221,7 +221,9 @@ def expected(
             for result in identified(logs, blocks or "auto"):
                 results.append(result)
         except FricError as error:
-            notices.append(Notice(f"of these records no more can be identified: {error.what}", "plan-not-enough"))
+            notices.append(
+                Notice(f"of these records no more can be identified: {error.what}", "plan-not-enough", "doubt")
+            )
         if blocks is None and results and "gms" in results[-1].document:
             blocks = len(results[-1].document["gms"]["k"]["value"])
         if results and known is not None and "static" in results[-1].document:

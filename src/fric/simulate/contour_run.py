@@ -144,6 +144,7 @@ def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[str, ...]
             f"axis {name} saturates in {trace.saturated / len(trace.time):.1%} of the samples: "
             "the feed asks for more voltage than its limit",
             "saturates",
+            "doubt",
         )
         for name, trace in traces.items()
         if trace.saturated

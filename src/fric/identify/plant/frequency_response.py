@@ -196,7 +196,7 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
         sampling,
         *_motion(fft.irfft(mean, period) + drift(z[-count * period :], period) * sampling),
         mean_lines,
-        (Notice(f"{count} periods tell little of the variance; log ten", "few-periods"),) if count < 4 else (),
+        (Notice(f"{count} periods tell little of the variance; log ten", "few-periods", "doubt"),) if count < 4 else (),
     )
 
 

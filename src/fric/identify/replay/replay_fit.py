@@ -176,7 +176,7 @@ def identify_by_replay(
         best = search.at(search.fine(np.delete(best.x, n)))
         assumed.add((c.section, p.name))
         text = f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}"
-        warnings.append(Notice(text, "parameter-untold"))
+        warnings.append(Notice(text, "parameter-untold", "doubt"))
     return _described(search, best, placement, warnings, assumed, static)
 
 
@@ -276,7 +276,7 @@ def _described(
     r2 = 1.0 - rmse**2 / float(np.var(force))
     if r2 < 0.5:
         text = f"{coordinates.model.name} explains {max(r2, 0):.0%} of the variance of the force"
-        warnings.append(Notice(text, "explains-little"))
+        warnings.append(Notice(text, "explains-little", "doubt"))
     squares = max(float(residual @ residual), 1e-300)
     rho = min(max(float(residual[1:] @ residual[:-1]) / squares, 0.0), 0.999)
     independent = len(residual) * (1 - rho) / (1 + rho)

@@ -203,7 +203,9 @@ def edges(coordinates: Coordinates, x: Real, seen: Mask, covariance: Real) -> It
     """Say which parameters sit at the edge of what was searched, and which blocks are not seen."""
     for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
         if not is_seen:
-            yield Notice(f"the gradient over {c.label} is flat: these records do not tell it", "parameter-untold")
+            yield Notice(
+                f"the gradient over {c.label} is flat: these records do not tell it", "parameter-untold", "doubt"
+            )
         elif at - c.lower < min(near, 0.02) and c.scale == "ratio":
             text = f"{c.label} is as low as {c.parameter.at_least}: these records show no difference"
             yield Notice(text, "parameter-at-bound", "note")
@@ -212,7 +214,7 @@ def edges(coordinates: Coordinates, x: Real, seen: Mask, covariance: Real) -> It
         elif c.scale == "share":
             continue
         elif min(at - c.lower, c.upper - at) < near:
-            yield Notice(f"{c.label} sits at the edge of what these records could show", "parameter-at-edge")
+            yield Notice(f"{c.label} sits at the edge of what these records could show", "parameter-at-edge", "doubt")
 
 
 def correlated(coordinates: Coordinates, covariance: Real) -> Iterator[Notice]:

@@ -1,0 +1,75 @@
+"""The catalogue of what can be wrong with records, models and predictions: one file a family, one entry a flaw.
+
+Whatever depends on a flaw asks here: what it widens in a prediction, whether a measured circle settles it, its page.
+"""
+
+import re
+from collections.abc import Mapping
+from types import ModuleType
+
+from fric.flaws import unit
+from fric.flaws.base import Flaw
+from fric.notice import Notice
+
+FAMILIES: tuple[ModuleType, ...] = (unit,)
+"""The families, in the order of the page."""
+
+
+def _listed() -> Mapping[str, Flaw]:
+    flaws = [flaw for family in FAMILIES for flaw in entries(family)]
+    found = {flaw.code: flaw for flaw in flaws}
+    if len(found) < len(flaws):
+        raise ValueError("two flaws have one code")
+    return found
+
+
+def entries(family: ModuleType) -> list[Flaw]:
+    """Return the flaws of a family."""
+    tables = [one if isinstance(one, Mapping) else {"": one} for name, one in vars(family).items() if name.isupper()]
+    return [flaw for table in tables for flaw in table.values() if isinstance(flaw, Flaw)]
+
+
+CATALOGUE: Mapping[str, Flaw] = _listed()
+"""Every flaw by its code."""
+
+_PLAIN = Flaw("", "doubt", "")
+
+
+def flaw_of(notice: Notice) -> Flaw:
+    """Return the flaw that a notice tells of; an empty one where its code is not known."""
+    return CATALOGUE.get(notice.code, _PLAIN)
+
+
+def entry(flaw: Flaw, head: str = "##") -> str:
+    """Return what `fric help CODE` and the page say of a flaw, as Markdown."""
+    severity = flaw.severity if isinstance(flaw.severity, str) else "by its size"
+    facts = [f"severity: {severity}"]
+    facts += [f"widens {name} by {share:.0%}" for name, share in flaw.widens.items()]
+    facts += ["a measured circle settles it"] * flaw.circle_settles
+    facts += ["no observer is trusted with it"] * flaw.no_response
+    facts += [f"threshold: {flaw.source}"] * bool(flaw.source)
+    texts = [f"{head} {flaw.code}", _template(flaw.says), _template(flaw.mend), f"*{'; '.join(facts)}*"]
+    return "\n\n".join(filter(None, texts)) + "\n"
+
+
+def _template(text: str) -> str:
+    """Return a sentence with its values as names: ``{size:2}`` is *size*, ``{rate:rises|falls}`` is rises/falls."""
+    text = re.sub(r"{(\w+)(?::[^{}|]*)?}", r"*\1*", text)
+    return re.sub(r"{\w+:([^{}|]*)\|([^{}]*)}", lambda one: one[1] + (f"/{one[2]}" if one[2] else ""), text)
+
+
+def page() -> str:
+    """Return the page of all flaws, as Markdown."""
+    head = """# Warnings by their codes
+
+Made from `fric.flaws` by `make docs`; `fric help CODE` shows one entry. A *note* is good to know, a *doubt* may put a
+number off by more than its interval, *wrong* does until it is mended. Values are in italics. Each warning in
+`warnings_coded` has `code`, `severity`, `text`, and where there are any `values`, `where` and `carried` (a file that
+was read said it first).
+"""
+    chapters = (
+        "\n".join([f"\n## {(family.__doc__ or '').partition(chr(10))[0]}\n", *(entry(one, "###") for one in flaws)])
+        for family in FAMILIES
+        if (flaws := entries(family))
+    )
+    return head + "".join(chapters)

@@ -1,0 +1,83 @@
+"""A flaw: one entry of the catalogue, and the notice that it becomes where it is found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from string import Formatter
+from types import SimpleNamespace
+from typing import Any
+
+from fric.estimate import Estimate
+from fric.notice import Notice, Severity
+from fric.units import readable
+
+LISTED = 8
+"""Elements of a list that a sentence names at most."""
+
+
+@dataclass(frozen=True)
+class Flaw:
+    """What can be wrong with records, or with what is made of them. A new flaw is one more of these, in its family.
+
+    Sentences are templates of `str.format`. ``{size}`` and ``{size:2}`` give an `Estimate` with its unit, to 3 and to
+    2 digits; ``{rate:rises|falls}`` the first where the value is true, of a number where it is positive; a list is
+    given with commas.
+    """
+
+    code: str
+    """Lower case, words joined by hyphens; the same for every size of the same flaw."""
+    severity: Severity | Callable[[Any], Severity]
+    """How bad it is, or a function of its values (as attributes)."""
+    says: str
+    """What is wrong, with named values."""
+    mend: str = ""
+    """What to do."""
+    _: KW_ONLY
+    widens: Mapping[str, float] = field(default_factory=dict)
+    """By parameter, what a prediction may be off by: 95 % lie between this share less and more."""
+    circle_settles: bool = False
+    """Whether a measured circle settles it: each machine that is drawn has the level of friction of that circle."""
+    no_response: bool = False
+    """Whether it says that the response was not measured, without which an observer is a guess."""
+    disagrees: bool = False
+    """Whether it says that a measured circle is not as predicted."""
+    source: str = ""
+    """Where its threshold is from."""
+
+    def found(self, where: str = "", /, **values: Any) -> Notice:
+        """Return the notice that it was found.
+
+        Parameters
+        ----------
+        where
+            Record, file or axis.
+        values
+            What sentence and severity name: numbers, texts, `Estimate` for what has a unit, and lists of these.
+        """
+        severity = self.severity if isinstance(self.severity, str) else self.severity(SimpleNamespace(**values))
+        says = " ".join(filter(None, (_WORDS.format(self.says, **values), _WORDS.format(self.mend, **values))))
+        return Notice(says, self.code, severity, {name: _python(one) for name, one in values.items()}, where)
+
+
+class _Words(Formatter):
+    def format_field(self, value: Any, format_spec: str) -> str:
+        if "|" in format_spec:
+            true = value > 0 if isinstance(value, int | float) else bool(value)
+            return format_spec.split("|")[not true]
+        if isinstance(value, list | tuple):
+            shown = [self.format_field(one, format_spec) for one in value[:LISTED]]
+            return ", ".join([*shown, "…"] if len(value) > LISTED else shown)
+        if isinstance(value, Estimate):
+            return readable(float(value), value.unit, int(format_spec or 3))
+        return str(format(value, format_spec))
+
+
+_WORDS = _Words()
+
+
+def _python(value: Any) -> Any:
+    """Return a value with Python's numbers in place of NumPy's."""
+    if isinstance(value, list | tuple):
+        return [_python(one) for one in value]
+    return value.item() if hasattr(value, "item") else value
