@@ -1,6 +1,7 @@
 """Outputs: devices and links, two runs on one name, drafts that killed runs left, disks that are full."""
 
 import os
+import shutil
 import signal
 import stat
 import subprocess
@@ -212,3 +213,47 @@ def test_a_polite_kill_leaves_nothing(tmp_path):
         child.send_signal(signal.SIGTERM)
         child.wait(10)
     assert not list(tmp_path.iterdir())
+
+
+STRUCK = """
+import importlib, os, signal, sys
+from fric.cli import main as command
+from fric.kernels import plant
+function, kind, nth = *sys.argv[1:3], int(sys.argv[3])
+seen = 0
+def strike(frame, event, argument):
+    global seen
+    if event == kind and frame.f_code.co_name == function:
+        seen += 1
+        if seen == nth:
+            sys.setprofile(None)
+            print("struck", flush=True)
+            os.kill(os.getpid(), signal.SIGTERM)
+app = command.app
+def begin():
+    sys.setprofile(strike)
+    importlib.reload(plant)  # is loaded from the cache
+    app()
+    print("went on")
+command.app = begin
+sys.argv[1:] = ["simulate", "circle", "xy-table", "--scheme", "a"]
+command.main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("function", "event", "nth"),
+    [
+        ("__del__", "call", 2),
+        ("_unserialize", "return", 1),
+        ("_numba_unpickle", "return", 1),
+        ("_numba_unpickle", "return", 3),
+    ],
+)
+def test_a_polite_kill_inside_the_compiler_ends_as_one_elsewhere(function, event, nth, warm, tmp_path):
+    """It was lost in finalizers, and ended in another error in what compiled code had unpickled."""
+    words = [shutil.which("python", path=warm["PATH"]), "-c", STRUCK, function, event, str(nth)]
+    done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, env=warm, check=False)
+    assert done.stdout == "struck\n"
+    assert done.stderr.splitlines() == ["error: interrupted", "Outputs that were not finished are not there."]
+    assert done.returncode == 128 + signal.SIGTERM

@@ -52,7 +52,21 @@ class _InterruptedError(BaseException):
     """Ctrl-C, or a polite kill: passes through every handler of errors, and outputs are cleaned up on its way."""
 
 
+HELD = ("numba", "llvmlite")
+"""Libraries that no exception out of nowhere may strike: it is lost in a finalizer or a callback of theirs, ends in
+another error where compiled code asked for what is unpickled, or frees memory twice."""
+AGAIN = 0.01
+"""After which time an interrupt that struck one of them is tried again [s]."""
+
+
 def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Raise where that is safe; else let a timer ask again."""
+    while frame is not None:
+        if frame.f_code.co_name == "__del__" or frame.f_globals.get("__name__", "").partition(".")[0] in HELD:
+            signal.signal(signal.SIGALRM, lambda _, later: _interrupt(number, later))
+            signal.setitimer(signal.ITIMER_REAL, AGAIN)
+            return
+        frame = frame.f_back
     raise _InterruptedError(number)
 
 
