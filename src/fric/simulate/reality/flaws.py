@@ -48,16 +48,18 @@ class Excitation:
 class Reality:
     """What the axis has beyond the model: simulated in logs and circles, never part of what a controller believes.
 
-    Parameters
-    ----------
-    force, clock, noise, encoder, cogging, waves, direction, dwell, multisine
-        See the class of each; of cogging and waves there may be several.
-    gravity
-        A constant force against positive motion [N].
-    friction
-        Drift of the level of friction.
-    force_constant
-        Drift of what the motor gives for a volt. The drive goes on with what it was.
+    force: resolution, lag and clipping of the logged force
+    clock: jitter and lost samples of the log
+    noise: how the noise of the log is coloured
+    encoder: error of the encoder between two of its lines
+    cogging: forces of the motor over position
+    waves: waves of the friction's level over position
+    direction: by what friction differs in the negative direction
+    gravity: a constant force against positive motion [N]
+    dwell: by what friction at rest rises with time
+    friction: drift of the level of friction
+    force_constant: drift of what the motor gives for a volt; the drive goes on with what it was
+    multisine: excitation of the frequency response
     """
 
     force: ForceChannel = field(default_factory=ForceChannel)
