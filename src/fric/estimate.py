@@ -9,6 +9,9 @@ from typing import Any, Literal
 
 from fric.units import prefixed, significant
 
+STAYS = {"leaves": False}
+"""Metadata of a dataclass's field that no document holds."""
+
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]
 

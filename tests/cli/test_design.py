@@ -67,7 +67,7 @@ def test_the_controller_file_is_the_json_and_can_be_read(plant: str, tmp_path: P
     path = tmp_path / "c.yaml"
     tree = told(["design", "controller", plant, "-o", str(path), "--limit", "10 V"])
     document = read_document(path, ControllerDocument)
-    cascade = document.cascade("linear")
+    cascade = document.in_si("linear")
     assert cascade.K_p == pytest.approx(tree["K_p"]["value"], rel=1e-5)
     assert cascade.limit == 10.0
     assert document.margins["velocity"].gain_margin.value == pytest.approx(13.8, abs=1e-3)

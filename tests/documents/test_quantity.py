@@ -10,8 +10,8 @@ from pydantic import TypeAdapter
 from fric.control.cascade import Cascade
 from fric.documents import document_types
 from fric.documents.controller import ControllerPart
+from fric.documents.generated import FilePart
 from fric.documents.quantity import Known, Physical
-from fric.documents.reality import FlawPart
 from fric.simulate.reality.flaws import Reality, SecondMass
 from fric.units import SI_UNITS
 
@@ -46,14 +46,14 @@ class Way:
 
 def test_a_dataclass_says_what_a_file_gives_it_by() -> None:
     given = {"slope": "0.1 1", "steps": [{"height": "2 um"}, {"height": "1e-6 m", "place": "3 mm", "hard": False}]}
-    part = FlawPart[Way].model_validate(given)
-    assert part.made("linear") == Way(0.1, (Step(2e-6), Step(1e-6, 3e-3, hard=False)))
-    step = FlawPart[Way].model_json_schema()["$defs"]["StepPart"]
+    part = FilePart[Way].model_validate(given)
+    assert part.in_si("linear") == Way(0.1, (Step(2e-6), Step(1e-6, 3e-3, hard=False)))
+    step = FilePart[Way].model_json_schema()["$defs"]["StepPart"]
     assert step["description"] == "A step of the guideway."
     assert step["required"] == ["height"]
     told = {name: one["description"] for name, one in step["properties"].items()}
     assert told == {"height": "how high it is", "place": "where it is", "hard": "whether it gives way"}
-    wrong = FlawPart[Way].model_validate({"steps": [{"height": "2 um"}, {"height": "2 N"}]})
+    wrong = FilePart[Way].model_validate({"steps": [{"height": "2 um"}, {"height": "2 N"}]})
     with pytest.raises(ValueError, match=r"axis\.steps\.1\.height: position cannot be in 'N'"):
         wrong.estimates("linear", "axis")
 
@@ -86,7 +86,7 @@ def test_what_is_written_is_read_again() -> None:
     written = ControllerPart.of(cascade, "rotary")
     assert written["K_p"].unit == "V*s/rad"
     assert "limit" not in written  # none is infinite
-    assert ControllerPart.model_validate(written).cascade("rotary") == cascade
+    assert ControllerPart.model_validate(written).in_si("rotary") == cascade
 
 
 def test_json_holds_no_number_that_is_none() -> None:

@@ -485,8 +485,8 @@ def record() -> Case:
     figure = draw_record([log], [found])
     position, velocity, force, relation = figure.findobj(lambda artist: hasattr(artist, "get_xlabel"))
     reversals = np.array(found.reversals)
-    v = np.array([s.velocity for s in found.segments]) * 1e3
-    F = [np.median(log.force[s.start : s.stop]) for s in found.segments]
+    v = np.array([s.velocity for s in found.stretches]) * 1e3
+    F = [np.median(log.force[s.start : s.stop]) for s in found.stretches]
     marks = [curve(t[reversals], z[reversals] * 1e3)] if len(reversals) > 1 else []
     return figure, [
         Panel(position, [curve(t, z * 1e3), *marks], bars=_spans(position)),

@@ -83,7 +83,7 @@ def test_strokes_give_their_speeds_and_a_triangle_is_no_sine():
     found = inspect(Log(time=made.time, position=encoder(made.position, 2.5e-7), force=np.sign(made.velocity)))
     assert found.kind == "constant-velocity"
     assert found.speeds == pytest.approx([-4e-3, -1e-3, 1e-3, 4e-3], rel=1e-4)
-    assert len(found.segments) == 8
+    assert len(found.stretches) == 8
     triangle = 1e-3 * np.abs(np.arange(20_000) / 1000 % 2 - 1)
     found = inspect(Log(time=np.arange(20_000) / 1000, position=encoder(triangle, 2.5e-7)))
     assert (found.kind, found.sine) == ("constant-velocity", None)

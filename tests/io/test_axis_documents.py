@@ -32,7 +32,7 @@ def test_documents_of_an_axis_read_as_types_in_si(tmp_path: Path) -> None:
     plant = read_document(written(tmp_path, PLANT), PlantDocument).plant("linear")
     assert (plant.A, plant.B, plant.K_f) == (28.57, 4.526, 548.0)
     assert plant.T_d == pytest.approx(0.65e-3)
-    cascade = read_document(written(tmp_path, CONTROLLER), ControllerDocument).cascade("linear")
+    cascade = read_document(written(tmp_path, CONTROLLER), ControllerDocument).in_si("linear")
     assert (cascade.velocity_filter, cascade.sampling, cascade.limit) == (500.0, 4000.0, float("inf"))
     observer = read_document(written(tmp_path, OBSERVER), ObserverDocument).observer("linear", plant.A, plant.B)
     assert (observer.q, observer.A, observer.B) == (QFilter("binomial2", 60.0), 28.57, 4.526)

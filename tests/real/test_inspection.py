@@ -58,10 +58,10 @@ def test_emps_is_a_motion_at_one_kilohertz_with_seven_reversals():
     assert found.kind == "motion"
     assert found.sampling == pytest.approx(1000.0, rel=1e-4)
     assert len(found.reversals) == 7
-    assert len(found.segments) == 32
+    assert len(found.stretches) == 32
     assert len(found.speeds) == 6
     acceleration = np.gradient(np.gradient(table["qg"].ravel(), time), time)
-    for segment in found.segments:
+    for segment in found.stretches:
         # the reference asks for no acceleration anywhere in a stretch, but where the axis lags behind it at the end
         inside = acceleration[segment.onset : segment.stop - 5]
         assert np.mean(np.abs(inside) > 0.1) < 0.02

@@ -1,7 +1,7 @@
 """The cascade controller of one axis: position P, velocity PI."""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -43,20 +43,12 @@ class Cascade(ControlBlock):
 
     Against wind-up the integral waits while the voltage is limited, unless it leads out of the limit.
 
-    Parameters
-    ----------
-    K_v
-        Position gain [1/s].
-    K_p
-        Proportional velocity gain [V·s/m].
-    K_i
-        Integral velocity gain [V/m].
-    velocity_filter
-        Corner of the first-order low-pass behind the first difference [Hz].
-    sampling
-        Sampling of the controller [Hz].
-    limit
-        Saturation of the control voltage [V].
+    K_v: position gain [1/s]
+    K_p: proportional velocity gain [V*s/m]
+    K_i: integral velocity gain [V/m]
+    velocity_filter: corner of the low-pass on the velocity, a first difference [Hz]
+    sampling: of the controller [Hz]
+    limit: saturation of the control voltage; none where left out [V]
 
     Raises
     ------
@@ -76,12 +68,12 @@ class Cascade(ControlBlock):
     )
     step = _step
 
-    K_v: float
-    K_p: float
-    K_i: float
-    velocity_filter: float
-    sampling: float
-    limit: float = float("inf")
+    K_v: Annotated[float, "rate"]
+    K_p: Annotated[float, "velocity gain"]
+    K_i: Annotated[float, "position gain"]
+    velocity_filter: Annotated[float, "frequency"]
+    sampling: Annotated[float, "frequency"]
+    limit: Annotated[float, "input"] = float("inf")
 
     def __post_init__(self) -> None:
         require_numbers(self, names := ("K_v", "K_p", "K_i", "velocity_filter", "sampling", "limit"))

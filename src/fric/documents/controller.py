@@ -3,34 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
 from fric.control.cascade import Cascade
 from fric.documents.base import AxisDocument
-from fric.documents.quantity import Part, Physical, Quantity
+from fric.documents.generated import FilePart
+from fric.documents.quantity import Part, Quantity
 from fric.units import Motion
 
 if TYPE_CHECKING:
     from fric.design.cascade import CascadeDesign
 
 
-class ControllerPart(Physical):
+class ControllerPart(FilePart[Cascade]):
     """The cascade of one axis: position P, velocity PI, velocity by first difference and low-pass."""
-
-    K_v: Annotated[Quantity, "rate"] = Field(description="position gain [1/s]")
-    K_p: Annotated[Quantity, "velocity gain"] = Field(description="proportional velocity gain [V*s/m]")
-    K_i: Annotated[Quantity, "position gain"] = Field(description="integral velocity gain [V/m]")
-    velocity_filter: Annotated[Quantity, "frequency"] = Field(description="corner of the low-pass on the velocity [Hz]")
-    sampling: Annotated[Quantity, "frequency"] = Field(description="sampling of the controller [Hz]")
-    limit: Annotated[Quantity | None, "input"] = Field(
-        None, description="saturation of the control voltage [V]; none where left out"
-    )
-
-    def cascade(self, motion: Motion) -> Cascade:
-        """Return the cascade in SI; a value that is not physical raises a `FricError`."""
-        return Cascade(**self.values(motion))
 
 
 class MarginsPart(Part):

@@ -3,31 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from fric.documents.generated import FilePart
 from fric.documents.plant import PlantPart
-from fric.documents.quantity import CovarianceBlock, Part, Physical, Quantity
+from fric.documents.quantity import CovarianceBlock, Part, Quantity
+from fric.identify.records.preparation import Preparation
 
 
-class PreparedPart(Physical):
+class PreparedPart(FilePart[Preparation]):
     """What was made of a record before a model was replayed along it."""
 
-    source: Literal["force", "input"] = Field(description="the channel that the force is from")
-    delay: Annotated[Quantity, "time"] = Field(description="by how much later the force acts than it is logged")
-    timing: Annotated[Quantity, "time"] = Field(
-        description="how surely force and position belong to one instant, standard deviation"
-    )
-    encoder: Annotated[Quantity, "position"] = Field(description="the encoder's step; 0 where none is visible")
-    mass: Annotated[Quantity | None, "mass"] = Field(None, description="mass whose inertia was taken off")
-    damping: Annotated[Quantity | None, "viscous"] = Field(
-        None, description="the drive's own linear damping, taken off"
-    )
-    inertia_share: float | None = Field(None, description="size of the inertia relative to the logged force")
-    damping_share: float | None = Field(None, description="size of the drive's damping relative to the logged force")
     own: list[str] = Field(default_factory=list, description="what the record adds of its own, fitted beside the model")
-    every: int = Field(1, description="one sample of so many was taken")
 
 
 class FitRecord(Part):

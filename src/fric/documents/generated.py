@@ -1,13 +1,15 @@
 """Parts of documents made from the dataclasses that they hold: their fields, units and meaning are said once, there.
 
-``PartOf[Channel]`` is the pydantic model ``ChannelPart``, with a description of each field from the docstring.
+``PartOf[Channel]`` is the pydantic model ``ChannelPart`` of what fric only writes, described by the docstring;
+``FilePart[Cascade]`` is that of what fric also reads: a number is a quantity with a unit, of the dimension that stands
+beside the field (``Annotated[float, "force"]``).
 """
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache, reduce
-from inspect import getdoc
+from inspect import cleandoc, getdoc
 from operator import or_
 from pathlib import Path
 from types import UnionType
@@ -20,6 +22,7 @@ from fric.documents.base import CodedWarning
 from fric.documents.quantity import CovarianceBlock, Physical, Quantity
 from fric.estimate import Covariance, Estimate
 from fric.notice import Notice
+from fric.units import Motion
 
 T = TypeVar("T")
 
@@ -34,14 +37,14 @@ class PartOf(Physical, Generic[T]):
 
     def __class_getitem__(cls, kind: Any) -> Any:
         """Return the part of a dataclass."""
-        return _part(cls, kind) if is_dataclass(kind) else super().__class_getitem__(kind)
+        return _part(cls, kind) if hasattr(kind, "__dataclass_fields__") else super().__class_getitem__(kind)
 
     @classmethod
     def entry(cls, field: Field[Any], kind: Any, text: str | None) -> dict[str, tuple[Any, Any]]:
         """Return the keys of a field in a document, each with its type and what pydantic is to know of it."""
         if field.name == "warnings":
             aliases = AliasChoices("warnings_coded", "warnings")
-            coded = pydantic.Field(default_factory=list, validation_alias=aliases)
+            coded: Any = pydantic.Field(default_factory=list, validation_alias=aliases)
             return {
                 "warnings": (list[str], pydantic.Field(default_factory=list)),
                 "warnings_coded": (list[CodedWarning], coded),
@@ -51,7 +54,7 @@ class PartOf(Physical, Generic[T]):
     @classmethod
     def of_type(cls, kind: Any) -> Any:
         """Return the type by which a document holds something of a type."""
-        if is_dataclass(kind) and kind not in HELD:
+        if isinstance(kind, type) and is_dataclass(kind) and kind not in HELD:
             return _part(cls, kind)
         origin, given = get_origin(kind), tuple(map(cls.of_type, get_args(kind)))
         if origin is Annotated:
@@ -61,18 +64,62 @@ class PartOf(Physical, Generic[T]):
         if origin in {tuple, list, Sequence}:
             return list[given[0]]  # type: ignore[valid-type]
         if origin in {dict, Mapping}:
-            return dict[given]  # type: ignore[valid-type]
+            return dict[given[0], given[1]]  # type: ignore[valid-type]
         return HELD.get(kind, kind)
 
 
+class FilePart(PartOf[T]):
+    """A part that is read: each number that has a dimension is a quantity, and what has a value may be left out."""
+
+    @classmethod
+    def entry(cls, field: Field[Any], kind: Any, text: str | None) -> dict[str, tuple[Any, Any]]:
+        """Return the key of a field, which may be left out where the dataclass has a value for it."""
+        may_lack = field.default is not MISSING or field.default_factory is not MISSING
+        within: list[Any] = [one for one in (kind, *get_args(kind)) if is_dataclass(one)]
+        text = text and text.partition(" [")[0]  # a quantity says its unit
+        if within and get_origin(kind) is tuple:
+            return {field.name: (cls.of_type(kind), pydantic.Field(default_factory=list))}
+        if within:
+            return {field.name: (cls.of_type(within[0]) | None, pydantic.Field(None, description=text))}
+        if get_origin(kind) is not Annotated:
+            given = field.default if may_lack else ...
+            return {field.name: (kind, pydantic.Field(given, description=text))}
+        asked: Any = Quantity | None if may_lack else Quantity
+        given = None if may_lack else ...
+        return {field.name: (Annotated[asked, *kind.__metadata__], pydantic.Field(given, description=text))}
+
+    def estimates(self, motion: Motion, where: str = "") -> dict[str, Estimate]:
+        """Return its numbers, once every part within has been looked at too; raise ValueError with the mend."""
+        for name, one in self:
+            for n, part in enumerate(one if isinstance(one, list) else [one]):
+                if isinstance(part, FilePart):
+                    part.estimates(motion, f"{where}.{name}" + (f".{n}" if isinstance(one, list) else ""))
+        return super().estimates(motion, where)
+
+    def in_si(self, motion: Motion) -> T:
+        """Return the dataclass in SI; raise a `FricError` where it is not physical."""
+
+        def made(one: Any) -> Any:
+            return one.in_si(motion) if isinstance(one, FilePart) else one
+
+        given = {
+            name: tuple(map(made, one)) if isinstance(one, list) else made(one)
+            for name in {field.name for field in fields(self.held)} - self.dimensions.keys()
+            if (one := getattr(self, name, None)) is not None
+        }
+        found: T = self.held(**given, **self.values(motion))
+        return found
+
+
 @cache
-def _part(base: type[PartOf[Any]], kind: Any) -> Any:
+def _part(base: type[PartOf[Any]], kind: type[Any]) -> Any:
     """Return the part that holds a dataclass."""
     summary, described = described_fields(kind)
     types = get_type_hints(kind, include_extras=True)
     given: dict[str, Any] = {}
     for one in fields(kind):
-        given |= base.entry(one, types[one.name], described.get(one.name))
+        if one.metadata.get("leaves", True):
+            given |= base.entry(one, types[one.name], described.get(one.name))
     name = f"{kind.__name__}Part"
     made = pydantic.create_model(name, __base__=base, __doc__=summary, __module__=__name__, **given)
     made.held = kind
@@ -85,18 +132,12 @@ def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
     A field is described below ``Parameters``, as in NumPy, or in a line ``name: …``; several of one line have commas
     between them.
     """
-    text = getdoc(kind) or ""
-    below = text.partition("Parameters\n-")[2]
-    found = re.findall(r"^(\w+(?:, \w+)*)\n((?:    .*\n?)+)", below, re.MULTILINE)
-    found = found or re.findall(r"^(\w+(?:, \w+)*): (.+\n?(?:    .*\n?)*)", text, re.MULTILINE)
-    told = {}
-    for names, body in found:
-        sentence = re.split(r"\.(?: |$)", " ".join(body.split()))[0]
-        for name in names.split(", "):
-            told[name] = sentence[0].lower() + sentence[1:]
+    text, told = getdoc(kind) or "", dict[str, str]()
+    for one in reversed(kind.__mro__[:-1]):
+        own = cleandoc(one.__doc__ or "")
+        below = own.partition("Parameters\n-")[2]
+        found = re.findall(r"^(\w+(?:, \w+)*)\n((?:    .*\n?)+)", below, re.MULTILINE)
+        for names, body in found or re.findall(r"^(\w+(?:, \w+)*): (.+\n?(?:    .*\n?)*)", own, re.MULTILINE):
+            sentence = re.split(r"\.(?: |$)", " ".join(body.split()))[0]
+            told |= {name: sentence[0].lower() + sentence[1:] for name in names.split(", ")}
     return text.partition("\n\n")[0], told
-
-
-def optional(field: Field[Any]) -> bool:
-    """Tell whether a field may be left out."""
-    return field.default is not MISSING or field.default_factory is not MISSING

@@ -9,11 +9,11 @@ from fric.documents.base import AxisDocument, AxisName, Document
 from fric.documents.block import BlockDocument, block_values
 from fric.documents.controller import ControllerDocument, ControllerPart
 from fric.documents.friction import FrictionDocument
+from fric.documents.generated import FilePart
 from fric.documents.lead import LeadGiven, lead_of
 from fric.documents.observer import ObserverDocument, ObserverPart
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.documents.quantity import Part, Physical, Quantity
-from fric.documents.reality import FlawPart
 from fric.documents.yaml import read_document
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
@@ -87,8 +87,8 @@ class AxisPart(Part):
         description="parameters of further control blocks, by their names, or a block file each; "
         "what is left out is as the block is designed for the axis",
     )
-    second_mass: FlawPart[SecondMass] | None = Field(None, description="one rigid mass where left out")
-    reality: FlawPart[Reality] | None = Field(None, description="flaws of logs and guideway; none where left out")
+    second_mass: FilePart[SecondMass] | None = Field(None, description="one rigid mass where left out")
+    reality: FilePart[Reality] | None = Field(None, description="flaws of logs and guideway; none where left out")
 
     def parts(self) -> dict[str, Any]:
         """Return what it is made of, by key; what is fed forward too."""
@@ -208,7 +208,7 @@ def _axis(name: str, part: AxisPart) -> Axis:
             name=name,
             motion=motion,
             plant=plant,
-            cascade=part.controller.cascade(motion),
+            cascade=part.controller.in_si(motion),
             friction=true_friction(part.friction),
             load=part.friction.load(),
             nominal_friction=NominalFriction(
@@ -218,9 +218,9 @@ def _axis(name: str, part: AxisPart) -> Axis:
             observer=part.observer.observer(motion, G_n.A, G_n.B) if part.observer else None,
             encoder=Encoder(part.encoder.values(motion)["resolution"] if part.encoder else 0.0),
             force_noise=part.noise.values(motion)["force"] if part.noise else 0.0,
-            reality=part.reality.made(motion) if part.reality else NONE,
+            reality=part.reality.in_si(motion) if part.reality else NONE,
             blocks={key: _block(name, key, given, motion) for key, given in part.blocks.items()},
-            second_mass=part.second_mass.made(motion)
+            second_mass=part.second_mass.in_si(motion)
             if part.second_mass
             else spring_of(part.plant, true_friction(part.friction), motion),
         )
@@ -248,7 +248,7 @@ def spring_of(plant: PlantPart, friction: FrictionModel, motion: Motion) -> Seco
     """Return the second mass that a plant file found in the response; None without, or where friction has no memory."""
     if not isinstance(plant, PlantDocument) or plant.second_mass is None or not friction.initial_state().size:
         return None
-    seen, all_of = plant.second_mass.resonance(motion), plant.plant(motion).M
+    seen, all_of = plant.second_mass.in_si(motion), plant.plant(motion).M
     omega, reduced = 2 * pi * seen.frequency, all_of * seen.ratio * (1 - seen.ratio)
     damping = 2 * seen.damping * omega * reduced
     return SecondMass(all_of * seen.ratio, omega**2 * reduced, damping, encoder=seen.encoder)

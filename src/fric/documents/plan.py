@@ -1,15 +1,16 @@
 """A plan, ``fric: plan/1``: the records to take of an axis, and the intervals to be expected from them."""
 
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
 from fric.documents.base import OfAxis
-from fric.documents.quantity import Known, Part, Physical, Quantity, in_units, known
+from fric.documents.generated import FilePart
+from fric.documents.quantity import Known, Part, Quantity, in_units, known
 from fric.errors import FricError
 from fric.estimate import Estimate
-from fric.planning.plan import Plan, Planned, Setting
+from fric.planning.plan import Limits, Plan, Planned, Setting
 from fric.simulate.experiment import EXPERIMENTS
 from fric.units import Motion
 
@@ -20,14 +21,6 @@ SETTINGS = {
     "radius": "position", "feed": "velocity", "revolutions": "ratio",
 }  # fmt: skip
 """Dimension of each setting of an experiment."""
-
-
-class LimitsPart(Physical):
-    """What the axis may do."""
-
-    stroke: Annotated[Quantity, "position"]
-    feed: Annotated[Quantity, "velocity"]
-    acceleration: Annotated[Quantity, "acceleration"]
 
 
 class ExperimentPart(Part):
@@ -88,7 +81,7 @@ class PlanDocument(OfAxis):
 
     type: ClassVar[str] = "plan"
 
-    limits: LimitsPart
+    limits: FilePart[Limits]
     prior: str = Field("", description="what the axis was taken to be")
     experiments: list[ExperimentPart]
     expected: dict[str, ExpectedPart] = Field(default_factory=dict, description="by parameter; k_2 is of block 2")
@@ -137,7 +130,7 @@ def plan_tree(
     """
     axis, motion = plan.axis.name, plan.axis.motion
     content = {
-        "axis": axis, "motion": motion, "limits": LimitsPart.of(plan.limits, motion), "prior": prior,
+        "axis": axis, "motion": motion, "limits": FilePart[Limits].of(plan.limits, motion), "prior": prior,
         "experiments": [
             experiment_entry(one, motion, axis, lasting)
             for one, lasting in zip(plan.planned, plan.lasting, strict=True)

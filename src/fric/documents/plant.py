@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from fric.documents.base import AxisDocument
+from fric.documents.generated import FilePart
 from fric.documents.quantity import CovarianceBlock, Part, Physical, Quantity, known
 from fric.drive.plant import LinearPlant, Plant
 from fric.drive.resonance import Resonance
@@ -142,19 +143,8 @@ class PlantFitPart(Part):
     covariance: CovarianceBlock | None = Field(None, description="how the parameters err together")
 
 
-class SecondMassPart(Physical):
+class SecondMassPart(FilePart[Resonance]):
     """A table on a spring behind the motor, as the response shows it."""
-
-    frequency: Annotated[Quantity, "frequency"] = Field(description="free resonance of the two masses [Hz]")
-    ratio: Annotated[Quantity, "ratio"] = Field(
-        description="mass of the table over that of both [1]; assumed where the encoder is there"
-    )
-    damping: Annotated[Quantity, "ratio"] = Field(description="damping ratio of the resonance [1]")
-    encoder: Literal["motor", "table"] = Field("motor", description="where the encoder is")
-
-    def resonance(self, motion: Motion) -> Resonance:
-        """Return it in SI; raise a `FricError` where it is not physical."""
-        return Resonance(**self.values(motion), encoder=self.encoder)
 
 
 class PlantDocument(AxisDocument, PlantPart):

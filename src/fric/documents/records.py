@@ -2,116 +2,28 @@
 
 from typing import Any, ClassVar, Literal
 
-from pydantic import AliasChoices, Field, field_validator
+from pydantic import Field, field_validator
 
 from fric.columns import Kind
-from fric.documents.base import CodedWarning, Document
-from fric.documents.quantity import Part, Quantity
+from fric.documents.base import Document
+from fric.documents.generated import PartOf
+from fric.documents.quantity import Part
+from fric.identify.records.inspected import Inspection, ResponseInspection, TableInspection
 from fric.units import Motion
 
 
-class UsePart(Part):
-    """Whether a record is good for an identification, and why."""
-
-    purpose: str
-    good: bool
-    why: str
-
-
-class InspectedPart(Part):
-    """What every record tells."""
-
-    name: str
-    source: str
-    axis: str
-    motion: Motion
-    kind: Kind
-    stated: bool = Field(description="whether the record says so, else it is recognised")
-    uses: list[UsePart]
-    warnings: list[str] = Field(default_factory=list)
-    warnings_coded: list[CodedWarning] = Field(
-        default_factory=list, validation_alias=AliasChoices("warnings_coded", "warnings")
-    )
-
-
-class ChannelPart(Part):
-    """What a channel holds, in its SI unit."""
-
-    unit: str
-    low: float | None
-    high: float | None
-    step: float | None = Field(description="of the lattice that its values lie on")
-    not_a_number: int
-    clipped: int
-
-
-class GapPart(Part):
-    """Missing samples."""
-
-    time: float = Field(description="before them [s]")
-    intervals: float = Field(description="sampling intervals that the gap is long")
-
-
-class SegmentPart(Part):
-    """A segment at constant velocity."""
-
-    start: int
-    stop: int
-    velocity: float
-    velocity_se: float
-    settled: bool
-
-
-class SinePart(Part):
-    """The sine that a motion follows."""
-
-    amplitude: float
-    frequency: float
-    mean_velocity: float
-    cycles: float
-    explained: float
-
-
-class InspectedLog(InspectedPart):
+class InspectedLog(PartOf[Inspection]):
     """What a record in time holds."""
 
-    samples: int
-    duration: float = Field(description="[s]")
-    sampling: float | None = Field(description="[Hz]")
-    jitter: float = Field(description="standard deviation of the sampling intervals [s]")
-    channels: dict[str, ChannelPart]
-    gaps: list[GapPart]
-    stretches: list[SegmentPart] = Field(validation_alias=AliasChoices("stretches", "segments"))
-    speeds: list[float]
-    sine: SinePart | None
-    reversals: list[int]
-    rise: float | None
-    excites: bool
-    slope: float | None
-    energy: Quantity | None = Field(description="lost per cycle")
-    dropped: int
     encoder_step: float | None
 
 
-class InspectedResponse(InspectedPart):
+class InspectedResponse(PartOf[ResponseInspection]):
     """What a measured frequency response holds."""
 
-    points: int
-    low: float = Field(description="[Hz]")
-    high: float = Field(description="[Hz]")
-    coherence: float | None
 
-
-class InspectedTable(InspectedPart):
+class InspectedTable(PartOf[TableInspection]):
     """What a table of mean forces at velocities holds."""
-
-    points: int
-    directions: Literal[0, 1, 2]
-    slowest: float
-    fastest: float
-    weakest: float
-    strongest: float
-    columns: list[str]
 
 
 class InspectionDocument(Document):

@@ -1,7 +1,7 @@
 """A second mass on a spring behind the motor, as a frequency response shows it."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -23,16 +23,10 @@ class Resonance:
         Z_1/U = B·(m_2·s² + c·s + k) / D,  Z_2/U = B·(c·s + k) / D,
         D = s·((m_1·s + A)·(m_2·s² + c·s + k) + m_2·s·(c·s + k))
 
-    Parameters
-    ----------
-    frequency
-        Resonance ω/2π of the free masses [Hz].
-    ratio
-        Mass of the table over that of both [1].
-    damping
-        Damping ratio ζ of the resonance [1].
-    encoder
-        Whether the position is that of the motor (Z_1) or of the table (Z_2).
+    frequency: free resonance ω/2π of the two masses [Hz]
+    ratio: mass of the table over that of both; assumed where the encoder is there [1]
+    damping: damping ratio ζ of the resonance [1]
+    encoder: where the encoder is: the position is that of the motor (Z_1) or of the table (Z_2)
 
     Raises
     ------
@@ -40,9 +34,9 @@ class Resonance:
         When a value is out of its range.
     """
 
-    frequency: float
-    ratio: float
-    damping: float
+    frequency: Annotated[float, "frequency"]
+    ratio: Annotated[float, "ratio"]
+    damping: Annotated[float, "ratio"]
     encoder: Encoder = "motor"
 
     def __post_init__(self) -> None:

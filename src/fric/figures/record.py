@@ -91,13 +91,13 @@ def _draw_log(row: Figure, log: Log, found: Inspection) -> None:
         factor, unit = prefixed(_size(values), log.unit(name))
         axis.plot(*thinned(log.time, values * factor), color=BLUE, linewidth=0.9)
         axis.set_ylabel(f"{name} [{unit}]")
-        for segment in found.segments:
+        for segment in found.stretches:
             axis.axvspan(log.time[segment.start], log.time[segment.stop - 1], color=ORANGE, alpha=0.25, linewidth=0)
         if name == "position" and 0 < len(found.reversals) <= 400:
             reversals = np.array(found.reversals)
             axis.plot(log.time[reversals], values[reversals] * factor, ".", color=VERMILION, markersize=4)
     axes[-1].set_xlabel("time [s]")
-    row_note = [f"orange: {len(found.segments)} segments at constant velocity"] if found.segments else []
+    row_note = [f"orange: {len(found.stretches)} segments at constant velocity"] if found.stretches else []
     row_note += [f"dots: {len(found.reversals)} reversals"] if log.position is not None and found.reversals else []
     axes[0].set_title(", ".join(row_note), fontsize=8, loc="left", color=GREY)
     _draw_relation(right.subplots(1, 1), log, found)
@@ -109,7 +109,7 @@ def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
         x, y, names = _velocity(log), log.position, ("velocity", "position")
         y = log.time if y is None else y
         names = names if log.position is not None else ("velocity", "time")
-    elif found.segments or log.position is None or found.kind in {"sliding-sine", "frequency-response"}:
+    elif found.stretches or log.position is None or found.kind in {"sliding-sine", "frequency-response"}:
         x, y, names = _velocity(log), log.force, ("velocity", "force")
     else:
         x, y, names = log.position, log.force, ("position", "force")
@@ -126,8 +126,8 @@ def _draw_relation(axis: Axes, log: Log, found: Inspection) -> None:
         markersize=1,
     )
     if names == ("velocity", "force"):
-        v = np.array([s.velocity for s in found.segments])
-        F = np.array([np.median(y[s.start : s.stop]) for s in found.segments])
+        v = np.array([s.velocity for s in found.stretches])
+        F = np.array([np.median(y[s.start : s.stop]) for s in found.stretches])
         axis.plot(v * fx, F * fy, "o", color=VERMILION, markersize=4, label="median of a segment")
         if len(v):
             axis.legend(loc="best")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -21,19 +21,14 @@ Setting = float | int | tuple[float, ...]
 class Limits:
     """What an axis may do.
 
-    Parameters
-    ----------
-    stroke
-        Length that it may travel [m].
-    feed
-        Largest speed [m/s].
-    acceleration
-        Largest acceleration [m/s²].
+    stroke: length that it may travel [m]
+    feed: largest speed [m/s]
+    acceleration: largest acceleration [m/s²]
     """
 
-    stroke: float
-    feed: float
-    acceleration: float
+    stroke: Annotated[float, "position"]
+    feed: Annotated[float, "velocity"]
+    acceleration: Annotated[float, "acceleration"]
 
     def __post_init__(self) -> None:
         for name in ("stroke", "feed", "acceleration"):

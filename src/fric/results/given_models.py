@@ -85,7 +85,7 @@ def cascade_of(verb: str, given: Any, axis: str, motion: Motion, to: str = "log"
     """Return the controller that is given as itself, as its file or as a result; None where none is."""
     if given is None or isinstance(given, Cascade):
         return given
-    return document_of(verb, ControllerDocument, given, (axis, motion), to).cascade(motion)
+    return document_of(verb, ControllerDocument, given, (axis, motion), to).in_si(motion)
 
 
 def friction_of(verb: str, given: Any, axis: str, motion: Motion) -> FrictionDocument | None:

@@ -57,7 +57,7 @@ def _log_rows(found: Inspection) -> list[tuple[str, str]]:
         ("dropped", f"{found.dropped} samples when ingested" if found.dropped else ""),
         ("encoder step", _value(found.encoder_step, length) if found.encoder_step else ""),
         ("reversals", str(len(found.reversals)) if "position" in found.channels else ""),
-        ("segments", str(len(found.segments)) if found.segments else ""),
+        ("segments", str(len(found.stretches)) if found.stretches else ""),
         ("speeds", _speeds(found, speed)),
     ]
     if sine := found.sine:

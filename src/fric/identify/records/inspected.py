@@ -1,6 +1,7 @@
 """What was found in a record: over time, in frequency, or in a table of forces and velocities."""
 
 from dataclasses import dataclass
+from typing import Any, Literal, Self
 
 import numpy as np
 
@@ -8,8 +9,9 @@ from fric.columns import FORCE_VELOCITY, Kind
 from fric.estimate import Estimate
 from fric.identify.records.recognition import Sine
 from fric.identify.records.segments import Segment
-from fric.log import ForceVelocity, FrequencyResponse
+from fric.log import ForceVelocity, FrequencyResponse, Record
 from fric.notice import Notice
+from fric.units import Motion
 
 SPEEDS = 5
 """Speeds that a map takes at least: as many as it has parameters, and one more."""
@@ -28,89 +30,85 @@ class Use:
 class Channel:
     """What a channel holds, in its SI unit.
 
-    Parameters
-    ----------
-    unit
-        Its SI unit.
-    low, high
-        Least and greatest value; None where there is no number at all.
-    step
-        Step of the lattice that its values lie on; None where there is none.
-    not_a_number
-        Samples that are no number.
-    clipped
-        Samples at which a force or an input is stuck at its extreme.
+    unit: its SI unit
+    low, high: least and greatest value; null where there is no number at all
+    step: of the lattice that its values lie on
+    not_a_number: samples that are no number
+    clipped: samples at which a force or an input is stuck at its extreme
     """
 
     unit: str
     low: float | None
     high: float | None
-    step: float | None = None
+    step: float | None
     not_a_number: int = 0
     clipped: int = 0
 
 
 @dataclass(frozen=True)
 class Gap:
-    """Missing samples: the time before them [s], and how many sampling intervals long the gap is."""
+    """Missing samples.
+
+    time: before them [s]
+    intervals: sampling intervals that the gap is long
+    """
 
     time: float
     intervals: float
 
 
-@dataclass(frozen=True)
-class Inspection:
-    """What a record in time holds.
+@dataclass(frozen=True, kw_only=True)
+class InspectedRecord:
+    """What every record tells.
 
-    Parameters
-    ----------
-    name, source, axis, motion, dropped
-        As in `Log`.
-    kind, stated
-        The experiment it is, and whether the record says so (else it is recognised).
-    samples, duration
-        How many samples, and the time from the first to the last [s].
-    sampling, jitter
-        Sampling rate [Hz] by the median interval, and the standard deviation of the intervals [s], gaps left out.
-    channels
-        By name, what each channel holds.
-    gaps
-        Where samples are missing.
-    segments
-        At constant velocity, see `Segment`.
-    speeds
-        The velocities of the segments, those within three per cent as one [m/s].
-    sine
-        The sine that the motion follows, where it does.
-    reversals
-        Samples at which the motion reverses.
-    rise
-        Share of the stroke that the force takes to come up after a reversal, see `force_rise`.
-    excites
-        Whether the motion tells mass, viscous and Coulomb friction apart.
-    slope
-        Least slope of the branches between reversals relative to their mean, see `branch_slope`; None without force.
-    energy
-        Energy lost per cycle [J] with its 95 % interval, of the logged force; None without cycles.
-    uses
-        What the record is good for and what not.
-    warnings
-        What is amiss with its clock, its encoder, its strokes.
+    kind: the experiment that it is
+    stated: whether the record says so, else it is recognised
+    uses: what it is good for, and what not
+    warnings: what is amiss with its clock, its encoder, its strokes
     """
 
     name: str
     source: str
     axis: str
-    motion: str
+    motion: Motion
     kind: Kind
     stated: bool
+    uses: tuple[Use, ...] = ()
+    warnings: tuple[Notice, ...] = ()
+
+    @classmethod
+    def of(cls, record: Record, **found: Any) -> Self:
+        """Return what was found in a record, of that name, source and axis."""
+        return cls(name=record.name, source=record.source, axis=record.axis, motion=record.motion, **found)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inspection(InspectedRecord):
+    """What a record in time holds.
+
+    duration: from the first sample to the last [s]
+    sampling: by the median interval [Hz]
+    jitter: standard deviation of the sampling intervals, gaps left out [s]
+    channels: by name, what each holds
+    gaps: where samples are missing
+    stretches: at constant velocity
+    speeds: of the stretches, those within three per cent as one [m/s]
+    sine: that the motion follows, where it does
+    reversals: samples at which the motion reverses
+    rise: share of the stroke that the force takes to come up after a reversal
+    excites: whether the motion tells mass, viscous and Coulomb friction apart
+    slope: least slope of the branches between reversals, over their mean; null without force
+    energy: lost per cycle of the logged force; null without cycles
+    dropped: samples that were left out when the record was ingested
+    """
+
     samples: int
     duration: float
     sampling: float | None
     jitter: float
     channels: dict[str, Channel]
     gaps: tuple[Gap, ...] = ()
-    segments: tuple[Segment, ...] = ()
+    stretches: tuple[Segment, ...] = ()
     speeds: tuple[float, ...] = ()
     sine: Sine | None = None
     reversals: tuple[int, ...] = ()
@@ -118,9 +116,7 @@ class Inspection:
     excites: bool = False
     slope: float | None = None
     energy: Estimate | None = None
-    uses: tuple[Use, ...] = ()
     dropped: int = 0
-    warnings: tuple[Notice, ...] = ()
 
     @property
     def encoder_step(self) -> float | None:
@@ -128,78 +124,40 @@ class Inspection:
         return self.channels["position"].step if "position" in self.channels else None
 
 
-@dataclass(frozen=True)
-class ResponseInspection:
-    """What a record in frequency holds.
+@dataclass(frozen=True, kw_only=True)
+class ResponseInspection(InspectedRecord):
+    """What a measured frequency response holds.
 
-    Parameters
-    ----------
-    name, source, axis, motion
-        As in `FrequencyResponse`.
-    points
-        How many frequencies.
-    low, high
-        Lowest and highest frequency [Hz].
-    coherence
-        Least coherence; None where none was measured.
-    uses
-        What the record is good for and what not.
-    kind, stated
-        As in `Inspection`: such a record is a frequency response.
+    points: frequencies
+    low: [Hz]
+    high: [Hz]
+    coherence: the least; null where none was measured
     """
 
-    name: str
-    source: str
-    axis: str
-    motion: str
     points: int
     low: float
     high: float
     coherence: float | None
-    uses: tuple[Use, ...]
-    kind: Kind = "frequency-response"
-    stated: bool = True
 
 
-@dataclass(frozen=True)
-class TableInspection:
+@dataclass(frozen=True, kw_only=True)
+class TableInspection(InspectedRecord):
     """What a table of mean forces at velocities holds.
 
-    Parameters
-    ----------
-    name, source, axis, motion
-        As in `ForceVelocity`.
-    points
-        How many rows that move.
-    directions
-        Directions of motion that there are: 1 or 2.
-    slowest, fastest
-        Least and greatest speed [m/s].
-    weakest, strongest
-        Least and greatest size of a force [N].
-    columns
-        The columns that there are.
-    uses
-        What the record is good for and what not.
-    kind, stated, warnings
-        As in `Inspection`.
+    points: rows that move
+    directions: of motion that there are
+    slowest, fastest: speed [m/s]
+    weakest, strongest: size of a force [N]
+    columns: that there are
     """
 
-    name: str
-    source: str
-    axis: str
-    motion: str
     points: int
-    directions: int
+    directions: Literal[0, 1, 2]
     slowest: float
     fastest: float
     weakest: float
     strongest: float
     columns: tuple[str, ...]
-    uses: tuple[Use, ...]
-    kind: Kind = FORCE_VELOCITY
-    stated: bool = True
-    warnings: tuple[Notice, ...] = ()
 
 
 def inspect_response(record: FrequencyResponse) -> ResponseInspection:
@@ -211,9 +169,9 @@ def inspect_response(record: FrequencyResponse) -> ResponseInspection:
     why = f"{len(frequency)} frequencies over {decades:.1f} decades" + (
         "" if good else ": 8 over one decade are needed"
     )
-    return ResponseInspection(
-        record.name, record.source, record.axis, record.motion, len(frequency), float(frequency.min()),
-        float(frequency.max()), coherence, (Use("plant", good, why),),
+    return ResponseInspection.of(
+        record, kind="frequency-response", stated=True, uses=(Use("plant", good, why),), points=len(frequency),
+        low=float(frequency.min()), high=float(frequency.max()), coherence=coherence,
     )  # fmt: skip
 
 
@@ -231,8 +189,9 @@ def inspect_table(record: ForceVelocity) -> TableInspection:
         text = "only one direction is in the table: an offset cannot be told from Coulomb friction"
         found.append(Notice(text, "one-direction", "doubt"))
     size = np.abs(F) if len(F) else np.zeros(1)
-    ends = (float(speeds.min()), float(speeds.max())) if len(speeds) else (0.0, 0.0)
-    return TableInspection(
-        record.name, record.source, record.axis, record.motion, len(v), directions, *ends, float(size.min()),
-        float(size.max()), tuple(record.columns()), (Use("static", good, why),), warnings=tuple(found),
+    slowest, fastest = (float(speeds.min()), float(speeds.max())) if len(speeds) else (0.0, 0.0)
+    return TableInspection.of(
+        record, kind=FORCE_VELOCITY, stated=True, uses=(Use("static", good, why),), warnings=tuple(found),
+        points=len(v), directions=directions, slowest=slowest, fastest=fastest, weakest=float(size.min()),
+        strongest=float(size.max()), columns=tuple(record.columns()),
     )  # fmt: skip

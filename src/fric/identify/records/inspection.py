@@ -58,10 +58,9 @@ def inspect(record: Record) -> Inspected:
     numbers: dict[str, Any] = {name: values[whole] for name, values in record.channels().items()}
     log = record if whole.all() else replace(record, **numbers)
     sampling, jitter, gaps = _clock(log.time)
-    found = Inspection(
-        name=record.name, source=record.source, axis=record.axis, motion=record.motion, dropped=record.dropped,
-        kind=record.kind or "motion", stated=record.kind is not None, samples=len(record),
-        duration=float(log.time[-1] - log.time[0]) if len(log) else 0.0,
+    found = Inspection.of(
+        record, dropped=record.dropped, kind=record.kind or "motion", stated=record.kind is not None,
+        samples=len(record), duration=float(log.time[-1] - log.time[0]) if len(log) else 0.0,
         sampling=sampling, jitter=jitter, channels=channels, gaps=gaps,
     )  # fmt: skip
     if len(log) < STUCK:
@@ -94,7 +93,7 @@ def inspect(record: Record) -> Inspected:
             warnings += energy_warnings(energies, log.time[reversals[::2]])
         found = replace(found, slope=branch_slope(log.position, log.force, reversals), energy=lost)
     found = replace(
-        found, kind=kind, segments=tuple(segments), speeds=distinct_speeds(segments), sine=sine,
+        found, kind=kind, stretches=tuple(segments), speeds=distinct_speeds(segments), sine=sine,
         reversals=tuple(int(k) for k in at[reversals]), rise=rise, warnings=tuple(warnings),
     )  # fmt: skip
     return replace(found, uses=(_static_use(found), _gms_use(found), _plant_use(found)))
@@ -116,7 +115,7 @@ def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
 def _channel(log: Log, name: str, values: Real) -> Channel:
     numbers = values[np.isfinite(values)]
     if not len(numbers):
-        return Channel(log.unit(name), None, None, not_a_number=len(values))
+        return Channel(log.unit(name), None, None, None, not_a_number=len(values))
     step = (
         encoder_step(numbers) or None
         if name == "position"
@@ -144,16 +143,16 @@ def _static_use(found: Inspection) -> Use:
     purpose = "static"
     if "force" not in found.channels:
         return Use(purpose, False, "no force was logged")
-    if not found.segments:
+    if not found.stretches:
         return Use(purpose, False, "no segment at constant velocity")
     if found.channels["force"].clipped:
         return Use(purpose, False, f"the force is clipped in {found.channels['force'].clipped} samples")
-    settled = [s for s in found.segments if s.settled]
+    settled = [s for s in found.stretches if s.settled]
     if not settled:
         return Use(purpose, False, "the force settles nowhere: longer strokes are needed")
-    unsettled = len(found.segments) - len(settled)
+    unsettled = len(found.stretches) - len(settled)
     text = f"{len(found.speeds)} speeds" if len(found.speeds) > 1 else "one speed: a map takes records at others too"
-    text += f", {unsettled} of {len(found.segments)} segments not settled" if unsettled else ""
+    text += f", {unsettled} of {len(found.stretches)} segments not settled" if unsettled else ""
     return Use(purpose, True, text)
 
 

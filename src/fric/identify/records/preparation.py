@@ -1,9 +1,10 @@
 """What was made of a record before a replay, as data."""
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
 
 from fric.drive.plant import Plant
+from fric.estimate import STAYS
 
 Own = Literal["offset", "damping", "mass"]
 """What a record adds of its own: a constant force, a force over the velocity, and one over the acceleration."""
@@ -16,36 +17,27 @@ DIMENSIONS: dict[Own, str] = {"offset": "force", "damping": "viscous", "mass": "
 class Preparation:
     """What was made of a record before the replay, as data.
 
-    Parameters
-    ----------
-    source
-        The channel that the force is from: ``force``, or ``input`` times the force constant.
-    delay
-        By how much later the force acts than it is logged [s]; negative where it is logged late.
-    timing
-        How surely force and position belong to one instant, as a standard deviation [s].
-    encoder
-        The encoder's step [m]; 0 where none is visible.
-    plant
-        The plant that was used; None where none is known.
-    mass, damping
-        Inertia [kg] and the drive's own linear damping [N·s/m] that were taken off; None where no plant is known.
-    inertia_share, damping_share
-        Size of each (99 % quantile) relative to that of the force.
-    own
-        What the record adds of its own, and the fit finds beside the model.
-    every
-        One sample of so many was taken.
+    source: the channel that the force is from; input times the force constant
+    delay: by how much later the force acts than it is logged; negative where it is logged late [s]
+    timing: how surely force and position belong to one instant, standard deviation [s]
+    encoder: the encoder's step; 0 where none is visible [m]
+    mass: mass whose inertia was taken off [kg]
+    damping: the drive's own linear damping, taken off [N·s/m]
+    inertia_share: size of the inertia (99 % quantile) relative to the logged force
+    damping_share: size of the drive's damping (99 % quantile) relative to the logged force
+    own: what the record adds of its own, fitted beside the model
+    every: one sample of so many was taken
+    plant: that was used; None where none is known
     """
 
     source: Literal["force", "input"]
-    delay: float
-    timing: float
-    encoder: float
-    mass: float | None = None
-    damping: float | None = None
+    delay: Annotated[float, "time"]
+    timing: Annotated[float, "time"]
+    encoder: Annotated[float, "position"]
+    mass: Annotated[float | None, "mass"] = None
+    damping: Annotated[float | None, "viscous"] = None
     inertia_share: float | None = None
     damping_share: float | None = None
     own: tuple[Own, ...] = ("offset",)
     every: int = 1
-    plant: Plant | None = None
+    plant: Plant | None = field(default=None, metadata=STAYS)

@@ -36,18 +36,11 @@ LEAST_REVERSALS = 4
 class Sine:
     """A sine that a motion follows, ``z = z_0 + v_0·t + amplitude·sin(2π·frequency·t + phase)``.
 
-    Parameters
-    ----------
-    amplitude
-        Amplitude of the position [m]: half the travel between reversals, where it does (friction flattens the crests).
-    frequency
-        Frequency [Hz].
-    mean_velocity
-        Velocity v_0 that it rides on [m/s].
-    cycles
-        Cycles at full amplitude.
-    explained
-        Share of the variance about the line that it explains.
+    amplitude: of the position: half the travel between reversals, where it does (friction flattens the crests) [m]
+    frequency: [Hz]
+    mean_velocity: velocity v_0 that it rides on [m/s]
+    cycles: at full amplitude
+    explained: share of the variance about the line that it explains
     """
 
     amplitude: float

@@ -12,11 +12,12 @@ the distance of z from the chord between two samples is the CUSUM of the velocit
 Where only the velocity was logged, z is its integral, and the noise to be explained is that of a random walk.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fric.arrays import Real
+from fric.estimate import STAYS
 from fric.identify.records.chords import SHORTEST, Path, path_of, straight_pieces, trimmed
 from fric.log import Log
 from fric.threads import one_blas_thread
@@ -37,25 +38,19 @@ BATCHES = 64
 class Segment:
     """Samples ``start`` up to ``stop`` of a record, at constant velocity and with the friction force settled.
 
-    Parameters
-    ----------
-    start, stop
-        First sample, and the one after the last.
-    velocity
-        Velocity [m/s], by regression of position on time (mean of the velocity where no position was logged).
-    velocity_se
-        Its standard error [m/s], which allows for autocorrelation.
-    onset
-        First sample at constant velocity; from there to ``start`` the force was settling.
-    settled
-        False where the force had not settled when half of the segment was given up.
+    start: first sample
+    stop: the sample after the last
+    velocity: by regression of position on time, or the mean where no position was logged [m/s]
+    velocity_se: its standard error, which allows for autocorrelation [m/s]
+    onset: first sample at constant velocity; from there to ``start`` the force was settling
+    settled: false where the force had not settled when half of the segment was given up
     """
 
     start: int
     stop: int
     velocity: float
     velocity_se: float
-    onset: int
+    onset: int = field(metadata=STAYS)
     settled: bool = True
 
     def __len__(self) -> int:
