@@ -71,6 +71,20 @@ def test_what_is_found_is_what_the_machine_has(drawn, tuned):
         assert one.after.rms < 0.1 * one.before.rms
 
 
+def test_how_sure_a_parameter_is_does_not_hang_on_what_was_kept_of_the_shape(drawn, circles, tuned, monkeypatch):
+    monkeypatch.setattr("fric.identify.circle.tune.SHAPE", 0.0)
+    axis, kept = drawn.axes["x"], tuned.axes["x"]
+    whole = tune_axis(axis, circles)
+    assert whole.full
+    assert not kept.full
+    for key in ("F_c", "F_s", "v_s", "delta"):
+        (low, high), (below, above) = (one.estimates.static[key].ci95 for one in (kept, whole))
+        true = getattr(axis.friction.static, key) * (kept.nominal.K_f / axis.plant.K_f if key[0] == "F" else 1.0)
+        assert low <= true <= high
+        assert below <= true <= above
+        assert np.log(high / low) == pytest.approx(np.log(above / below), rel=0.5)
+
+
 def test_the_prediction_holds_the_next_circle(tuned):
     for ahead in tuned.predicted:
         seen = run_circle(tuned.machine, PAPER_SCHEMES[ahead.scheme], Circle(feed=ahead.feed), accuracy=1e-9)

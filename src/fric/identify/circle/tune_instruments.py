@@ -92,3 +92,22 @@ def instrumented(found: Fitted) -> Fitted:
         return found
     gradient = np.hstack([search.derivatives(x), -search.columns])
     return replace(moved, gradient=gradient / of.weights[:, None])
+
+
+def whole(found: Fitted) -> Fitted:
+    """Return a fit in the coordinates of the whole shape: the point found, and what the whole shape leaves from there.
+
+    Whether four parameters or the whole shape is kept may hang on little, and how sure the parameters are must not hang
+    on that. What is left is that of the step of the whole shape's fit, to first order: what four parameters leave
+    besides is no noise.
+    """
+    kept = found.balance.coordinates
+    shape = kept.full().sided() if "side" in kept.names else kept.full()
+    if shape.names == kept.names:
+        return found
+    balance = replace(found.balance, coordinates=shape)
+    x, weights = shape.moved(kept, found.x), np.repeat(balance.weights, [len(part) for part in found.parts()])
+    own = Search(balance, NOISE).derivatives(x) / weights[:, None]
+    lifted = replace(found, balance=balance, x=x, gradient=np.hstack([own, found.gradient[:, len(kept.names) :]]))
+    step = Instruments.of(lifted).error(lifted.residual)
+    return replace(lifted, residual=lifted.residual + lifted.gradient @ step)

@@ -12,7 +12,7 @@ from fric.identify.circle.nominal import parameters
 from fric.identify.circle.tune_bootstrap import recorded_again
 from fric.identify.circle.tune_fit import Fitted
 from fric.identify.circle.tune_identifiability import merged
-from fric.identify.circle.tune_instruments import Instruments
+from fric.identify.circle.tune_instruments import Instruments, whole
 from fric.identify.circle.tuned import TunedEstimates
 from fric.identify.circle.voltage import COMPARED
 from fric.identify.plant.covariance import score_covariance
@@ -30,11 +30,13 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
     Parameters
     ----------
     found
-        The fit.
+        The fit. Of what it kept of the shape only the covariance of its coordinates depends.
     plant
         The plant that it found.
     """
     left = recorded_again(found)
+    coordinates = _covariance(found, left)[: len(found.x), : len(found.x)]
+    found = whole(found)
     covariance = _covariance(found, left)
     names = found.balance.coordinates.names
     p = len(names)
@@ -92,7 +94,7 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
     }
     of_friction = [n for n, label in enumerate(labels) if label not in ("A", "B", "T_d") and label in fitted]
     joint = Covariance.of([labels[n] for n in of_friction], spread[np.ix_(of_friction, of_friction)], "log")
-    return TunedEstimates(static, negative, gms, of_plant, joint, covariance[:p, :p])
+    return TunedEstimates(static, negative, gms, of_plant, joint, coordinates)
 
 
 def _scaled(one: Estimate, shift: float, wider: float) -> Estimate:
