@@ -157,7 +157,7 @@ def outcome(name: str, seed: int, folder: Path, circle: Circle, machines: int) -
     true = replace(machine, axes={key: _controlled(machine.axes[key], known.machine.axes[key]) for key in made})
     schemes = "all" if all("observer" in files for files in made.values()) else "a,b,c"
     try:
-        measured = recorded(true, run_circle(true, PAPER_SCHEMES["a"], circle), seed)
+        measured = recorded(true, run_circle(true, PAPER_SCHEMES["a"], circle, places=1), seed)
         found = fric.circle(
             known, schemes, velocity=circle.feed, radius=circle.radius, machines=machines, measured=measured, seed=seed,
             workers=1,

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import pi
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyfit, polyval
@@ -17,6 +18,20 @@ WINDOW = pi / 6
 
 SWINGS = 5
 """Swings from one side to the other of a smooth error from which it oscillates."""
+
+
+class Figures(NamedTuple):
+    """What is told of a contour in numbers."""
+
+    glitches: tuple[float, ...]  # m, signed, one a reversal
+    rms: float  # m
+    range: float  # m
+    oscillation: float  # m, where no axis reverses; 0 where it is not known
+
+    @property
+    def glitch(self) -> float:
+        """The largest magnitude of the glitches [m]; 0 where no axis reverses."""
+        return max(map(abs, self.glitches), default=0.0)
 
 
 @dataclass(frozen=True)
@@ -51,6 +66,11 @@ class Circularity:
     def range(self) -> float:
         """Largest less smallest radial error [m]."""
         return float(np.ptp(self.error))
+
+    @property
+    def glitches(self) -> tuple[float, ...]:
+        """The glitch at each quadrant [m]."""
+        return self.quadrants
 
     @property
     def oscillation(self) -> float:
@@ -160,10 +180,17 @@ class ContourError:
     error: Real
     reversals: tuple[Reversal, ...]
 
+    oscillation: ClassVar[float] = 0.0
+
     @property
     def glitch(self) -> float:
         """The largest magnitude of the glitches [m]; 0 where no axis reverses."""
         return max((abs(reversal.glitch) for reversal in self.reversals), default=0.0)
+
+    @property
+    def glitches(self) -> tuple[float, ...]:
+        """The glitch at each reversal [m]."""
+        return tuple(reversal.glitch for reversal in self.reversals)
 
     @property
     def rms(self) -> float:

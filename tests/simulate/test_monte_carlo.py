@@ -11,6 +11,7 @@ from scipy.stats import spearmanr
 
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
+from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.monte_carlo import MonteCarlo, Outcome, Study, monte_carlo, monte_carlo_document
@@ -24,11 +25,18 @@ AC = (PAPER[0], PAPER[2])
 
 
 def test_a_machine_that_is_not_spread_gives_the_nominal_table_to_the_last_digit():
-    found = monte_carlo(Study(MACHINE, PAPER, SMALL, spreads={}, accuracy=0.0), 2)
-    nominal = [run_circle(MACHINE, scheme, SMALL).circularity.quadrants for scheme in PAPER]
+    """Without an encoder; with it counts lie elsewhere on every machine, for all schemes alike."""
+    smooth = replace(MACHINE, axes={name: replace(axis, encoder=Encoder()) for name, axis in MACHINE.axes.items()})
+    found = monte_carlo(Study(smooth, PAPER, SMALL, spreads={}, accuracy=0.0), 2)
+    nominal = [run_circle(smooth, scheme, SMALL).circularity.quadrants for scheme in PAPER]
     assert np.array_equal(found.quadrants, [nominal, nominal])
+    counted = monte_carlo(Study(MACHINE, AC, SMALL, spreads={}), 2).quadrants
+    assert np.all(counted[0] != counted[1])
+    places = [[axis.encoder.place for axis in Study(MACHINE, AC).drawn(n)[0].axes.values()] for n in range(200)]
+    assert len(np.unique(places)) == 400
+    assert np.abs(np.mean(places, axis=0) - 0.5).max() < 0.08  # 4 standard errors
     ones = {name: Spread(1.0, 1.0) for name in ("level", "stiffness", "C", "K_f", "T_d")}
-    drawn = monte_carlo(Study(MACHINE, PAPER, SMALL, spreads=ones, accuracy=0.0), 1)
+    drawn = monte_carlo(Study(smooth, PAPER, SMALL, spreads=ones, accuracy=0.0), 1)
     assert np.array_equal(drawn.quadrants[0], nominal)
 
 

@@ -9,6 +9,14 @@ from fric.documents.quantity import Part
 from fric.simulate.spread import Distribution
 
 
+class ChancePart(Part):
+    """Between what 95 % of further runs lie, where counts of the encoder decide on what a run leaves."""
+
+    places: int = Field(description="places between two counts at which it was run; every figure is their median")
+    glitch: list[float] = Field(description="[m]")
+    reversals: list[list[float]] = Field(description="of the signed glitch at each reversal [m]")
+
+
 class CircleScheme(Part):
     """What one scheme leaves of a circle."""
 
@@ -17,6 +25,7 @@ class CircleScheme(Part):
     quadrants: list[float] = Field(description="at +x, +y, -x, -y, outwards positive [m]")
     radial_rms: float = Field(description="[m]")
     radial_range: float = Field(description="largest less smallest radial error [m]")
+    chance: ChancePart | None = Field(None, description="null where one run tells it")
     warnings: list[str] = Field(default_factory=list)
 
 
@@ -127,6 +136,7 @@ class PathScheme(Part):
     reversals: list[PathReversal]
     contour_rms: float
     contour_range: float
+    chance: ChancePart | None = Field(None, description="null where one run tells it")
     warnings: list[str] = Field(default_factory=list)
 
 

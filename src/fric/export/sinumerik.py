@@ -25,6 +25,7 @@ from fric.export.base import Files, Part, Target
 from fric.export.c import name_of
 from fric.reference import Reference, circle
 from fric.simulate.axis import run_axis
+from fric.simulate.chance import PLACES, SLOW, Chance
 from fric.simulate.machine import Axis, Machine
 
 RADIUS = 0.03
@@ -153,6 +154,12 @@ def as_block(part: Part, pulse: Pulse) -> dict[str, float]:
     }  # fmt: skip
 
 
+def chance_of(axis: Axis, part: Part, pulse: Pulse | None, feed: float) -> Chance:
+    """Return what `left_over` does, at several places between two counts where that hangs on them."""
+    places = [n / PLACES for n in range(PLACES)] if feed < SLOW else [0.0]
+    return Chance(tuple(left_over(axis.placed(place), part, pulse, feed) for place in places), 0.0)
+
+
 def left_over(axis: Axis, part: Part, pulse: Pulse | None, feed: float) -> float:
     """Return the glitch [m] of a circle of 30 mm with the pulse; with the model fed forward where there is none."""
     motion, other = _asked(feed, part.sampling)
@@ -196,7 +203,7 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
     idle = replace(pulse, largest=0.0, smallest=0.0)
     table = []
     for feed in FEEDS:
-        left = (f"{1e6 * left_over(axis, part, one, feed):.1f} µm" for one in (idle, pulse, None))
+        left = (f"{chance_of(axis, part, one, feed).text()} µm" for one in (idle, pulse, None))
         table.append(f"| {1e3 * feed:g} mm/s | {' | '.join(left)} |")
     at = np.array(FEEDS) ** 2 / RADIUS
     given = pulse.amplitude(at)

@@ -10,7 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from fric.contour import Circularity, ContourError, Reversal
+from fric.contour import Circularity, ContourError, Figures, Reversal
 from fric.control.scheme import Scheme
 from fric.input import foreign
 from fric.io.safe_hdf5 import check_type, column, open_file, text
@@ -82,6 +82,9 @@ def write_runs(
             group.attrs.update({f"scheme_{key}": value for key, value in run.scheme.plain().items()})
             group.attrs.update({"unit": "m", "glitch": run.contour.glitch, "warnings": "\n".join(run.warnings)})
             group.attrs["warnings_coded"] = json.dumps([Notice.of(one).as_dict() for one in run.warnings])
+            if run.places:
+                rows = [(*one.glitches, one.rms, one.range, one.oscillation) for one in run.places]
+                write_column(group, "places", np.array(rows), "m")
             if isinstance(run, CircleRun):
                 _write_circle(group, run)
             else:
@@ -214,17 +217,21 @@ def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     coded = json.loads(str(attributes.get("warnings_coded", "[]")))
     warnings: tuple[str, ...] = tuple(map(Notice.of, coded))
     warnings = warnings or tuple(line for line in str(attributes["warnings"]).splitlines() if line)
+    rows = column(group, "places", ndim=2).tolist() if "places" in group else ()
+    at_places = tuple(
+        Figures(tuple(glitches), *others) for *glitches, others in ((*row[:-3], row[-3:]) for row in rows)
+    )
     if "points" in group:
-        places = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])
-        contour = ContourError(column(group, "station"), column(group, "error"), places)
+        reversals = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])
+        contour = ContourError(column(group, "station"), column(group, "error"), reversals)
         points = column(group, "points", ndim=2)
         x, y = points[:, 0], points[:, 1]
         path = RecordedPath(column(group, "time"), x, y) if "time" in group else PointPath(x, y, attributes["feed"])
-        return PathRun(scheme, path, traces, contour, warnings)
+        return PathRun(scheme, path, traces, contour, warnings, at_places)
     circle = Circle(**{field.name: attributes[field.name] for field in fields(Circle)})
     first, second, third, fourth = (float(value) for value in attributes["quadrants"])
     found = Circularity(column(group, "angle"), column(group, "error"), (first, second, third, fourth))
-    return CircleRun(scheme, circle, traces, found, warnings)
+    return CircleRun(scheme, circle, traces, found, warnings, at_places)
 
 
 def _plain(value: Any) -> Any:

@@ -37,13 +37,14 @@ def observations(test: ContourTest, presliding: float | None = None) -> list[str
 
 
 def least(test: ContourTest) -> float:
-    """Return the least difference of two glitches that is spoken of [m]: of what is worth effort, and of the encoder.
+    """Return the least difference of two glitches that is spoken of [m]: of what is worth effort, encoder, and chance.
 
     The share of the largest glitch where the bare loop was not run.
     """
     without = bare(test.contours)
     size = max(one.glitch for one in test.contours) if without is None else without.glitch
-    return max(EARNED * size, float(test.provenance.get("resolution", 0.0)))
+    by_chance = max((one.chance.half for one in test.contours), default=0.0)
+    return max(EARNED * size, float(test.provenance.get("resolution", 0.0)), by_chance)
 
 
 def peak(contour: Candidate) -> float:

@@ -185,7 +185,11 @@ def _contours(runs: Sequence[CircleRun | PathRun]) -> tuple[Contour, ...]:
     for run, one in zip(runs, candidates_of(runs), strict=True):
         found = run.contour
         place, error = thinned(found.angle if isinstance(found, Circularity) else found.station, found.error)
-        made.append(Contour(**vars(one), rms=found.rms, range=found.range, place=place, error=error))
+        made.append(
+            Contour(
+                **vars(one), rms=run.chance("rms").median, range=run.chance("range").median, place=place, error=error
+            )
+        )
     return tuple(made)
 
 
@@ -223,6 +227,7 @@ def _test_data(test: ContourTest) -> dict[str, Any]:
                 "error": [float(f"{value:.4g}") for value in one.error],
                 "drawn": [float(f"{value:.4g}") if isfinite(value) else None for value in one.drawn],
                 "swings": [float(f"{value:.3g}") if isfinite(value) else None for value in one.swings],
+                "places": list(one.places),
             }
         )  # fmt: skip
     head |= {"prediction": test.prediction.as_dict() if test.prediction else None}
@@ -243,7 +248,7 @@ def contour_test(data: Mapping[str, Any], before: str) -> ContourTest:
             error=np.array(one["error"], float),
             warnings=tuple(map(Notice.of, one["warnings"])),
             drawn=machines(one.get("drawn", ())), oscillation=float(one.get("oscillation", 0.0)),
-            swings=machines(one.get("swings", ())),
+            swings=machines(one.get("swings", ())), places=tuple(map(float, one.get("places", ()))),
             predicted=prediction.schemes.get(one["scheme"]["name"]) if prediction else None,
         )
         for one in data["contours"]

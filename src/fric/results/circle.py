@@ -108,9 +108,9 @@ class CircleResult(Result):
         return [Table(columns, [self._row(run) for run in self.runs], f"{self.machine.name}: {where}")]
 
     def _row(self, run: CircleRun) -> list[str]:
-        found, less = run.circularity, reduction(run, self.runs)
-        microns = [*found.quadrants, found.glitch, found.rms, found.range]
-        row = [_named(run), *(f"{value * 1e6:.1f}" for value in microns), "" if less is None else f"{less:.0%}"]
+        less = reduction(run, self.runs)
+        microns = [*run.glitches, run.chance(), run.chance("rms"), run.chance("range")]
+        row = [_named(run), *(one.text() for one in microns), "" if less is None else f"{less:.0%}"]
         return row + self._paper(run)
 
     def _paper(self, run: CircleRun) -> list[str]:
@@ -125,8 +125,7 @@ class CircleResult(Result):
             shown = [text["p05"], text["median"], text["p95"]]
             if self.identified:
                 shown = [f"{text['median']} ({text['low']} … {text['high']})"]
-            nominal = f"{run.circularity.glitch * 1e6:.1f}"
-            rows.append([_named(run), nominal, *shown, f"{one.best:.0%}", *self._paper(run)])
+            rows.append([_named(run), run.chance().text(), *shown, f"{one.best:.0%}", *self._paper(run)])
         quantiles = ["median (95 % interval)"] if self.identified else ["5 %", "median", "95 %"]
         centre = "at the estimates" if self.identified else "nominal"
         return Table(["scheme", centre, *quantiles, "best on", *(["paper"] if self.published else [])], rows, title)
@@ -158,9 +157,9 @@ class CircleResult(Result):
         rows = {}
         distributions = self.many.distributions() if self.many else {}
         for run in self.runs:
-            found, name = run.circularity, run.scheme.name
-            row = {"title": run.scheme.title, **dict(zip(QUADRANTS, found.quadrants, strict=True))}
-            row |= {"glitch": found.glitch, "rms": found.rms, "range": found.range}
+            name, quadrants = run.scheme.name, [one.median for one in run.glitches]
+            row = {"title": run.scheme.title, **dict(zip(QUADRANTS, quadrants, strict=True))}
+            row |= {key: run.chance(key).median for key in ("glitch", "rms", "range")}
             rows[name] = row | (dict(distributions[name].quantiles) if distributions else {})
         return rows
 

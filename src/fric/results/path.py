@@ -60,15 +60,15 @@ class PathResult(Result):
         names = tuple(worst.traces)
         rows = [
             [f"{names[reversal.axis]} turns at {reversal.x * 1e3:z.1f}, {reversal.y * 1e3:z.1f} mm"]
-            + [f"{run.contour.reversals[n].glitch * 1e6:.1f}" for run in self.runs]
+            + [run.glitches[n].text() for run in self.runs]
             for n, reversal in enumerate(worst.contour.reversals)
         ]
         columns = ["reversal", *(f"({run.scheme.name})" for run in self.runs)]
         return [*text, Table(columns, rows, "glitch at each reversal in µm")] if rows else text
 
     def _row(self, run: PathRun) -> list[str]:
-        less, found = reduction(run, self.runs), run.contour
-        microns = [f"{value * 1e6:.1f}" for value in (found.glitch, found.rms, found.range)]
+        less = reduction(run, self.runs)
+        microns = [one.text() for one in (run.chance(), run.chance("rms"), run.chance("range"))]
         return [f"({run.scheme.name}) {run.scheme.title}", *microns, "" if less is None else f"{less:.0%}"]
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
@@ -81,10 +81,10 @@ class PathResult(Result):
     def by_row(self) -> dict[str, dict[str, Any]]:
         """Return glitch and contour error by scheme [m]."""
         return {
-            run.scheme.name: {"title": run.scheme.title, "glitch": run.contour.glitch, "rms": run.contour.rms,
-                              "range": run.contour.range}
+            run.scheme.name: {"title": run.scheme.title}
+            | {key: run.chance(key).median for key in ("glitch", "rms", "range")}
             for run in self.runs
-        }  # fmt: skip
+        }
 
 
 @verb

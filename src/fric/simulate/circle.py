@@ -9,7 +9,8 @@ from fric.contour import Circularity, circularity
 from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.reference import Reference, circle
-from fric.simulate.contour_run import ContourRun, follow, run_warnings
+from fric.simulate.chance import PLACES
+from fric.simulate.contour_run import ContourRun, at_places, follow, run_warnings
 from fric.simulate.machine import Machine
 
 
@@ -77,6 +78,7 @@ def run_circle(
     only: str | None = None,
     halvings: int = 0,
     accuracy: float = 0.0,
+    places: int = PLACES,
 ) -> CircleRun:
     """Run a circle on two axes of a machine under one scheme.
 
@@ -86,15 +88,21 @@ def run_circle(
         The circle; that of the paper, 30 mm at 100 mm/s, where it is not given.
     machine, scheme, only, halvings, accuracy
         As in `follow`.
+    places
+        As in `at_places`.
 
     Raises
     ------
     FricError
         As `follow`.
     """
-    test = test or Circle()
-    _, traces, (x, y) = follow(machine, scheme, test, only=only, halvings=halvings, accuracy=accuracy)
-    return CircleRun(scheme, test, traces, circularity(x, y, test.radius), run_warnings(scheme, traces))
+    circle = test or Circle()
+
+    def once(subject: Machine, accuracy: float) -> CircleRun:
+        _, traces, (x, y) = follow(subject, scheme, circle, only=only, halvings=halvings, accuracy=accuracy)
+        return CircleRun(scheme, circle, traces, circularity(x, y, circle.radius), run_warnings(scheme, traces))
+
+    return at_places(machine, circle.feed, once, accuracy=accuracy, places=places, only=only)
 
 
 def circle_document(runs: Sequence[CircleRun]) -> dict[str, Any]:
@@ -102,13 +110,13 @@ def circle_document(runs: Sequence[CircleRun]) -> dict[str, Any]:
     test = runs[0].circle
     schemes = {}
     for run in runs:
-        found = run.circularity
         schemes[run.scheme.name] = {
             "title": run.scheme.title,
-            "glitch": found.glitch,
-            "quadrants": list(found.quadrants),
-            "radial_rms": found.rms,
-            "radial_range": found.range,
+            "glitch": run.chance().median,
+            "quadrants": [one.median for one in run.glitches],
+            "radial_rms": run.chance("rms").median,
+            "radial_range": run.chance("range").median,
+            "chance": run.intervals(),
             "warnings": list(run.warnings),
         }
     return {"velocity": test.feed, "radius": test.radius, "direction": test.direction, "schemes": schemes}

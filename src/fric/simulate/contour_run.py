@@ -1,19 +1,20 @@
 """One contour under one scheme: what circles, paths and recorded references have in common."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Generic, Literal, Protocol, TypeVar
 
 import numpy as np
 
 from fric.arrays import Real
-from fric.contour import Circularity, ContourError
+from fric.contour import Circularity, ContourError, Figures
 from fric.control.feedforward import inverse_model
 from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.notice import Notice
 from fric.reference import Reference
 from fric.simulate.axis import Trace, run_axis
+from fric.simulate.chance import ACCURACY, SLOW, Chance
 from fric.simulate.machine import Axis, Machine
 
 Left = TypeVar("Left", bound=Circularity | ContourError)
@@ -31,7 +32,7 @@ Followed = TypeVar("Followed", bound=Contour)
 
 @dataclass(frozen=True, eq=False)
 class ContourRun(Generic[Followed, Left]):
-    """What one scheme makes of a contour.
+    """What one scheme makes of a contour; where that hangs on counts, the run whose glitch is the median over places.
 
     Parameters
     ----------
@@ -45,6 +46,8 @@ class ContourRun(Generic[Followed, Left]):
         What the scheme leaves of it.
     warnings
         What the user should know.
+    places
+        What it leaves at each place between two counts (`fric.simulate.chance`); empty where one run tells it.
     """
 
     scheme: Scheme
@@ -52,6 +55,70 @@ class ContourRun(Generic[Followed, Left]):
     traces: Mapping[str, Trace]
     contour: Left
     warnings: tuple[str, ...] = ()
+    places: tuple[Figures, ...] = ()
+
+    def chance(self, name: Literal["glitch", "rms", "range", "oscillation"] = "glitch") -> Chance:
+        """Return one of the figures of the contour with its chance [m]."""
+        return Chance(tuple(getattr(one, name) for one in self.places or (self.contour,)), 0.0)
+
+    @property
+    def glitches(self) -> tuple[Chance, ...]:
+        """The signed glitch at each reversal [m]."""
+        return tuple(map(Chance, zip(*(one.glitches for one in self.places or (self.contour,)), strict=True)))
+
+    def intervals(self) -> dict[str, Any] | None:
+        """Return in what intervals further runs lie, as a plain document; None where one run tells it."""
+        if not self.places:
+            return None
+        glitch = self.chance()
+        return {
+            "places": len(self.places),
+            "glitch": [glitch.low, glitch.high],
+            "reversals": [[one.low, one.high] for one in self.glitches],
+        }
+
+
+Run = TypeVar("Run", bound=ContourRun[Any, Any])
+
+
+def at_places(
+    machine: Machine,
+    feed: float,
+    once: Callable[[Machine, float], Run],
+    *,
+    accuracy: float = 0.0,
+    places: int,
+    only: str | None = None,
+) -> Run:
+    """Return a run; where it hangs on the counts of encoders, that of the median glitch of several, and all they leave.
+
+    It does so below `SLOW`, and where its glitch is less than a count.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    feed
+        Speed along the contour [m/s].
+    once
+        Makes one run, of a machine with counts that lie somewhere, with an accuracy.
+    accuracy
+        As in `follow`; what hangs on counts is integrated to `ACCURACY` at best.
+    places
+        At how many places a run that hangs on counts is made; 1 for the machine as it is.
+    only
+        As in `follow`.
+    """
+    count = max(machine.axes[name].encoder.resolution for name in ([only] if only else pair(machine)))
+    rough = max(accuracy, ACCURACY)
+    slow = feed < SLOW and count > 0.0 and places > 1
+    first = once(machine, rough if slow else accuracy)
+    if places == 1 or not (slow or 0.0 < first.contour.glitch < count):
+        return first
+    runs = [first, *(once(machine.placed(n / places), rough) for n in range(1, places))]
+    middle = sorted(runs, key=lambda run: run.contour.glitch)[places // 2]
+    told = (Figures(*(getattr(run.contour, name) for name in Figures._fields)) for run in runs)
+    return replace(middle, places=tuple(told))
 
 
 def follow(

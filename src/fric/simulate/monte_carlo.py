@@ -103,7 +103,7 @@ class Study:
             )
         for n, scheme in enumerate(self.schemes):
             try:
-                run = run_circle(machine, scheme, self.circle, only=self.only, accuracy=self.accuracy)
+                run = run_circle(machine, scheme, self.circle, only=self.only, accuracy=self.accuracy, places=1)
             except FricError as error:
                 failures[scheme.name] = error.what
                 continue

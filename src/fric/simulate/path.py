@@ -13,7 +13,8 @@ from fric.contour import ContourError, contour_error
 from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.reference import Reference, instants, smooth_step
-from fric.simulate.contour_run import ContourRun, follow, run_warnings
+from fric.simulate.chance import PLACES
+from fric.simulate.contour_run import ContourRun, at_places, follow, run_warnings
 from fric.simulate.machine import Machine
 
 SHARPEST = np.pi / 4
@@ -178,7 +179,13 @@ class PathRun(ContourRun[PointPath | RecordedPath, ContourError]):
 
 
 def run_path(
-    machine: Machine, scheme: Scheme, path: PointPath | RecordedPath, *, halvings: int = 0, accuracy: float = 0.0
+    machine: Machine,
+    scheme: Scheme,
+    path: PointPath | RecordedPath,
+    *,
+    halvings: int = 0,
+    accuracy: float = 0.0,
+    places: int = PLACES,
 ) -> PathRun:
     """Follow a path with two axes of a machine under one scheme.
 
@@ -188,22 +195,28 @@ def run_path(
         The path.
     machine, scheme, halvings, accuracy
         As in `follow`.
+    places
+        As in `at_places`.
 
     Raises
     ------
     FricError
         As `follow`.
     """
-    references, traces, motion = follow(machine, scheme, path, halvings=halvings, accuracy=accuracy)
-    asked, velocity = (
-        np.column_stack([getattr(reference, part) for reference in references]) for part in ("position", "velocity")
-    )
-    full = path.at_full_feed(velocity)
-    error = contour_error(asked[full], velocity[full], np.column_stack(motion)[full], references[0].sampling)
-    warnings = run_warnings(scheme, traces)
-    if not error.reversals:
-        warnings += ("no axis reverses on this path at full feed: there is no glitch",)
-    return PathRun(scheme, path, traces, error, warnings)
+
+    def once(subject: Machine, accuracy: float) -> PathRun:
+        references, traces, motion = follow(subject, scheme, path, halvings=halvings, accuracy=accuracy)
+        asked, velocity = (
+            np.column_stack([getattr(reference, part) for reference in references]) for part in ("position", "velocity")
+        )
+        full = path.at_full_feed(velocity)
+        error = contour_error(asked[full], velocity[full], np.column_stack(motion)[full], references[0].sampling)
+        warnings = run_warnings(scheme, traces)
+        if not error.reversals:
+            warnings += ("no axis reverses on this path at full feed: there is no glitch",)
+        return PathRun(scheme, path, traces, error, warnings)
+
+    return at_places(machine, path.feed, once, accuracy=accuracy, places=places)
 
 
 def path_document(runs: Sequence[PathRun]) -> dict[str, Any]:
@@ -211,13 +224,14 @@ def path_document(runs: Sequence[PathRun]) -> dict[str, Any]:
     schemes = {
         run.scheme.name: {
             "title": run.scheme.title,
-            "glitch": run.contour.glitch,
+            "glitch": run.chance().median,
             "reversals": [
-                {"axis": tuple(run.traces)[found.axis], "x": found.x, "y": found.y, "glitch": found.glitch}
-                for found in run.contour.reversals
+                {"axis": tuple(run.traces)[found.axis], "x": found.x, "y": found.y, "glitch": glitch.median}
+                for found, glitch in zip(run.contour.reversals, run.glitches, strict=True)
             ],
-            "contour_rms": run.contour.rms,
-            "contour_range": run.contour.range,
+            "contour_rms": run.chance("rms").median,
+            "contour_range": run.chance("range").median,
+            "chance": run.intervals(),
             "warnings": list(run.warnings),
         }
         for run in runs

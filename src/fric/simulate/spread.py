@@ -177,6 +177,7 @@ def draw_machine(
 ) -> tuple[Machine, dict[str, float]]:
     """Return machine number ``index`` of those that a seed draws, and what was drawn.
 
+    Position 0 lies anywhere between two counts of its encoders, too, for all schemes alike.
     The draw of a parameter depends on the seed, the index, the axis and the parameter alone: machine i is the same
     however many are drawn, in whatever order, and whatever else is spread.
 
@@ -223,7 +224,7 @@ def draw_machine(
             nominal=axis.nominal or axis.plant,
             friction=_friction(axis.friction, draws),
             load=draws.value("offset", axis.load, float("-inf"), "load"),
-        )
+        ).placed(float(draws.generator("place").random()))
         drawn |= draws.drawn
     return replace(machine, axes=axes), drawn
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from fric.contour import Circularity
 from fric.verdict.evidence import Candidate
 
 if TYPE_CHECKING:
@@ -20,13 +19,11 @@ def candidates_of(
     """Return what schemes left of one machine, and on the machines that were drawn."""
     found = []
     for n, run in enumerate(runs):
-        contour = run.contour
-        on_circle = isinstance(contour, Circularity)
-        glitches = contour.quadrants if on_circle else tuple(reversal.glitch for reversal in contour.reversals)
         found.append(
             Candidate(
-                scheme=run.scheme, glitches=glitches, glitch=contour.glitch, warnings=run.warnings,
-                oscillation=contour.oscillation if on_circle else 0.0,
+                scheme=run.scheme, glitches=tuple(one.median for one in run.glitches), glitch=run.chance().median,
+                places=tuple(one.glitch for one in run.places), warnings=run.warnings,
+                oscillation=run.chance("oscillation").median,
                 drawn=tuple(map(float, many.glitches[:, n])) if many else (),
                 swings=tuple(map(float, many.swings[:, n])) if many else (),
                 predicted=prediction.schemes.get(run.scheme.name) if prediction else None,

@@ -152,9 +152,13 @@ def surely_less(better: Candidate, worse: Candidate, least: float) -> bool:
 def difference(one: Candidate, other: Candidate) -> tuple[float, float]:
     """Return the 95 % interval of the difference of what two stay under [m], by drawing the drawn machines again.
 
-    The same machines for both: what a machine does to both falls out. Without machines it is the plain difference.
+    The same machines for both: what a machine does to both falls out. Without machines it is the plain difference, or
+    where that hangs on counts between what it lies by chance.
     """
     if not one.drawn or len(one.drawn) != len(other.drawn):
+        if one.places or other.places:
+            chance = one.chance - other.chance
+            return chance.low, chance.high
         return (one.stays_under - other.stays_under,) * 2
     again = np.random.default_rng(0).integers(len(one.drawn), size=(RESAMPLES, len(one.drawn)))
     with np.errstate(invalid="ignore"):

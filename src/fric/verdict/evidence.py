@@ -10,6 +10,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.notice import Notice
+from fric.simulate.chance import Chance
 
 if TYPE_CHECKING:
     from fric.control.scheme import Scheme
@@ -30,7 +31,10 @@ class Candidate:
     glitches
         Signed glitch at each reversal [m].
     glitch
-        The largest magnitude of them [m].
+        The largest magnitude of them [m]; the median over places where it hangs on counts.
+    places
+        The same at each place between two counts [m], the same places for every scheme (`fric.simulate.chance`); empty
+        where one run tells it.
     warnings
         What the simulation told; one of severity ``wrong`` forbids the scheme.
     drawn
@@ -48,6 +52,7 @@ class Candidate:
     scheme: Scheme
     glitches: tuple[float, ...]
     glitch: float
+    places: tuple[float, ...] = ()
     warnings: tuple[str, ...] = ()
     drawn: tuple[float, ...] = ()
     oscillation: float = 0.0
@@ -69,13 +74,23 @@ class Candidate:
         return own if self.predicted is None else max(own, self.predicted.under)
 
     @property
+    def chance(self) -> Chance:
+        """The glitch of the one machine with its chance [m]."""
+        return Chance(self.places or (self.glitch,), 0.0)
+
+    @property
     def middle(self) -> float:
         """The median over the machines that were drawn [m]; the glitch of the one machine where none was."""
         return float(np.quantile(self._ran, 0.5)) if self.drawn else self.glitch
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Between what the glitch lies on 95 % of the machines that were drawn [m]; None where it ran on none."""
+        """Between what the glitch lies on 95 % of the machines that were drawn [m]; None where it ran on none.
+
+        Without machines between what it lies by chance, where it hangs on counts.
+        """
+        if self.places and not self.drawn:
+            return self.chance.low, self.chance.high
         if self.predicted is not None and np.isfinite(self.predicted.ci95).all():
             return self.predicted.ci95
         if not np.isfinite(self._ran).any():

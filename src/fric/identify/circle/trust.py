@@ -104,7 +104,7 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
     except FricError as error:
         yield Notice(f"the machine as it is known cannot run {test.where}: {error.what}", "model-disagrees", "wrong")
         return
-    seen, expected = measured_quadrants(test), run.circularity.quadrants
+    seen, expected = measured_quadrants(test), [one.median for one in run.glitches]
     off = {
         name: (one, other)
         for name, one, other in zip(QUADRANTS, seen, expected, strict=True)
