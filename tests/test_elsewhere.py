@@ -43,7 +43,7 @@ for name in found:
 print(len(found))
 """,
         tmp_path,
-        "distributed, h5py, matplotlib.figure, nlopt, numba, pandas, scipy.signal, bokeh.embed",
+        "distributed, h5py, matplotlib.figure, nlopt, numba, pandas, scipy.signal",
     )
     assert int(said) > 150
 

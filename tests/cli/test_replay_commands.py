@@ -53,7 +53,6 @@ def test_a_table_of_schemes_loads_nothing_that_it_does_not_use():
         "h5py",
         "pandas",
         "matplotlib",
-        "bokeh",
         "rich.progress",
         "scipy.linalg",
         "scipy.optimize",

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fric.control.cascade import Cascade
+from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
 from fric.design.cascade import design_cascade
 from fric.design.observer import design_observer
@@ -20,19 +21,22 @@ from fric.drive.plant import LinearPlant, Plant
 from fric.figures.bode import bode_figure
 from fric.figures.circle import polar_figure
 from fric.figures.comparison import draw_comparison
+from fric.figures.contours import SchemeContour, after_reversal_figure, along_figure, overlay_figure
 from fric.figures.diagnosis import draw_diagnosis
-from fric.figures.gms import draw_gms
+from fric.figures.drift import RelativeChange, draw_drift
+from fric.figures.gms import ReplayedCycle, Virgin, cycles_figure, draw_gms, virgin_figure
 from fric.figures.learned import draw_learned
 from fric.figures.monte_carlo import monte_carlo_figure
 from fric.figures.nyquist import nichols_figure, nyquist_figure
 from fric.figures.path import path_figure
 from fric.figures.plan import draw_plan
-from fric.figures.plant import draw_motion, draw_plant
-from fric.figures.qfilter import q_filter_figure
+from fric.figures.plant import draw_motion, draw_plant, motion_figure
+from fric.figures.qfilter import QReach, q_filter_figure, reach_figure
 from fric.figures.record import draw_record
 from fric.figures.replay import draw_replay
 from fric.figures.reversal import AROUND, last_reversal, reversal_figure
-from fric.figures.static_map import draw_static_map
+from fric.figures.static_map import FrictionMap, MapBranches, draw_static_map, map_figure
+from fric.figures.style import Band
 from fric.figures.tuned import draw_tuned
 from fric.figures.validation import draw_validation
 from fric.friction import models
@@ -571,3 +575,108 @@ def validation() -> Case:
         factor = {"m": 1e3, "µ": 1e6, "n": 1e9}.get(unit[0], 1.0) if unit not in {"m", "m/s"} else 1.0
         panels.append(Panel(figure.axes[2 * n + 1], [curve(t, factor * (measured - simulated))]))
     return figure, panels
+
+
+def schemed() -> list[SchemeContour]:
+    return [SchemeContour(run.scheme, run.circularity.angle, run.circularity.error) for run in circles()]
+
+
+@case
+def overlay() -> Case:
+    found, earlier = schemed(), [replace(one, error=0.5 * one.error) for one in schemed()]
+    figure = overlay_figure(found, 5e-3, 1, 100.0, earlier)
+    return figure, [Panel(figure.axes[0], [curve(one.place, one.error * 1e6) for one in (*earlier, *found)])]
+
+
+@case
+def after_reversal() -> Case:
+    figure = after_reversal_figure(schemed(), 5e-3, 50e-3, 1, np.pi / 2)
+    wanted = []
+    for one in schemed():
+        off = (np.degrees(one.place) - 90 + 180) % 360 - 180
+        near_ = (off >= -5) & (off <= 25)
+        order = np.argsort(off[near_])
+        time = np.radians(off[near_][order]) * 5e-3 / 50e-3
+        wanted.append(curve(time * 1e3, (one.error[near_][order] - np.median(one.error)) * 1e6))
+    return figure, [Panel(figure.axes[0], wanted)]
+
+
+@case
+def along() -> Case:
+    figure = along_figure(schemed())
+    return figure, [Panel(figure.axes[0], [curve(one.place * 1e3, one.error * 1e6) for one in schemed()])]
+
+
+@case
+def drift() -> Case:
+    changes = [RelativeChange("F_c", -9.0, -10.5, -7.5, moved=True), RelativeChange("F_s", 1.0, -2.0, 4.0, moved=False)]
+    figure = draw_drift(changes)
+    (axes,) = figure.axes
+    drawn = [tuple(np.ravel(line.get_xdata())) for line in axes.get_lines()[1:]]
+    assert drawn == [(-10.5, -7.5), (-9.0,), (-2.0, 4.0), (1.0,)]
+    axes.plot([-1.0, 1.0], [0.0, 1.0])  # all else in it is level, and held above
+    return figure, [Panel(axes, [curve([-1.0, 1.0], [0.0, 1.0])])]
+
+
+def band_of(f: Callable[[Any], Any], first: float, last: float) -> Band:
+    x = np.geomspace(first, last, 100)
+    return Band(x, f(x), f(x) - 2.0, f(x) + 2.0)
+
+
+def map_alone(logarithmic: bool) -> Case:
+    friction = StaticMap(105.0, 165.0, 1e-3).steady_state
+    size = band_of(friction, 1e-5, 1e-2)
+    found = FrictionMap("linear", [MapBranches(1, [size], size)], *np.array([[1e-3, 5e-3], [130.0, 110.0], [1.0, 2.0]]))
+    figure = map_figure(found, logarithmic=logarithmic)
+    points = [curve([1.0, 5.0], np.array([130.0, 110.0]) + k * np.array([1.0, 2.0])) for k in (-1, 0, 1)]
+    shown = lambda x: friction(x * 1e-3)  # noqa: E731
+    limits = (lambda x: shown(x) - 2, lambda x: shown(x) + 2)
+    return figure, [Panel(figure.axes[0], [*points, function(shown)], [limits])]
+
+
+@case
+def map_over_velocity() -> Case:
+    return map_alone(False)
+
+
+@case
+def map_over_speed() -> Case:
+    return map_alone(True)
+
+
+@case
+def virgin_alone() -> Case:
+    knots = np.array([1e-6, 1e-5])
+    force = lambda x: np.minimum(x[:, None], knots) @ np.array([5e7, 5e6])  # noqa: E731
+    figure = virgin_figure(Virgin("linear", 100.0, band_of(force, 1e-7, 1.9e-5), knots, force(knots)), logarithmic=True)
+    shown = lambda x: force(x * 1e-6)  # noqa: E731
+    limits = (lambda x: shown(x) - 2, lambda x: shown(x) + 2)
+    return figure, [Panel(figure.axes[0], [function(shown), curve(knots * 1e6, force(knots))], [limits])]
+
+
+@case
+def cycles_alone() -> Case:
+    t = np.linspace(0, 2 * np.pi, 200)
+    one = ReplayedCycle("slow", 1e-5 * np.sin(t), 50 * np.sin(t + 0.3), 49 * np.sin(t + 0.31))
+    figure = cycles_figure([one], "linear")
+    z = one.position * 1e6
+    return figure, [Panel(figure.axes[0], [curve(z, one.measured), curve(z, one.model)])]
+
+
+@case
+def motion_alone() -> Case:
+    t = np.linspace(0, 1, 200)
+    measured, fitted = 5 * np.sin(9 * t), 5 * np.sin(9 * t + 0.1)
+    figure = motion_figure(t, measured, fitted, "force [N]")
+    top, bottom = figure.axes
+    return figure, [Panel(top, [curve(t, measured), curve(t, fitted)]), Panel(bottom, [curve(t, measured - fitted)])]
+
+
+@case
+def reach() -> Case:
+    q, robust = QFilter("binomial2", 60.0), QFilter("binomial2", 372.0)
+    figure = reach_figure(QReach(q, robust, None, [(300.0, 1.2)], None, 2000.0))
+    (mark,) = [line for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
+    assert near(np.ravel(mark.get_data()), [300.0, -20 * np.log10(1.2)])
+    curves = [function(lambda f, one=one: decibel(one.response(f))) for one in (q, robust)]
+    return figure, [Panel(figure.axes[0], curves)]

@@ -60,6 +60,6 @@ def test_a_new_figure_is_drawn_by_command_and_report_and_held_by_the_shared_test
     assert (folder / "harmonics.png").read_bytes()[1:4] == b"PNG"
     python(warm, folder, FRIC, "report", str(run), "-o", str(folder / "report.html"))
     page = (folder / "report.html").read_text()
-    assert page.count('alt="Draw the amplitude of each harmonic of the radial error, a curve a scheme."') == 1
+    assert page.count('aria-label="Draw the amplitude of each harmonic of the radial error, a curve a scheme."') == 1
     words = ["tests/figures/test_views.py", "-k", "draws_what_it_is_of and circles"]
     assert "1 passed" in shared_tests(warm, folder, "new_figure_plugin", *words)

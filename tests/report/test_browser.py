@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 import shutil
 from collections.abc import Iterator
 from io import BytesIO
@@ -32,10 +33,11 @@ SWITCHES = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
     "--disable-component-update --disable-sync --window-size=1280,1400"
 )
-LINES = """
-const plot = Bokeh.documents.map((d) => d.roots()[0]).find((one) => one.renderers?.some((r) => r.name === "now:a"));
-const line = (name) => plot.renderers.find((r) => r.name === name);
-"""
+VISIBLE = "return arguments[0].map((name) => [...document.querySelectorAll(`[data-name='${name}']`)].map((one) => "
+VISIBLE += "getComputedStyle(one).display !== 'none'))"
+"""Whether each curve of a name is seen, by name: in the circle and after the reversals of two axes."""
+BOX = "const v = document.querySelector('.contour figure[id^=contour] svg').viewBox.baseVal;"
+BOX += "return [v.x, v.y, v.width, v.height]"
 
 
 @pytest.fixture(scope="module")
@@ -82,9 +84,12 @@ def judged(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Report],
 
 
 def test_it_draws_everything_and_the_console_is_silent(page: Any) -> None:
-    drawn = page.execute_script("return [...document.querySelectorAll('div.drawn')].map((d) => d.children.length)")
+    drawn = page.execute_script(
+        "return [...document.querySelectorAll('svg.plot')].map((one) => [one.getBoundingClientRect().height,"
+        " one.querySelectorAll('path').length, one.querySelectorAll('text').length])"
+    )
     assert len(drawn) >= 7
-    assert all(drawn)
+    assert all(height > 100 and paths > 5 and texts > 3 for height, paths, texts in drawn)
     assert [entry for entry in page.get_log("browser") if entry["level"] in {"SEVERE", "WARNING"}] == []
 
 
@@ -94,24 +99,25 @@ def test_it_loads_nothing(page: Any) -> None:
 
 
 def test_a_switch_takes_its_scheme_away_and_brings_it_back(page: Any) -> None:
+    def visible() -> list[list[bool]]:
+        return page.execute_script(VISIBLE, ["now:a", "now:c"])
+
     box = page.find_element("css selector", ".scheme[value=a]")
-    visible = LINES + "return [line('now:a').visible, line('now:c').visible]"
-    assert page.execute_script(visible) == [True, True]
+    assert visible() == [[True] * 3, [True] * 3]
     box.send_keys(" ")  # by keyboard
-    assert page.execute_script(visible) == [False, True]
+    assert visible() == [[False] * 3, [True] * 3]
     box.click()
-    assert page.execute_script(visible) == [True, True]
+    assert visible() == [[True] * 3, [True] * 3]
     page.find_element("css selector", "button.none").click()
-    assert page.execute_script(visible) == [False, False]
+    assert visible() == [[False] * 3, [False] * 3]
     page.find_element("css selector", "button.all").click()
-    assert page.execute_script(visible) == [True, True]
+    assert visible() == [[True] * 3, [True] * 3]
 
 
 def test_the_earlier_run_is_shown_when_asked_for(page: Any) -> None:
-    visible = LINES + "return line('earlier:a').visible"
-    assert page.execute_script(visible) is False
+    assert page.execute_script(VISIBLE, ["earlier:a"]) == [[False]]
     page.find_element("css selector", ".earlier").click()
-    assert page.execute_script(visible) is True
+    assert page.execute_script(VISIBLE, ["earlier:a"]) == [[True]]
     page.find_element("css selector", ".earlier").click()
 
 
@@ -123,10 +129,14 @@ def test_the_drawn_line_is_the_run_magnified(page: Any, files: SimpleNamespace) 
     for factor in (100, 1000):
         field.clear()
         field.send_keys(str(factor))
-        x, y = np.array(
-            page.execute_script(LINES + "const d = line('now:a').data_source.data; return [[...d.x], [...d.y]]")
+        path, panels = page.execute_script(
+            "const svg = document.querySelector('.contour figure[id^=contour] svg');"
+            "return [svg.querySelector('[data-name=\"now:a\"] path').getAttribute('d'), JSON.parse(svg.dataset.panels)]"
         )
-        drawn = (np.hypot(x, y) - 30.0) / factor * 1e-3
+        x, y = (np.array(re.findall(r"-?[\d.]+", path), float).reshape(-1, 2) - panels[0]["centre"]).T
+        (low, high), rim = panels[0]["r"], panels[0]["rim"]
+        nominal = rim * -low / (high - low)  # the circle of 30 mm
+        drawn = (np.hypot(x, y) / nominal - 1) * 30e-3 / factor
         assert drawn.max() == pytest.approx(error.max(), abs=2e-8)
         assert drawn.min() == pytest.approx(error.min(), abs=2e-8)
         assert page.execute_script("return document.querySelector('.contour').dataset.magnification") == str(factor)
@@ -138,17 +148,100 @@ def test_the_drawn_line_is_the_run_magnified(page: Any, files: SimpleNamespace) 
 
 
 def test_a_zoom_goes_to_its_reversal_and_keeps_circles_round(page: Any) -> None:
-    seen = LINES + (
-        "const [x, y] = [plot.x_range, plot.y_range];"
-        "return [(x.start + x.end) / 2, (y.start + y.end) / 2, (x.end - x.start) / plot.inner_width,"
-        " (y.end - y.start) / plot.inner_height]"
+    whole = page.execute_script(BOX)
+    centre = page.execute_script(
+        "return JSON.parse(document.querySelector('.contour figure[id^=contour] svg').dataset.panels)[0].centre"
     )
-    page.find_element("css selector", ".zoom[data-quadrant='1']").click()
-    x, y, mm_a_pixel_x, mm_a_pixel_y = page.execute_script(seen)
-    assert (x, y) == (pytest.approx(0, abs=1e-6), pytest.approx(33))
-    assert mm_a_pixel_x == pytest.approx(mm_a_pixel_y, rel=0.03)  # other tick labels take other room
+    page.find_element("css selector", ".zoom[data-quadrant='1']").click()  # +y, which is up
+    x, y, width, height = page.execute_script(BOX)
+    assert x + width / 2 == pytest.approx(centre[0], abs=0.1)
+    assert y + height / 2 < centre[1] - 50
+    assert width < 0.5 * whole[2]
+    assert width / height == pytest.approx(whole[2] / whole[3])
     page.find_element("css selector", ".zoom[data-quadrant=all]").click()
-    assert page.execute_script(seen)[:2] == [pytest.approx(0), pytest.approx(0)]
+    assert page.execute_script(BOX) == whole
+
+
+def test_a_figure_is_zoomed_moved_and_reset_by_mouse_and_by_keyboard(page: Any) -> None:
+    svg = page.find_element("css selector", ".contour figure[id^=contour] svg")
+    page.execute_script("arguments[0].scrollIntoView({block: 'center'}); arguments[0].blur()", svg)
+    whole = page.execute_script(BOX)
+    wheel = (
+        "const at = arguments[0].getBoundingClientRect(); return arguments[0].dispatchEvent(new WheelEvent('wheel', "
+        "{deltaY: -400, clientX: at.left + at.width / 4, clientY: at.top + at.height / 2, cancelable: true}))"
+    )
+    assert page.execute_script(wheel, svg) is True  # a page that is scrolled goes on scrolling
+    assert page.execute_script(BOX) == whole
+    webdriver.ActionChains(page).move_to_element(svg).click().perform()
+    assert page.execute_script(wheel, svg) is False
+    x, _, width, _ = page.execute_script(BOX)
+    assert width == pytest.approx(whole[2] / 2)
+    assert x + width / 4 == pytest.approx(whole[2] / 4, abs=0.5)  # what is under the pointer stays there
+    webdriver.ActionChains(page).drag_and_drop_by_offset(svg, -60, 0).perform()
+    moved = page.execute_script(BOX)
+    scale = width / page.execute_script("return arguments[0].getBoundingClientRect().width", svg)
+    assert moved[0] == pytest.approx(x + 60 * scale, abs=1.0)
+    webdriver.ActionChains(page).double_click(svg).perform()
+    assert page.execute_script(BOX) == whole
+    for keys, share in (("++", 1.25**-2), ("-", 1.25**-1), ("0", 1.0)):
+        svg.send_keys(keys)
+        assert page.execute_script(BOX)[2] == pytest.approx(whole[2] * share)
+    svg.send_keys("++\ue014")  # arrow right
+    assert page.execute_script(BOX)[0] > 1.2 * (whole[2] - page.execute_script(BOX)[2]) / 2
+    svg.send_keys("\ue00c")  # escape
+    assert page.execute_script(BOX) == whole
+
+
+def test_the_numbers_under_the_pointer_are_those_of_the_axes(page: Any) -> None:
+    """In a panel with a logarithmic axis, and in a circle that is magnified: its rings are at their errors."""
+    read = (
+        "const [svg, x, y] = arguments, at = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());"
+        "svg.dispatchEvent(new PointerEvent('pointermove', {clientX: at.x, clientY: at.y}));"
+        "return svg.parentElement.querySelector('.read').textContent"
+    )
+    svg = page.find_element("css selector", "#map-log-x svg")
+    ticks = page.execute_script(
+        "return [...arguments[0].querySelectorAll('text')].map((one) => [one.textContent, one.getBBox().x + "
+        "one.getBBox().width / 2])", svg,
+    )  # fmt: skip
+    panel = page.execute_script("return JSON.parse(arguments[0].dataset.panels)[0]", svg)
+    (at,) = [x for text, x in ticks if text == "0.1"]
+    text = page.execute_script(read, svg, at, (panel["frame"][1] + panel["frame"][3]) / 2)
+    speed, size = re.fullmatch(r"speed ([\d.]+) mm/s, friction in the direction of motion ([\d.]+) N", text).groups()
+    assert float(speed) == pytest.approx(0.1, rel=0.03)
+    assert float(size) == pytest.approx((panel["y"][0] + panel["y"][1]) / 2, rel=1e-3)
+    svg = page.find_element("css selector", ".contour figure[id^=contour] svg")
+    field = page.find_element("css selector", "input.magnification")
+    for factor in (200, 500):
+        field.clear()
+        field.send_keys(str(factor))
+        rings = page.execute_script(
+            "return [...arguments[0].querySelectorAll('[data-name^=\"ring:\"]')]"
+            ".filter((one) => !('off' in one.dataset))"
+            ".map((one) => one.querySelector('text')?.textContent ?? one.getBBox().width / 2)",
+            svg,
+        )
+        sizes, names = rings[: len(rings) // 2], rings[len(rings) // 2 :]
+        centre = page.execute_script("return JSON.parse(arguments[0].dataset.panels)[0].centre", svg)
+        for ring, name in zip(sizes, names, strict=True):
+            told = page.execute_script(read, svg, centre[0] + ring, centre[1])
+            found = re.fullmatch(r"([\d.]+)°, error ([−\d.]+) µm", told).group(2)
+            assert float(found.replace("−", "-")) == pytest.approx(float(name[:-3].replace("−", "-")), rel=0.03)
+
+
+def test_a_click_on_an_entry_of_a_legend_hides_its_curve(page: Any) -> None:
+    script = (
+        "const svg = document.querySelector('#virgin-x svg');"
+        "const entry = [...svg.querySelectorAll('[data-name^=\"legend:\"]')].find((one) => "
+        "one.textContent.includes('measured'));"
+        "const curves = [...svg.querySelectorAll(`[data-name='${entry.dataset.name.replace('legend', 'curve')}']`)];"
+        "entry.dispatchEvent(new MouseEvent('click'));"
+        "return curves.map((one) => getComputedStyle(one).display)"
+    )
+    hidden, shown = page.execute_script(script), page.execute_script(script)
+    assert set(hidden) == {"none"}
+    assert set(shown) == {"inline"}
+    assert len(shown) == 1
 
 
 def luminance(page: Any) -> float:
@@ -207,18 +300,6 @@ def test_nothing_is_cut_off_at_the_right(page: Any, width: int) -> None:
     assert beyond == []
 
 
-def test_a_switch_reaches_the_curves_over_time_too(page: Any) -> None:
-    visible = (
-        "const at = Bokeh.documents.map((d) => d.roots()[0]).filter((one) => one.renderers?.some((r) => "
-        "r.name === 'now:a') && !one.renderers.some((r) => r.data_source?.name === 'grid'));"
-        "return at.map((one) => one.renderers.find((r) => r.name === 'now:a').visible)"
-    )
-    assert page.execute_script(visible) == [True, True]
-    page.find_element("css selector", ".scheme[value=a]").click()
-    assert page.execute_script(visible) == [False, False]
-    page.find_element("css selector", ".scheme[value=a]").click()
-
-
 def test_symbols_have_their_plain_names_beside_them(page: Any) -> None:
     rows = page.execute_script(
         "return [...document.querySelectorAll('.numbers th .named')].map((one) => one.innerText)"
@@ -268,5 +349,4 @@ def test_against_a_measured_circle_nothing_is_recommended(page: Any, judged: tup
     shown = made.inputs.circles[0].result.found.glitches["+x"]
     assert f"{shown.value * 1e6:.1f}" in table
     assert "no: level" in table
-    picture = page.find_element("css selector", "#measured img")
-    assert page.execute_script("return arguments[0].naturalWidth", picture) > 300
+    assert page.find_element("css selector", "#measured svg.plot").size["width"] > 300

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.lines import Line2D
 
 import fric
 from fric.control.q_filter import QFilter
@@ -19,13 +21,22 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.io.run import read_runs, write_runs
 from fric.log import Log
-from fric.report.canvas import Drawn
 from fric.report.collect import collect
-from fric.report.contours import contour_figure, reversal_figures
 from fric.report.curves import friction_curves
 from fric.report.drift import Change
-from fric.report.plots import drift_figure, friction_map, hysteresis, motions, q_filter, virgin_curves
+from fric.report.plots import (
+    Drawn,
+    contour_figure,
+    drift_figure,
+    friction_map,
+    hysteresis,
+    motions,
+    q_filter,
+    reversal_figures,
+    virgin_curves,
+)
 from fric.simulate.path import PointPath, run_path
+from tests.figures.drawn import edges, labels
 
 from .conftest import LOGS
 
@@ -33,24 +44,19 @@ LABEL = re.compile(r"^\S.*\S? \[[^\[\]]+\]$")
 Check = Callable[[], None]
 
 
-def curves(drawn: Drawn) -> Iterator[tuple[dict[str, Any], str, np.ndarray, np.ndarray]]:
-    """Give the source, its column, x and y of each line and each set of points of a figure."""
-    for renderer in drawn.model.renderers:
-        glyph, data = renderer.glyph, renderer.data_source.data
-        if hasattr(glyph, "y") and isinstance(glyph.y, str) and len(data[glyph.y]) > 1:
-            x, y = data[glyph.x], data[glyph.y]
-            if not isinstance(y[0], str):
-                yield data, glyph.y, np.asarray(x, float), np.asarray(y, float)
+def curves(drawn: Drawn) -> Iterator[tuple[Line2D, np.ndarray, np.ndarray]]:
+    """Give each line and each set of points of a figure, with its x and y, but straight levels and bars."""
+    for axes in drawn.figure.axes:
+        for line in axes.get_lines():
+            own, x = line.get_transform() == axes.transData, np.asarray(line.get_xdata(), float)
+            if own and len(x) > 1 and line.get_marker() not in {"_", "|", 2, 3}:  # caps of error bars
+                yield line, x, np.asarray(line.get_ydata(), float)
 
 
-def bands(drawn: Drawn) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return x, lower and upper edge of each shaded band."""
-    found = []
-    for renderer in drawn.model.renderers:
-        if hasattr(renderer.glyph, "y2"):
-            data = renderer.data_source.data
-            found.append(tuple(np.asarray(data[name], float) for name in ("x", "y1", "y2")))
-    return found
+def named(drawn: Drawn) -> dict[str, Line2D]:
+    """Return the lines that the page switches, by name."""
+    found = {str(line.get_gid()): line for axes in drawn.figure.axes for line in axes.get_lines()}
+    return {name: line for name, line in found.items() if name.startswith(("now:", "earlier:"))}
 
 
 def spread(y: np.ndarray) -> float:
@@ -61,21 +67,20 @@ def each_fails_when_level(drawn: Drawn, check: Check) -> None:
     """Hold a check against the figure, and then with each of its curves made level: it must fail."""
     check()
     levelled = 0
-    for data, column, _, y in curves(drawn):
+    for line, _, y in curves(drawn):
         if spread(y) > 0:
-            kept = data[column]
-            data[column] = np.full(len(y), np.nanmean(y))
+            line.set_ydata(np.full(len(y), np.nanmean(y)))
             with pytest.raises(AssertionError):
                 check()
-            data[column] = kept
+            line.set_ydata(y)
             levelled += 1
     check()
     assert levelled
 
 
 def labelled(drawn: Drawn) -> None:
-    for axis in drawn.model.axis:
-        assert not axis.axis_label or LABEL.match(axis.axis_label), axis.axis_label
+    for label in labels(drawn.figure):
+        assert LABEL.match(label), label
 
 
 def close(found: Any, wanted: Any, rel: float = 1e-6) -> None:
@@ -95,13 +100,13 @@ def test_the_map_is_eq_2_of_the_file(files: SimpleNamespace) -> None:
         labelled(drawn)
 
         def check(drawn: Drawn = drawn) -> None:
-            found = [(x, y) for _, _, x, y in curves(drawn)]
+            found = [(x, y) for _, x, y in curves(drawn)]
             assert len(found) == (1 if "log" in drawn.id else 2)
             for x, y in found:
                 close(y, np.asarray(static.steady_state(x * 1e-3)))
 
         each_fails_when_level(drawn, check)
-        for x, low, high in bands(drawn):
+        for x, low, high in (band for axes in drawn.figure.axes for band in edges(axes)):
             y = np.asarray(static.steady_state(x * 1e-3))
             assert np.all((np.minimum(low, high) <= y) & (y <= np.maximum(low, high)))
 
@@ -113,11 +118,11 @@ def test_measured_strokes_stand_where_they_were_measured(inputs: Any) -> None:
     wide, _ = friction_map(item, found)
 
     def check() -> None:
-        points = [(x, y) for _, _, x, y in curves(wide) if len(x) == len(v)]
+        points = [(x, y) for _, x, y in curves(wide) if len(x) == len(v)]
         assert len(points) == 1
         close(points[0][0], v * 1e3)
         close(points[0][1], F)
-        assert sum(spread(y) > 0 for _, _, _, y in curves(wide)) == 3
+        assert sum(spread(y) > 0 for _, _, y in curves(wide)) == 3  # and the two branches of the map
 
     each_fails_when_level(wide, check)
 
@@ -132,9 +137,10 @@ def test_the_virgin_curve_is_that_of_the_blocks_and_of_the_record(inputs: Any) -
         labelled(drawn)
 
         def check(drawn: Drawn = drawn) -> None:
-            points, line, at = [(x, y) for _, _, x, y in curves(drawn)]
-            close(points[0], measured.displacement * 1e6)
-            close(points[1], measured.force)
+            points, line, at = [(x, y) for _, x, y in curves(drawn)]
+            seen = measured.displacement <= (np.inf if "log" in drawn.id else 2 * knots[-1])
+            close(points[0], measured.displacement[seen] * 1e6)
+            close(points[1], measured.force[seen])
             close(line[1], np.minimum(model.k * line[0][:, None] * 1e-6, np.array(model.alpha) * 165).sum(axis=1))
             close(at[0], knots * 1e6)
             close(at[1], np.asarray(model.virgin_curve(knots)))
@@ -151,7 +157,7 @@ def test_loops_are_the_record_and_its_replay(inputs: Any) -> None:
         labelled(drawn)
 
         def check(drawn: Drawn = drawn, cycle: Any = cycle) -> None:
-            measured, replayed = [(x, y) for _, _, x, y in curves(drawn)]
+            measured, replayed = [(x, y) for _, x, y in curves(drawn)]
             for x, _ in (measured, replayed):
                 close(x, cycle.position * 1e6)
             close(measured[1], cycle.measured)
@@ -166,12 +172,12 @@ def test_loops_of_a_model_alone_are_told_apart(files: SimpleNamespace) -> None:
     found = friction_curves(alone, alone.items[0]).hysteresis
 
     def check() -> None:
-        for (_, _, x, y), cycle in zip(curves(drawn), found, strict=True):
+        for (_, x, y), cycle in zip(curves(drawn), found, strict=True):
             close(x, cycle.position * 1e6)
             close(y, cycle.model)
 
     each_fails_when_level(drawn, check)
-    assert len({tuple(renderer.glyph.line_dash) for renderer in drawn.model.renderers}) == 3
+    assert len({line.get_linestyle() for line, _, _ in curves(drawn)}) == 3
 
 
 def test_q_and_its_limits_are_the_filters_of_the_file(files: SimpleNamespace) -> None:
@@ -180,7 +186,7 @@ def test_q_and_its_limits_are_the_filters_of_the_file(files: SimpleNamespace) ->
     labelled(drawn)
 
     def check() -> None:
-        found = [(x, y) for _, _, x, y in curves(drawn)]
+        found = [(x, y) for _, x, y in curves(drawn)]
         for (f, size), cutoff in zip(found, (60.0, 372.0), strict=True):
             close(size, 20 * np.log10(np.abs(QFilter("binomial2", cutoff).response(f))))
 
@@ -192,26 +198,34 @@ def test_contours_carry_the_radial_error_of_the_run(files: SimpleNamespace) -> N
     drawn = contour_figure(0, test, None)
     labelled(drawn)
     runs = {run.scheme.name: run.circularity for run in read_runs(files.run)}
-    lines = {r.name: r for r in drawn.model.renderers if str(r.name).startswith("now:")}
+    lines = named(drawn)
     assert set(lines) == {f"now:{name}" for name in runs}
 
     def check() -> None:
         for name, found in runs.items():
-            data = lines[f"now:{name}"].data_source.data
-            angle = np.unwrap(np.radians(data["angle"].astype(float)))
-            angle += 2 * np.pi * np.round((found.angle[0] - angle[0]) / (2 * np.pi))
+            angle, error = (np.asarray(values) for values in lines[f"now:{name}"].get_data())
             at = np.argmin(np.abs(found.angle - angle[:, None]), axis=1)  # a part of the samples, the peaks among them
-            close(found.angle[at], angle, 1e-5)
-            close(data["error"], found.error[at] * 1e6, 2e-3)
-            close(np.abs(data["error"]).max(), np.abs(found.error).max() * 1e6, 1e-5)
+            close(found.angle[at], angle)
+            close(error, found.error[at] * 1e6)
+            close(np.abs(error).max(), np.abs(found.error).max() * 1e6)
 
     check()
     for line in lines.values():
-        kept = line.data_source.data["error"]
-        line.data_source.data["error"] = np.full_like(kept, kept.mean())
+        kept = np.asarray(line.get_ydata())
+        line.set_ydata(np.full_like(kept, kept.mean()))
         with pytest.raises(AssertionError):
             check()
-        line.data_source.data["error"] = kept
+        line.set_ydata(kept)
+
+
+def test_an_earlier_run_is_drawn_under_the_later_one(files: SimpleNamespace) -> None:
+    inputs = collect([files.run, files.later_run])
+    (before, after) = inputs.test_pairs[0]
+    lines = named(contour_figure(0, after, before))
+    assert list(lines) == [*(f"earlier:{name}" for name in "abcf"), *(f"now:{name}" for name in "abcf")]
+    for which, test in (("earlier", before), ("now", after)):
+        for contour in test.contours:
+            close(lines[f"{which}:{contour.scheme.name}"].get_ydata(), contour.error * 1e6)
 
 
 def test_reversals_are_the_radial_error_over_time_behind_them(files: SimpleNamespace) -> None:
@@ -221,7 +235,7 @@ def test_reversals_are_the_radial_error_over_time_behind_them(files: SimpleNames
         labelled(drawn)
 
         def check(k: int = k, drawn: Drawn = drawn) -> None:
-            for (_, _, time, error), found in zip(curves(drawn), runs, strict=True):
+            for (_, time, error), found in zip(curves(drawn), runs, strict=True):
                 assert -5.01 <= np.degrees(time.min() * 1e-3 * test.feed / test.radius) < -4
                 assert 24 < np.degrees(time.max() * 1e-3 * test.feed / test.radius) <= 25.01
                 glitch = found.quadrants[k] * 1e6
@@ -242,7 +256,7 @@ def test_a_path_carries_the_contour_error_along_it(tmp_path: Path) -> None:
     labelled(drawn)
 
     def check() -> None:
-        for (_, _, station, error), run in zip(curves(drawn), runs, strict=True):
+        for (_, station, error), run in zip(curves(drawn), runs, strict=True):
             at = np.argmin(np.abs(run.contour.station * 1e3 - station[:, None]), axis=1)
             close(error, run.contour.error[at] * 1e6, 1e-5)
             close(np.abs(error).max(), np.abs(run.contour.error).max() * 1e6)
@@ -261,10 +275,11 @@ def test_a_motion_is_the_logged_force_and_that_of_a_rigid_axis(tmp_path: Path) -
     labelled(drawn)
 
     def check() -> None:
-        (_, _, time, logged), (_, _, again, rigid) = curves(drawn)
+        (_, time, logged), (_, again, rigid), (_, _, left) = curves(drawn)
         at = np.round(time * 1000).astype(int)
         close(again, time)
         close(logged, force[at])
+        close(left, logged - rigid)
         sure = np.abs(v[at]) > 5e-3  # the sign of a velocity near 0 is what the encoder's steps make of it
         np.testing.assert_allclose(rigid[sure], (61 * a + 53 * np.sign(v) + 60 * v)[at][sure], atol=2.0)
 
@@ -276,8 +291,12 @@ def test_drift_is_the_change_in_per_cent() -> None:
     drawn = drift_figure("d", "Drift", [moved])
     assert drawn is not None
     labelled(drawn)
-    (bar,) = (r.data_source.data for r in drawn.model.renderers if hasattr(r.glyph, "x1"))
-    close([bar["x0"][0], bar["x1"][0]], [-1050.0 / 105.0, -750.0 / 105.0])
-    (dot,) = (r.data_source.data for r in drawn.model.renderers if hasattr(r.glyph, "marker"))
-    close(dot["x"], [-900.0 / 105.0])
+    (axes,) = drawn.figure.axes
+    _, bar, dot = axes.get_lines()
+    close(bar.get_xdata(), [-1050.0 / 105.0, -750.0 / 105.0])
+    close(dot.get_xdata(), [-900.0 / 105.0])
+    assert dot.get_marker() == "D"
+    within = drift_figure("d", "Drift", [replace(moved, after=104.5)])
+    assert within is not None
+    assert [line.get_marker() for line in within.figure.axes[0].get_lines()] == ["None", "None", "o"]
     assert drift_figure("d", "Drift", []) is None

@@ -1,18 +1,48 @@
 """Pre-sliding cycles, virgin curve, and replay: Figs. 4 and 5 of the paper."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fric.arrays import Real
-from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure
+from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, Band, look, new_figure, shade
 from fric.figures.views import view
 from fric.identify.gms.cycles import HysteresisCycles
 from fric.identify.gms.fit import GMSFit
+from fric.identify.gms.virgin_curve import VirginCurve
 from fric.identify.replay.measured import Replay
-from fric.units import prefixed, si_unit
+from fric.units import Motion, prefixed, si_unit
 
 Scale = tuple[float, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Virgin:
+    """What is drawn of a virgin curve: of a fit, or of a document with the logs that are there.
+
+    Parameters
+    ----------
+    motion
+        Linear or rotary.
+    level
+        Force that the unit is chosen by [N].
+    model
+        The curve of the blocks [N over m], with its band where there is one.
+    knots, at_knots
+        Slip displacement of each block, increasing [m], and the force there [N], shape (N,).
+    measured
+        The curve of the records; None where there are none.
+    """
+
+    motion: Motion
+    level: float
+    model: Band
+    knots: Real
+    at_knots: Real
+    measured: VirginCurve | None = None
 
 
 @view("cycles", of="GMSFit", usual=True)
@@ -36,8 +66,12 @@ def draw_gms(fit: GMSFit) -> Figure:
         for n, one in enumerate(hysteresis):
             _cycle(figure.add_subplot(grid[0, 2 * n : 2 * n + 2]), fit, one, force)
         middle = len(hysteresis)
-        _curve(figure.add_subplot(grid[1, :middle]), fit, force, logarithmic=False)
-        _curve(figure.add_subplot(grid[1, middle:]), fit, force, logarithmic=True)
+        panels = (figure.add_subplot(grid[1, :middle]), figure.add_subplot(grid[1, middle:]))
+        virgin = _virgin_of(fit)
+        for panel, logarithmic in zip(panels, (False, True), strict=True):
+            _virgin(panel, virgin, force, logarithmic=logarithmic)
+        panels[0].set_title(f"virgin curve, {len(virgin.knots)} blocks")
+        panels[1].set_title("the same, logarithmic")
         for n, record in enumerate(fit.records):
             _replay(figure.add_subplot(grid[2 + n, :]), record, force, legend=n == 0)
         return figure
@@ -65,34 +99,82 @@ def _cycle(axes: Axes, fit: GMSFit, hysteresis: HysteresisCycles, force: Scale) 
     axes.legend(loc="center")
 
 
-def _curve(axes: Axes, fit: GMSFit, force: Scale, *, logarithmic: bool) -> None:
-    """Draw the measured virgin curve with its band, the model's, and the knots."""
+def _virgin_of(fit: GMSFit) -> Virgin:
+    """Return what is drawn of the virgin curve of a fit."""
     curve, level = fit.curve, float(fit.alpha_sum) if fit.static_given else 1.0
-    knots = fit.model.slip_displacements * level
-    far = float(curve.displacement[-1])
-    shown = far if logarithmic else min(far, 2.0 * float(knots[-1]))
-    length = prefixed(float(np.median(knots)), si_unit("position", fit.motion))
-    z, half = curve.displacement, np.nan_to_num(curve.band)
-    inside = z <= shown
-    axes.plot(z[inside] * length[0], curve.force[inside] * force[0], ".", ms=2.5, color=BLACK, label="measured")
-    axes.fill_between(
-        z[inside] * length[0], (curve.force - half)[inside] * force[0], (curve.force + half)[inside] * force[0],
-        color=ORANGE, alpha=0.4, lw=0, label="95 % band",
-    )  # fmt: skip
-    at = np.unique(np.concatenate([np.geomspace(z[0], shown, 400), knots[knots <= shown]]))
-    stiffness = np.asarray(fit.k.value)
+    knots, stiffness = fit.model.slip_displacements * level, np.asarray(fit.k.value)
+    z, far = curve.displacement, float(curve.displacement[-1])
+    at = np.unique(np.concatenate([np.geomspace(z[0], end, 400) for end in (far, min(far, 2.0 * knots[-1]))] + [knots]))
 
-    def model(x: Real) -> Real:
+    def force(x: Real) -> Real:
         return np.asarray(np.minimum(x[:, None], knots) @ stiffness)
 
-    axes.plot(at * length[0], model(at) * force[0], color=BLUE, lw=1.0, label="GMS")
-    seen = knots[knots <= shown]
-    axes.plot(seen * length[0], model(seen) * force[0], "o", ms=5, mfc="white", mec=BLUE, label="knots")
-    title = "the same, logarithmic" if logarithmic else f"virgin curve, {len(knots)} blocks"
-    axes.set(xlabel=f"displacement [{length[1]}]", ylabel=f"friction [{force[1]}]", title=title)
+    model = force(at)
+    return Virgin(fit.motion, fit.static.F_s, Band(at, model, model, model), knots, force(knots), curve)
+
+
+def virgin_figure(found: Virgin, *, logarithmic: bool) -> Figure:
+    """Draw the virgin curve alone: over displacement, or over its logarithm, where the first knots are."""
+    with new_figure(4.8, 3.3) as figure:
+        axes = figure.subplots()
+        _virgin(axes, found, prefixed(found.level, si_unit("force", found.motion)), logarithmic=logarithmic)
+        return figure
+
+
+def _virgin(axes: Axes, found: Virgin, force: Scale, *, logarithmic: bool) -> None:
+    """Draw the measured virgin curve with its band, the model's, and the knots."""
+    measured, model, knots = found.measured, found.model, found.knots
+    far = float(model.x[-1] if measured is None else measured.displacement[-1])
+    shown = far if logarithmic else min(far, 2.0 * float(knots[-1]))
+    length = prefixed(float(np.median(knots)), si_unit("position", found.motion))
+    if measured is not None:
+        inside = measured.displacement <= shown
+        z, F, half = (one[inside] for one in (measured.displacement, measured.force, np.nan_to_num(measured.band)))
+        axes.plot(z * length[0], F * force[0], ".", ms=2.5, color=BLACK, label="measured")
+        axes.fill_between(
+            z * length[0], (F - half) * force[0], (F + half) * force[0], color=ORANGE, alpha=0.4, lw=0,
+            label="95 % band",
+        )  # fmt: skip
+    inside = model.x <= shown
+    seen = Band(*(one[inside] for one in (model.x, model.y, model.low, model.high)))
+    shade(axes, seen.scaled(length[0], force[0]), BLUE, lw=1.0, label="GMS")
+    inside = knots <= shown
+    axes.plot(
+        knots[inside] * length[0], found.at_knots[inside] * force[0], "o", ms=5, mfc="white", mec=BLUE, label="knots"
+    )
+    axes.set(xlabel=f"displacement [{length[1]}]", ylabel=f"friction [{force[1]}]")
     if logarithmic:
-        axes.set(xscale="log", xlim=(max(float(z[0]), 0.02 * float(knots[0])) * length[0], None))
+        first = float(model.x[0] if measured is None else measured.displacement[0])
+        axes.set(xscale="log", xlim=(max(first, 0.02 * float(knots[0])) * length[0], None))
+        axes.xaxis.set_major_formatter("{x:g}")
     axes.legend(loc="lower right")
+
+
+@dataclass(frozen=True, eq=False)
+class ReplayedCycle:
+    """A pre-sliding cycle: displacement [m], measured force (None without a log) and that of the model [N]."""
+
+    name: str
+    position: Real
+    measured: Real | None
+    model: Real
+
+
+def cycles_figure(cycles: Sequence[ReplayedCycle], motion: Motion) -> Figure:
+    """Draw pre-sliding cycles in one panel: one with the model replayed along it, or some of the model alone."""
+    length = prefixed(max(float(np.ptp(one.position)) / 2 for one in cycles), si_unit("position", motion))
+    force = prefixed(max(float(np.abs(one.model).max()) for one in cycles), si_unit("force", motion))
+    with new_figure(4.8, 3.3) as figure:
+        axes = figure.subplots()
+        for n, one in enumerate(cycles):
+            z = one.position * length[0]
+            if one.measured is not None:
+                axes.plot(z, one.measured * force[0], color=GREY, lw=2.5, alpha=0.5, label="measured")
+            label = one.name if one.measured is None else "GMS replayed"
+            axes.plot(z, one.model * force[0], **look(n), label=label)
+        axes.set(xlabel=f"position from the middle [{length[1]}]", ylabel=f"friction [{force[1]}]")
+        axes.legend(loc="center")
+        return figure
 
 
 def _replay(axes: Axes, record: Replay, force: Scale, *, legend: bool) -> None:

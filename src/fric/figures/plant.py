@@ -159,23 +159,38 @@ def draw_motion(fit: MotionFit) -> Figure:
         What `fric.identify.plant.rigid_body.identify_motion` found.
     """
     unit = si_unit("force", fit.motion) if fit.channel == "force" else "V"
+    label = f"{'force' if fit.channel == 'force' else 'input'} [{unit.replace('*', '·')}]"
+    figure = motion_figure(fit.time, fit.measured, fit.fitted, label)
+    top, bottom = figure.axes
+    top.set_title(_described(fit), loc="left")
+    bottom.set_title(f"relative error {100 * fit.relative_error:.2f} %, autocorrelation {fit.autocorrelation:.2f}")
+    return figure
+
+
+def motion_figure(time: Real, measured: Real, fitted: Real, label: str) -> Figure:
+    """Draw the logged force of motions, that of the rigid axis, and what is left.
+
+    Parameters
+    ----------
+    time
+        Instants [s], shape (n,); where they fall, another record begins.
+    measured, fitted
+        The forces, shape (n,).
+    label
+        The quantity and its unit.
+    """
     with new_figure(6.3, 4.2) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.5))
-        for n, (start, stop) in enumerate(_runs(fit.time)):
+        for n, (start, stop) in enumerate(_runs(time)):
             part = slice(start, stop)
-            t = fit.time[part]
+            t = time[part]
             first = n == 0
-            top.plot(t, fit.measured[part], color=BLUE, linewidth=1.0, label="measured" if first else None)
-            top.plot(
-                t, fit.fitted[part], color=VERMILION, linewidth=1.0, linestyle="--", label="fit" if first else None
-            )
-            bottom.plot(t, fit.measured[part] - fit.fitted[part], color=GREY, linewidth=0.8)
-        quantity = "force" if fit.channel == "force" else "input"
-        top.set(ylabel=f"{quantity} [{unit.replace('*', '·')}]")
-        top.set_title(_described(fit), loc="left")
+            top.plot(t, measured[part], color=BLUE, linewidth=1.0, label="measured" if first else None)
+            top.plot(t, fitted[part], color=VERMILION, linewidth=1.0, linestyle="--", label="fit" if first else None)
+            bottom.plot(t, measured[part] - fitted[part], color=GREY, linewidth=0.8)
+        top.set(ylabel=label)
         top.legend(ncols=2, loc="upper right", bbox_to_anchor=(1.0, 1.12), borderaxespad=0.0)
-        title = f"relative error {100 * fit.relative_error:.2f} %, autocorrelation {fit.autocorrelation:.2f}"
-        bottom.set(xlabel="time [s]", ylabel=f"residual [{unit.replace('*', '·')}]", title=title)
+        bottom.set(xlabel="time [s]", ylabel=f"residual{label[label.index(' [') :]}")
         return figure
 
 

@@ -1,17 +1,71 @@
 """Measured and fitted friction-velocity map, as Fig. 2 of the paper."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fric.arrays import Real
-from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
+from fric.figures.style import BLACK, BLUE, GREY, VERMILION, Band, new_figure, shade
 from fric.figures.views import view
 from fric.identify.static_map.identify import StaticFit
-from fric.identify.static_map.map_fit import MapFit, SpeedPoint
-from fric.units import prefixed, si_unit
+from fric.units import Motion, prefixed, si_unit
 
 _VELOCITY_SCALES = {"linear": (1e3, "mm/s"), "rotary": (1.0, "rad/s")}
+
+
+@dataclass(frozen=True, eq=False)
+class MapBranches:
+    """A map as it was fitted, for both directions or for one.
+
+    Parameters
+    ----------
+    sign
+        1 for the map of both directions or of the positive one, -1 for that of the negative one.
+    branches
+        Force as it was logged over velocity [N over m/s], a curve a direction.
+    size
+        Force in the direction of motion, the offset taken off, over speed [N over m/s].
+    left_out
+        Velocity [m/s] and force [N] of strokes that were not fitted, shape (n, 2).
+    offset
+        Offset of the force [N].
+    """
+
+    sign: int
+    branches: Sequence[Band]
+    size: Band
+    left_out: Sequence[tuple[float, float]] = ()
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionMap:
+    """What is drawn of a friction-velocity map: of a fit, or of a document with the logs that are there.
+
+    Parameters
+    ----------
+    motion
+        Linear or rotary.
+    maps
+        The map, or one for each direction.
+    velocity, force, half
+        Measured strokes [m/s], [N], and half of their 95 % intervals [N], shape (n,).
+    """
+
+    motion: Motion
+    maps: Sequence[MapBranches]
+    velocity: Real
+    force: Real
+    half: Real
+
+    def scales(self) -> tuple[float, str, float, str]:
+        """Return factor and unit of velocity and of force, in which people read them."""
+        ends = [np.max(np.abs(branch.y)) for one in self.maps for branch in one.branches]
+        peak = np.max(np.abs(self.force)) if self.force.size else max(ends)
+        return *_VELOCITY_SCALES[self.motion], *prefixed(float(peak), si_unit("force", self.motion))
 
 
 @view("map", of="StaticFit", usual=True)
@@ -26,79 +80,90 @@ def draw_static_map(fit: StaticFit) -> Figure:
     fit
         What `fric.identify.static_map.identify.identify_static` found.
     """
-    scale, unit = _VELOCITY_SCALES[fit.motion]
-    peak = max(abs(point.force) for point in fit.points)
-    factor, force_unit = prefixed(peak, si_unit("force", fit.motion))
-    v = np.array([p.velocity for p in fit.points])
-    F = np.array([p.force for p in fit.points])
-    between = fit.static.between if fit.static else 0.0
-    error = 1.96 * np.sqrt(np.array([p.standard_error for p in fit.points]) ** 2 + between**2)
+    found = _map_of(fit)
     with new_figure(7.2, 3.6) as figure:
         left, right = figure.subplots(1, 2)
-        _points(left, v * scale, F * factor, error * factor)
-        for map_fit, _, _ in _maps(fit):
-            for p in map_fit.left_out:
-                left.plot(p.velocity * scale, p.force * factor, "x", color=GREY, zorder=4)
-                right.plot(abs(p.velocity) * scale, _along(p, map_fit) * factor, "x", color=GREY, zorder=4)
-        offset = fit.static.solution.theta["offset"] if fit.static else 0.0
-        forward, backward = v > 0, v < 0
-        for chosen, colour, marker, label in (
-            (forward, BLUE, "o", "positive direction"),
-            (backward, VERMILION, "s", "negative direction"),
-        ):
-            if chosen.any():
-                size = (F[chosen] - offset) * np.sign(v[chosen])
-                _points(right, np.abs(v[chosen]) * scale, size * factor, error[chosen] * factor, colour, marker, label)
-        for map_fit, sign, colour in _maps(fit):
-            _curve(left, right, map_fit, sign, colour, v, scale, factor, single=fit.negative is None)
-        left.set(xlabel=f"velocity [{unit}]", ylabel=f"friction [{force_unit}]", title="measured and fitted map")
-        right.set(
-            xlabel=f"speed [{unit}]", ylabel=f"friction in the direction of motion [{force_unit}]", xscale="log",
-            title="both directions, offset taken off" if offset else "both directions",
-        )  # fmt: skip
-        left.legend(loc="center right")
-        right.legend()
+        _over_velocity(left, found)
+        _over_speed(right, found)
+        left.set_title("measured and fitted map")
+        any_offset = fit.static is not None and fit.static.solution.theta["offset"]
+        right.set_title("both directions, offset taken off" if any_offset else "both directions")
         return figure
+
+
+def map_figure(found: FrictionMap, *, logarithmic: bool) -> Figure:
+    """Draw a panel of `draw_static_map` alone: over velocity, or over the logarithm of speed."""
+    with new_figure(4.8, 3.3) as figure:
+        (_over_speed if logarithmic else _over_velocity)(figure.subplots(), found)
+        return figure
+
+
+def _map_of(fit: StaticFit) -> FrictionMap:
+    """Return what is drawn of a fit."""
+    v = np.array([p.velocity for p in fit.points])
+    between = fit.static.between if fit.static else 0.0
+    half = 1.96 * np.sqrt(np.array([p.standard_error for p in fit.points]) ** 2 + between**2)
+    speed = np.geomspace(np.abs(v).min() / 2, np.abs(v).max() * 1.05, 400)
+    maps = []
+    for one, sign in ((fit.static, 1), (fit.negative, -1)):
+        if one is None:
+            continue
+        offset, (size, error) = one.solution.theta["offset"], one.predict(speed)
+        branches = []
+        for branch in (-1, 1) if fit.negative is None else (sign,):
+            if np.any(v * branch > 0):
+                force, wide = one.predict(branch * speed) if fit.negative is None else (sign * size, error)
+                branches.append(Band(branch * speed, force, force - wide, force + wide))
+        along = Band(speed, size - offset, size - offset - error, size - offset + error)
+        maps.append(MapBranches(sign, branches, along, [(p.velocity, p.force) for p in one.left_out], offset))
+    return FrictionMap(fit.motion, maps, v, np.array([p.force for p in fit.points]), half)
+
+
+def _over_velocity(axes: Axes, found: FrictionMap) -> None:
+    scale, unit, factor, force_unit = found.scales()
+    _points(axes, found.velocity * scale, found.force * factor, found.half * factor)
+    for one in found.maps:
+        for v, F in one.left_out:
+            axes.plot(v * scale, F * factor, "x", color=GREY, zorder=4)
+        for branch in one.branches:
+            label = "eq. (2) with 95 % band" if branch.x[-1] > 0 else None
+            shade(axes, branch.scaled(scale, factor), _colour(one), line="-" if one.sign > 0 else "--", label=label)
+    axes.set(xlabel=f"velocity [{unit}]", ylabel=f"friction [{force_unit}]")
+    axes.legend(loc="center right")
+
+
+def _over_speed(axes: Axes, found: FrictionMap) -> None:
+    scale, unit, factor, force_unit = found.scales()
+    offset = found.maps[0].offset if found.maps and found.maps[0].sign > 0 else 0.0
+    for one in found.maps:
+        for v, F in one.left_out:
+            axes.plot(abs(v) * scale, (F - one.offset) * np.sign(v) * factor, "x", color=GREY, zorder=4)
+    for sign, colour, marker, label in (
+        (1, BLUE, "o", "positive direction"),
+        (-1, VERMILION, "s", "negative direction"),
+    ):
+        chosen = found.velocity * sign > 0
+        size = sign * (found.force[chosen] - offset)
+        _points(axes, sign * found.velocity[chosen] * scale, size * factor, found.half[chosen] * factor,
+                colour, marker, label)  # fmt: skip
+    for one in found.maps:
+        shade(axes, one.size.scaled(scale, factor), _colour(one), line="-" if one.sign > 0 else "--")
+    axes.set(xlabel=f"speed [{unit}]", ylabel=f"friction in the direction of motion [{force_unit}]", xscale="log")
+    axes.xaxis.set_major_formatter("{x:g}")
+    if found.velocity.size:
+        axes.legend()
+
+
+def _colour(one: MapBranches) -> str:
+    return BLUE if one.sign > 0 else VERMILION
 
 
 def _points(
     axes: Axes, x: Real, y: Real, error: Real,
     colour: str = BLACK, marker: str = "o", label: str = "measured, 95 %",
 ) -> None:  # fmt: skip
-    axes.errorbar(
-        x, y, yerr=error, fmt=marker, color=colour, markersize=3.5, markerfacecolor="white", elinewidth=0.8, capsize=2,
-        label=label, zorder=3,
-    )  # fmt: skip
-
-
-def _along(point: SpeedPoint, fit: MapFit) -> float:
-    """Return the force of a stroke in the direction of its motion, the offset taken off [N]."""
-    return (point.force - fit.solution.theta["offset"]) * float(np.sign(point.velocity))
-
-
-def _maps(fit: StaticFit) -> list[tuple[MapFit, int, str]]:
-    maps = [(fit.static, 1, BLUE)] if fit.static else []
-    return maps + ([(fit.negative, -1, VERMILION)] if fit.negative else [])
-
-
-def _curve(
-    left: Axes, right: Axes, fit: MapFit, sign: int, colour: str, v: Real, scale: float, factor: float,
-    *, single: bool,
-) -> None:  # fmt: skip
-    line = "-" if sign > 0 else "--"
-    speed = np.geomspace(np.abs(v).min() / 2, np.abs(v).max() * 1.05, 400)
-    offset = fit.solution.theta["offset"]
-    size, half = fit.predict(speed)
-    right.plot(speed * scale, (size - offset) * factor, line, color=colour)
-    right.fill_between(
-        speed * scale, (size - offset - half) * factor, (size - offset + half) * factor, color=colour, alpha=0.2, lw=0
-    )
-    for branch in (-1, 1) if single else (sign,):
-        if not np.any(v * branch > 0):
-            continue
-        force, half = fit.predict(branch * speed) if single else (sign * size, half)
-        label = "eq. (2) with 95 % band" if branch == 1 else None
-        left.plot(branch * speed * scale, force * factor, line, color=colour, label=label)
-        left.fill_between(
-            branch * speed * scale, (force - half) * factor, (force + half) * factor, color=colour, alpha=0.2, lw=0
-        )
+    if x.size:
+        axes.errorbar(
+            x, y, yerr=error, fmt=marker, color=colour, markersize=3.5, markerfacecolor="white", elinewidth=0.8,
+            capsize=2, label=label, zorder=3,
+        )  # fmt: skip

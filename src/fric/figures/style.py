@@ -5,15 +5,19 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from cycler import cycler
 
+from fric.arrays import Real
 from fric.errors import FricError
 from fric.output import staged
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Okabe and Ito's palette, distinguishable with every common colour vision and in grey.
@@ -39,6 +43,27 @@ STYLE: Any = {
     "savefig.dpi": 160,
     "svg.hashsalt": "fric",
 }
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """A curve with its 95 % band: shape (n,) each."""
+
+    x: Real
+    y: Real
+    low: Real
+    high: Real
+
+    def scaled(self, x: float, y: float) -> Band:
+        """Return the curve in other units."""
+        return Band(self.x * x, self.y * y, self.low * y, self.high * y)
+
+
+def shade(axes: Axes, band: Band, colour: str, *, line: str = "-", label: str | None = None, **given: Any) -> None:
+    """Draw a curve, and its band where it has any width."""
+    axes.plot(band.x, band.y, line, color=colour, label=label, **given)
+    if np.any(band.high > band.low):
+        axes.fill_between(band.x, band.low, band.high, color=colour, alpha=0.2, lw=0)
 
 
 def look(n: int) -> dict[str, Any]:

@@ -13,6 +13,8 @@ from fric.documents.plant import PlantDocument, PlantPart
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
+from fric.figures.gms import ReplayedCycle
+from fric.figures.style import Band
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import HysteresisCycles, find_cycles
@@ -25,26 +27,6 @@ from fric.report.report_input import Item, ReportInput
 
 CYCLE_POINTS = 1500
 """Points of a cycle that are drawn."""
-
-
-@dataclass(frozen=True, eq=False)
-class Band:
-    """A curve with its 95 % band: shape (n,) each."""
-
-    x: Real
-    y: Real
-    low: Real
-    high: Real
-
-
-@dataclass(frozen=True, eq=False)
-class HysteresisCycle:
-    """A pre-sliding cycle: displacement [m], measured force (None without a log) and that of the model [N]."""
-
-    name: str
-    position: Real
-    measured: Real | None
-    model: Real
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +60,7 @@ class FrictionCurves:
     virgin: Band | None = None
     measured_virgin: VirginCurve | None = None
     knots: tuple[Real, Real] | None = None
-    hysteresis: tuple[HysteresisCycle, ...] = ()
+    hysteresis: tuple[ReplayedCycle, ...] = ()
     notes: tuple[str, ...] = ()
 
 
@@ -225,7 +207,7 @@ def _in_quadrature(
     return middle, middle - np.sqrt(below), middle + np.sqrt(above)
 
 
-def model_cycles(model: GMS) -> tuple[HysteresisCycle, ...]:
+def model_cycles(model: GMS) -> tuple[ReplayedCycle, ...]:
     """Return slow cycles of a GMS model: small ones inside its pre-sliding, and one that slides at its ends."""
     longest = float(model.slip_displacements.max())
     hysteresis = []
@@ -236,14 +218,14 @@ def model_cycles(model: GMS) -> tuple[HysteresisCycle, ...]:
         force = model.replay(time * 1e6, position, np.gradient(position, time * 1e6))
         last = time >= 1.25
         hysteresis.append(
-            HysteresisCycle(f"amplitude {share:g} times the pre-sliding", position[last][::3], None, force[last][::3])
+            ReplayedCycle(f"amplitude {share:g} times the pre-sliding", position[last][::3], None, force[last][::3])
         )
     return tuple(hysteresis)
 
 
 def _measured(
     waves: Sequence[Log], plant: Plant | None, model: GMS
-) -> tuple[tuple[HysteresisCycle, ...], VirginCurve | None]:
+) -> tuple[tuple[ReplayedCycle, ...], VirginCurve | None]:
     """Return the cycles that were measured with the model replayed along them, and the virgin curve in them."""
     found: list[HysteresisCycles] = []
     hysteresis = []
@@ -256,7 +238,7 @@ def _measured(
         every = max(1, (len(force) - start) // CYCLE_POINTS)
         part = slice(start, None, every)
         middle = 0.5 * float(motion.position.max() + motion.position.min())
-        hysteresis.append(HysteresisCycle(log.name, motion.position[part] - middle, force[part], replayed[part]))
+        hysteresis.append(ReplayedCycle(log.name, motion.position[part] - middle, force[part], replayed[part]))
     return tuple(hysteresis), (virgin_curve(found, model.static) if found else None)
 
 

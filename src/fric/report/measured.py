@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fric.figures.style import rendered
 from fric.notice import Notice
-from fric.report.pictures import Picture, pictures
+from fric.report.plots import Drawn, pictures
 from fric.report.report_input import Measured
 from fric.results.text import Table
 from fric.units import readable
@@ -28,7 +27,7 @@ class MeasuredView:
     warnings
         What the circle cannot tell, and what does not agree.
     picture
-        The figure of `fric diagnose`, SVG.
+        The figure of `fric diagnose`.
     further
         What other figures there are of it.
     """
@@ -40,20 +39,24 @@ class MeasuredView:
     glitch: float
     tables: Sequence[Table]
     warnings: Sequence[str]
-    picture: bytes
-    further: Sequence[Picture]
+    picture: Drawn
+    further: Sequence[Drawn]
 
 
-def measured_view(measured: Measured) -> MeasuredView:
-    """Return what is told of a measured circle."""
+def measured_view(measured: Measured, key: str) -> MeasuredView:
+    """Return what is told of a measured circle; its figures are called by the key."""
     result = measured.result
     test, held = result.found.test, result.held
+    alt = "The radial deviation as a polar plot, and over time at each reversal"
+    alt += f"{', measured and predicted' if held else ''}; the numbers stand in the tables."
+    caption = "Left the deviation of the radius around its centre, right the glitch over the time after each reversal"
+    caption += f"{': measured whole, predicted dashed' if held else ''}."
     return MeasuredView(
         f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}", measured.source,
         held.scheme if held else "", held.all_agree if held else None,
         measured.glitch,
         [piece for piece in result.report() if isinstance(piece, Table)], result.warnings,
-        rendered(result.figure()), pictures(result.found),
+        Drawn(f"{key}-diagnosis", "", caption, alt, result.figure()), pictures(result.found, key),
     )  # fmt: skip
 
 

@@ -5,8 +5,6 @@ from functools import cache
 from math import isfinite
 from typing import Any
 
-from bokeh.embed import json_item
-from bokeh.resources import Resources
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
@@ -42,7 +40,7 @@ def environment() -> Environment:
         "percent": percent,
         "limit": limit,
     }
-    made.policies["json.dumps_kwargs"] = {"sort_keys": False, "separators": (",", ":")}  # Bokeh's order has a meaning
+    made.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
     made.globals["version"] = fric.__version__
     return made
 
@@ -91,20 +89,11 @@ def render_view(seen: View, inputs: ReportInput, title: str, template: str = "re
             view=seen,
             maps=inputs.maps,
             title=title,
-            bokeh=Markup("\n".join(library().js_raw)),
-            figures={drawn.id: json_item(drawn.model) for drawn in seen.figures()},
-            settings={drawn.id: dict(drawn.settings) for drawn in seen.figures() if drawn.settings},
             data=as_data(inputs),
             mark=Markup(REPORT_MARK),
             **more,
         )
     )
-
-
-@cache
-def library() -> Resources:
-    """Return Bokeh's script for the page itself; it tells the console nothing but errors."""
-    return Resources(mode="inline", components=["bokeh"], log_level="error")
 
 
 def _title(inputs: ReportInput) -> str:

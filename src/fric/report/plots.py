@@ -1,41 +1,89 @@
-"""The figures of friction and observer: map, virgin curve, hysteresis cycles, Q-filter limit, drift."""
+"""The figures of a page, with what is written above and below them: each is drawn by `fric.figures`."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import floor, log10
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from fric.control.q_filter import QFilter
 from fric.design.perturbation import Perturbation
-from fric.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
+from fric.figures.contours import SchemeContour, after_reversal_figure, along_figure, overlay_figure
+from fric.figures.drift import RelativeChange, draw_drift
+from fric.figures.embedded import embedded
+from fric.figures.gms import Virgin, cycles_figure, virgin_figure
+from fric.figures.plant import motion_figure
+from fric.figures.qfilter import QReach, reach_figure
+from fric.figures.static_map import FrictionMap, MapBranches, map_figure
+from fric.figures.style import Band
+from fric.figures.views import views
 from fric.identify.records.prepared import prepared
 from fric.log import Log
-from fric.report.canvas import Drawn, band, canvas, curve, hover, legend, measured, scale
-from fric.report.curves import Band, FrictionCurves
+from fric.report.curves import FrictionCurves
 from fric.report.drift import Change
-from fric.report.report_input import Item
+from fric.report.report_input import ContourTest, Item
 from fric.units import readable, si_unit
 
 BAND_CAPTION = "The band is from the intervals of the parameters one by one, as if they were independent."
+ZOOMED = frozenset({"contour", "reversal", "diagnosis"})
+"""Names of the figures that a page shows in a way of its own."""
+POINTS = 1500
+"""Points of a motion, or of a response, that are drawn."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure of the page.
+
+    Parameters
+    ----------
+    id
+        Its id in the page.
+    title, caption
+        What is written above and below it.
+    alt
+        What it shows, for those who do not see it.
+    figure
+        The figure.
+    """
+
+    id: str
+    title: str
+    caption: str
+    alt: str
+    figure: Figure
+
+    def svg(self) -> Markup:
+        """Return the figure as an element of the page."""
+        return Markup(embedded(self.figure, self.id, self.alt))
+
+
+def pictures(part: Any, key: str) -> list[Drawn]:
+    """Return the figures of one thing, or of several of one type; a new one is drawn without another edit."""
+    if not part:
+        return []
+    of = type(part[0] if isinstance(part, list | tuple) else part).__name__
+    found = (one for one in views(of) if one.name not in ZOOMED)
+    return [Drawn(f"{key}-{one.name}", "", one.summary, one.summary, one.draw(part)) for one in found]
 
 
 def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
     """Return the friction-velocity map over both directions, and over speed on a logarithmic axis."""
-    first = next(iter(curves.maps.values()))
-    peak = float(max(np.abs(one.y).max() for one in curves.maps.values()))
-    force = scale(peak, "force", item.motion)
-    speed: tuple[float, str] = (1e3, "mm/s") if item.motion == "linear" else (1.0, "rad/s")
-    wide = canvas(f"velocity [{speed[1]}]", f"friction [{force[1]}]")
-    near = canvas(f"speed [{speed[1]}]", f"friction in the direction of motion [{force[1]}]", x_axis_type="log")
+    maps = []
     for direction, one in curves.maps.items():
-        color = VERMILION if direction == "negative" else BLUE
-        label = "eq. (2)" if direction == "both" else f"eq. (2), {direction}"
-        for sign in {"both": (-1, 1), "positive": (1,), "negative": (-1,)}[direction]:
-            _branch(wide, one, sign, speed[0], force[0], color, label)
-        _branch(near, one, 1, speed[0], force[0], color, label)
-    _strokes(wide, near, item, curves, speed[0], force[0])
-    for plot, place in ((wide, "bottom_right"), (near, "bottom_left")):
-        legend(plot, place)
+        signs = {"both": (-1, 1), "positive": (1,), "negative": (-1,)}[direction]
+        branches = [Band(sign * one.x, sign * one.y, sign * one.low, sign * one.high) for sign in signs]
+        branches = [replace(b, low=np.minimum(b.low, b.high), high=np.maximum(b.low, b.high)) for b in branches]
+        maps.append(MapBranches(signs[-1], branches, one))
+    between = item.tree.get("fit", {}).get("between_strokes", {}).get("value", 0.0)
+    v, F, error = (
+        np.array([getattr(p, name) for p in curves.points]) for name in ("velocity", "force", "standard_error")
+    )
+    found = FrictionMap(item.motion, maps, v, F, 1.96 * np.hypot(error, between))
+    first = next(iter(curves.maps.values()))
     lowest = int(np.argmin(first.y))
     unit, per_second = si_unit("force", item.motion), si_unit("velocity", item.motion)
     alt = (
@@ -44,67 +92,30 @@ def friction_map(item: Item, curves: FrictionCurves) -> list[Drawn]:
         f"{readable(first.x[lowest], per_second)}; at the highest speed drawn it is {readable(first.y[-1], unit)}."
     )
     text = "The band is that of the fit." if curves.fitted else BAND_CAPTION
-    points = f" Points: {len(curves.points)} measured strokes with 95 % intervals." if curves.points else ""
+    text += f" Points: {len(curves.points)} measured strokes with 95 % intervals." if curves.points else ""
+    wide, near = (map_figure(found, logarithmic=logarithmic) for logarithmic in (False, True))
     return [
-        Drawn(f"map-{item.axis}", "Friction-velocity map", text + points, alt, wide),
+        Drawn(f"map-{item.axis}", "Friction-velocity map", text, alt, wide),
         Drawn(f"map-log-{item.axis}", "The same over the logarithm of speed", "", alt, near),
     ]
-
-
-def _branch(plot: Any, one: Band, sign: int, speed: float, force: float, color: str, label: str) -> None:
-    x, low, high = sign * one.x * speed, sign * one.low * force, sign * one.high * force
-    band(plot, x, low, high, color, f"{label}: 95 % band")
-    line = curve(plot, x, sign * one.y * force, color, label, line_dash="dashed" if color == VERMILION else "solid")
-    hover(plot, [line], [("velocity", "@x"), ("friction", "@y")])
-
-
-def _strokes(wide: Any, near: Any, item: Item, curves: FrictionCurves, speed: float, force: float) -> None:
-    if not curves.points:
-        return
-    v = np.array([point.velocity for point in curves.points])
-    F = np.array([point.force for point in curves.points]) * force
-    between = item.tree.get("fit", {}).get("between_strokes", {}).get("value", 0.0)
-    half = 1.96 * force * np.hypot([point.standard_error for point in curves.points], between)
-    measured(wide, v * speed, F, F - half, F + half)
-    size = F * np.sign(v)
-    for chosen, color, label in ((v > 0, BLACK, "measured, positive"), (v < 0, ORANGE, "measured, negative")):
-        if chosen.any():
-            x, y, h = np.abs(v[chosen]) * speed, size[chosen], half[chosen]
-            measured(near, x, y, y - h, y + h, color, label)
 
 
 def virgin_curves(item: Item, curves: FrictionCurves) -> list[Drawn]:
     """Return the virgin curve with its band and knots, over displacement and over its logarithm."""
     if curves.virgin is None or curves.knots is None:
         return []
-    model, (knots, at_knots) = curves.virgin, curves.knots
-    force = scale(float(model.y.max()), "force", item.motion)
-    length = scale(float(knots.max()), "position", item.motion)
-    drawn = []
-    for axis_type in ("linear", "log"):
-        plot = canvas(f"displacement [{length[1]}]", f"friction [{force[1]}]", x_axis_type=axis_type)
-        found = curves.measured_virgin
-        if found is not None:
-            z, F, half = found.displacement * length[0], found.force * force[0], np.nan_to_num(found.band) * force[0]
-            band(plot, z, F - half, F + half, ORANGE, "measured: 95 % band")
-            plot.scatter(z, F, size=3, color=BLACK, legend_label="measured")
-        band(plot, model.x * length[0], model.low * force[0], model.high * force[0], BLUE, "GMS: 95 % band")
-        line = curve(plot, model.x * length[0], model.y * force[0], BLUE, "GMS")
-        hover(plot, [line], [("displacement", "@x"), ("friction", "@y")])
-        plot.scatter(
-            knots * length[0], at_knots * force[0], size=8, color=BLUE, fill_color="#ffffff", legend_label="knots"
-        )
-        legend(plot)
-        drawn.append(plot)
+    knots, at_knots = curves.knots
+    found = Virgin(item.motion, float(curves.virgin.y.max()), curves.virgin, knots, at_knots, curves.measured_virgin)
     unit = si_unit("position", item.motion)
     text = ", ".join(readable(float(knot), unit) for knot in knots)
     alt = (
         f"Virgin curve of axis {item.axis}: from rest the friction rises to "
         f"{readable(float(at_knots[-1]), si_unit('force', item.motion))}; its {len(knots)} blocks slip at {text}."
     )
+    plain, near = (virgin_figure(found, logarithmic=logarithmic) for logarithmic in (False, True))
     return [
-        Drawn(f"virgin-{item.axis}", "Virgin curve", f"Knots at {text}. {BAND_CAPTION}", alt, drawn[0]),
-        Drawn(f"virgin-log-{item.axis}", "The same over the logarithm of displacement", "", alt, drawn[1]),
+        Drawn(f"virgin-{item.axis}", "Virgin curve", f"Knots at {text}. {BAND_CAPTION}", alt, plain),
+        Drawn(f"virgin-log-{item.axis}", "The same over the logarithm of displacement", "", alt, near),
     ]
 
 
@@ -112,45 +123,21 @@ def hysteresis(item: Item, curves: FrictionCurves) -> list[Drawn]:
     """Return the pre-sliding cycles: each record with the model replayed along it, or those of the model alone."""
     if not curves.hysteresis:
         return []
-    largest = max(float(np.abs(cycle.model).max()) for cycle in curves.hysteresis)
-    force = scale(largest, "force", item.motion)
     if curves.hysteresis[0].measured is None:
-        length = scale(max(float(cycle.position.max()) for cycle in curves.hysteresis), "position", item.motion)
-        plot = canvas(f"position [{length[1]}]", f"friction [{force[1]}]")
-        looks = ((ORANGE, "dotted"), (VERMILION, "dashed"), (BLUE, "solid"))
-        for cycle, (color, dash) in zip(curves.hysteresis, looks, strict=False):
-            curve(plot, cycle.position * length[0], cycle.model * force[0], color, cycle.name, line_dash=dash)
-        legend(plot)
         alt = f"Hysteresis cycles of the GMS model of axis {item.axis}, the larger the wider."
-        return [
-            Drawn(f"cycles-{item.axis}", "Pre-sliding cycles of the model", "No pre-sliding log was given.", alt, plot)
-        ]
+        figure = cycles_figure(curves.hysteresis, item.motion)
+        text = "No pre-sliding log was given."
+        return [Drawn(f"cycles-{item.axis}", "Pre-sliding cycles of the model", text, alt, figure)]
     drawn = []
     for n, cycle in enumerate(curves.hysteresis):
         assert cycle.measured is not None
-        amplitude = 0.5 * float(np.ptp(cycle.position))
-        length = scale(amplitude, "position", item.motion)
-        plot = canvas(f"position from the middle [{length[1]}]", f"friction [{force[1]}]")
-        curve(
-            plot,
-            cycle.position * length[0],
-            cycle.measured * force[0],
-            GREY,
-            "measured",
-            line_width=3.5,
-            line_alpha=0.5,
-        )
-        curve(plot, cycle.position * length[0], cycle.model * force[0], BLUE, "GMS replayed", line_width=1.2)
-        legend(plot)
         rms = readable(float(np.sqrt(np.mean((cycle.measured - cycle.model) ** 2))), si_unit("force", item.motion))
-        text = f"amplitude {readable(amplitude, si_unit('position', item.motion))}; measured less replayed {rms} rms"
+        amplitude = readable(0.5 * float(np.ptp(cycle.position)), si_unit("position", item.motion))
+        text = f"amplitude {amplitude}; measured less replayed {rms} rms"
         alt = f"Cycle {cycle.name} of axis {item.axis}, {text}."
-        drawn.append(Drawn(f"cycle-{item.axis}-{n}", f"Cycle {cycle.name}", f"A{text[1:]}.", alt, plot))
+        figure = cycles_figure([cycle], item.motion)
+        drawn.append(Drawn(f"cycle-{item.axis}-{n}", f"Cycle {cycle.name}", f"A{text[1:]}.", alt, figure))
     return drawn
-
-
-MOTION_POINTS = 1500
-"""Points of a motion that are drawn."""
 
 
 def motions(item: Item, logs: Sequence[Log]) -> list[Drawn]:
@@ -160,23 +147,19 @@ def motions(item: Item, logs: Sequence[Log]) -> list[Drawn]:
     """
     known = {name: float(one["value"]) for name, one in (item.tree.get("fit") or {}).get("parameters", {}).items()}
     drawn: list[Drawn] = []
+    unit = si_unit("force", item.motion)
     for log in logs:
         if log.force is None or not {"M", "F_v", "F_c", "offset"} <= known.keys():
             continue
         motion = prepared([log])[0].motion
         v = motion.velocity
         rigid = known["M"] * motion.acceleration + known["F_v"] * v + known["F_c"] * np.sign(v) + known["offset"]
-        part = slice(None, None, max(1, len(log) // MOTION_POINTS))
-        force = scale(float(np.abs(log.force).max()), "force", item.motion)
-        plot = canvas("time [s]", f"force [{force[1]}]")
-        time = log.time[part] - log.time[0]
-        curve(plot, time, log.force[part] * force[0], GREY, "logged", line_width=3, line_alpha=0.5)
-        curve(plot, time, rigid[part] * force[0], BLUE, "rigid axis", line_width=1.2)
-        legend(plot, "top_right")
-        rms = readable(float(np.sqrt(np.mean((log.force - rigid) ** 2))), si_unit("force", item.motion))
+        part = slice(None, None, max(1, len(log) // POINTS))
+        rms = readable(float(np.sqrt(np.mean((log.force - rigid) ** 2))), unit)
         caption = f"Inertia, viscous and Coulomb friction of the plant file along the motion miss it by {rms} rms."
+        figure = motion_figure(log.time[part] - log.time[0], log.force[part], rigid[part], f"force [{unit}]")
         drawn.append(
-            Drawn(f"motion-{item.axis}-{len(drawn)}", f"Motion {log.name}", caption, f"{log.name}: {caption}", plot)
+            Drawn(f"motion-{item.axis}-{len(drawn)}", f"Motion {log.name}", caption, f"{log.name}: {caption}", figure)
         )
     return drawn
 
@@ -186,44 +169,25 @@ def q_filter(item: Item, Delta: Perturbation | None) -> Drawn:
     sections = item.sections()["observer"]
     name, cutoff = str(item.tree.get("filter", "binomial2")), float(sections["cutoff"])
     limits = item.tree.get("limits", {})
-    plot = canvas("frequency [Hz]", "magnitude [dB]", x_axis_type="log", y_range=(-50, 40))
-    top = 8 * cutoff if Delta is None else float(Delta.frequency[-1])
-    known = [one["cutoff"]["value"] for one in limits.values() if "cutoff" in one]
-    f = np.geomspace(cutoff / 30, max([top, *(3 * one for one in known)]), 600)
-
-    def size(at: float) -> Any:
-        return 20 * np.log10(np.abs(QFilter(name, at).response(f)))
-
-    line = curve(plot, f, size(cutoff), BLUE, f"Q, cutoff {cutoff:.3g} Hz", line_width=2.5)
-    hover(plot, [line], [("frequency", "@x Hz"), ("|Q|", "@y dB")])
-    for key, text, color in (("robust", "eq. (8)", VERMILION), ("sensitive", "peak sensitivity", ORANGE)):
-        limit = limits.get(key, {})
-        if "cutoff" in limit and abs(limit["cutoff"]["value"] / cutoff - 1) > 1e-3:
-            label = f"limit by {text}, cutoff {limit['cutoff']['value']:.3g} Hz"
-            curve(plot, f, size(limit["cutoff"]["value"]), color, label, line_dash="dashed")
-        if "Delta" in limit:
-            plot.scatter(
-                [limit["frequency"]["value"]], [-20 * np.log10(limit["Delta"]["value"])], size=9, color=color,
-                legend_label="1/|Δ| where it limits",
-            )  # fmt: skip
+    known = {key: one["cutoff"]["value"] for key, one in limits.items() if "cutoff" in one}
+    largest = {key: QFilter(name, value) for key, value in known.items() if abs(value / cutoff - 1) > 1e-3}
+    top = max([8 * cutoff if Delta is None else float(Delta.frequency[-1]), *(3 * one for one in known.values())])
+    touches = [(one["frequency"]["value"], one["Delta"]["value"]) for one in limits.values() if "Delta" in one]
     if Delta is not None:
-        every = slice(None, None, max(1, len(Delta.frequency) // 600))
-        inverse = -20 * np.log10(np.maximum(np.abs(Delta.Delta), 1e-12))
-        curve(
-            plot, Delta.frequency[every], inverse[every], BLACK,
-            "1/|Δ|, measured" if Delta.measured else "1/|Δ| of the delay alone", line_width=1.2,
-        )  # fmt: skip
-    legend(plot, "bottom_left")
+        every = slice(None, None, max(1, len(Delta.frequency) // POINTS))
+        arrays = ("frequency", "Delta", "radius", "ratio")
+        Delta = replace(Delta, **{one: getattr(Delta, one)[every] for one in arrays})
+    found = QReach(QFilter(name, cutoff), largest.get("robust"), largest.get("sensitive"), touches, Delta, top)
     reason = str(item.tree.get("reason", ""))
     text = ", ".join(
-        f"{what} allows {limits[key]['cutoff']['value']:.3g} Hz"
+        f"{what} allows {known[key]:.3g} Hz"
         for key, what in (("robust", "|T·Δ| ≤ 1, eq. (8),"), ("sensitive", "the peak sensitivity of the whole loop"))
-        if "cutoff" in limits.get(key, {})
+        if key in known
     )
     caption = f"Q is {name} with its cutoff at {cutoff:.3g} Hz" + (f": {reason}." if reason else ".")
     caption += f" As limit, {text}." if text else ""
     alt = f"Magnitude of the filter Q of axis {item.axis} over frequency. {caption}"
-    return Drawn(f"q-{item.axis}", "How far Q may reach", caption, alt, plot)
+    return Drawn(f"q-{item.axis}", "How far Q may reach", caption, alt, reach_figure(found, 4.8, 3.3))
 
 
 def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> Drawn | None:
@@ -231,20 +195,58 @@ def drift_figure(identity: str, title: str, changes: Sequence[Change]) -> Drawn 
     shown = [one for one in changes if one.relative is not None and one.verdict != "unknown"]
     if not shown:
         return None
-    names = [one.name for one in shown][::-1]
-    plot = canvas("change [%]", "", height=90 + 26 * len(shown), y_range=names, max_width=820)
-    plot.line([0, 0], [names[0], names[-1]], color=GREY, line_dash="dashed")
+    rows = []
     for one in shown:
-        low, high = one.difference_ci95 or (0.0, 0.0)
-        percent = np.array([one.difference, low, high]) / abs(one.before) * 100
-        percent = np.clip(np.nan_to_num(percent), -1e4, 1e4)
-        color = VERMILION if one.verdict == "moved" else BLUE
-        plot.segment(x0=[percent[1]], x1=[percent[2]], y0=[one.name], y1=[one.name], color=color, line_width=2)
-        marker = "diamond" if one.verdict == "moved" else "circle"
-        plot.scatter([percent[0]], [one.name], size=9, color=color, marker=marker)
-    moved = [one.name for one in shown if one.verdict == "moved"]
-    alt = (
-        f"Relative change of {len(shown)} numbers with 95 % intervals; {', '.join(moved) or 'none'} moved beyond them."
-    )
+        values = np.array([one.difference, *(one.difference_ci95 or (0.0, 0.0))]) / abs(one.before) * 100
+        change, low, high = np.clip(np.nan_to_num(values), -1e4, 1e4).tolist()
+        rows.append(RelativeChange(one.name, change, low, high, one.verdict == "moved"))
+    moved = ", ".join(one.name for one in rows if one.moved)
+    alt = f"Relative change of {len(shown)} numbers with 95 % intervals; {moved or 'none'} moved beyond them."
     caption = "Diamonds: the interval of the difference does not hold 0. Circles: it does."
-    return Drawn(identity, title, caption, alt, plot)
+    return Drawn(identity, title, caption, alt, draw_drift(rows))
+
+
+def magnification(test: ContourTest) -> float:
+    """Return the round magnification (1, 2 or 5 times a power of ten) that draws the largest error at most R/2 high."""
+    assert test.radius is not None
+    largest = max(float(np.abs(one.error).max()) for one in test.contours)
+    wanted = 0.5 * test.radius / max(largest, 1e-12)
+    power = 10.0 ** floor(log10(wanted))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= wanted))
+
+
+def contour_figure(n: int, test: ContourTest, earlier: ContourTest | None) -> Drawn:
+    """Return the contours of one test: a magnified circle, or the error along a path."""
+    parts = [f"({one.scheme.name}) {one.scheme.title} {readable(one.glitch, 'm')}" for one in test.contours]
+    what = "radial error of a circle" if test.radius is not None else "contour error along a path"
+    alt = f"The {what} under each scheme; largest glitch of each: {', '.join(parts)}. The table gives every number."
+    if test.radius is None:
+        title = f"Path at {readable(test.feed, 'm/s')}"
+        return Drawn(f"contour-{n}", title, "Dashed lines: with observer.", alt, along_figure(_contours(test)))
+    before = _contours(earlier) if earlier else []
+    text = (
+        "The error of the radius, magnified around the circle that was asked for (grey). Outwards is positive; dotted "
+        "circles are labelled in µm; the arrow has the direction of the motion. Dashed lines: with observer."
+    )
+    figure = overlay_figure(_contours(test), test.radius, test.direction, magnification(test), before)
+    title = f"Circle of {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
+    return Drawn(f"contour-{n}", title, text, alt, figure)
+
+
+def reversal_figures(n: int, test: ContourTest) -> list[Drawn]:
+    """Return the radial error of every scheme over the time after a reversal, one figure for each axis that was run."""
+    if test.radius is None:
+        return []
+    drawn = []
+    for k, axis in enumerate(test.axes[:2]):
+        quarter = k if len(test.axes) > 1 or axis != "y" else 1
+        figure = after_reversal_figure(_contours(test), test.radius, test.feed, test.direction, quarter * np.pi / 2)
+        label = test.labels[quarter]
+        peaks = ", ".join(f"({one.scheme.name}) {readable(abs(one.glitches[quarter]), 'm')}" for one in test.contours)
+        alt = f"Radial error over time around the reversal at {label}; peaks: {peaks}."
+        drawn.append(Drawn(f"reversal-{n}-{axis}", f"At the reversal of axis {axis}, {label}", "", alt, figure))
+    return drawn
+
+
+def _contours(test: ContourTest) -> list[SchemeContour]:
+    return [SchemeContour(one.scheme, one.place, one.error) for one in test.contours]

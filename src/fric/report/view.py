@@ -1,6 +1,6 @@
 """From what was collected to what the page tells: rows of tables, figures, words."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeGuard
 
@@ -8,18 +8,28 @@ from fric.control import block_type
 from fric.design.perturbation import Perturbation, model_perturbation
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
+from fric.figures.contours import scheme_look
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.report.advice import observations
-from fric.report.canvas import Drawn
-from fric.report.contours import colour, contour_figure, dash, reversal_figures
 from fric.report.curves import friction_curves, presliding
 from fric.report.drift import Change, block_counts, description, document_changes, glitch_changes
 from fric.report.groups import Group, groups_of
 from fric.report.measured import MeasuredView, gravest_first, measured_view
 from fric.report.onepage import Summary, summary_of
-from fric.report.pictures import Picture, pictures
-from fric.report.plots import drift_figure, friction_map, hysteresis, motions, q_filter, virgin_curves
+from fric.report.plots import (
+    Drawn,
+    contour_figure,
+    drift_figure,
+    friction_map,
+    hysteresis,
+    magnification,
+    motions,
+    pictures,
+    q_filter,
+    reversal_figures,
+    virgin_curves,
+)
 from fric.report.report_input import Contour, ContourTest, Item, ReportInput
 from fric.results.design import perturbation_of
 from fric.units import readable
@@ -35,7 +45,7 @@ class AxisView:
     figures: Sequence[Drawn]
     observer: Drawn | None
     notes: Sequence[str]
-    further: Sequence[Picture] = ()
+    further: Sequence[Drawn] = ()
 
 
 @dataclass(frozen=True)
@@ -45,8 +55,7 @@ class Line:
     contour: Contour
     reduction: float | None
     advised: bool
-    colour: str
-    dash: str
+    look: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -61,7 +70,8 @@ class TestView:
     observations: Sequence[str]
     earlier: ContourTest | None
     blocks: Sequence[str] = ()
-    further: Sequence[Picture] = ()
+    further: Sequence[Drawn] = ()
+    magnification: float | None = None
 
     __test__ = False  # no test of pytest's
 
@@ -92,16 +102,6 @@ class View:
     sources: Sequence[tuple[str, str, Any]]
     next_step: str
 
-    def figures(self) -> Iterator[Drawn]:
-        """Yield every figure of the page."""
-        for axis in self.axes:
-            yield from axis.figures
-            if axis.observer is not None:
-                yield axis.observer
-        for test in self.tests:
-            yield from (test.figure, *test.reversals)
-        yield from (drift.figure for drift in self.drifts if drift.figure is not None)
-
 
 def view(inputs: ReportInput) -> View:
     """Return what a page tells of what was collected."""
@@ -113,7 +113,7 @@ def view(inputs: ReportInput) -> View:
     sources += [(test.source, "run", test.provenance) for test in inputs.tests]
     sources += [(before.source, "run, earlier", before.provenance) for before, _ in inputs.test_pairs]
     sources += [(one.source, "measured circle", {}) for one in inputs.circles]
-    measured = [measured_view(one) for one in inputs.circles]
+    measured = [measured_view(one, f"circle-{n}") for n, one in enumerate(inputs.circles)]
     warnings = _warnings(inputs, [test.verdict for test in tests])
     next_step = _next_step(inputs)
     return View(
@@ -168,7 +168,8 @@ def _axis(inputs: ReportInput, axis: str) -> AxisView:
             figures += motions(item, [log for log in inputs.records if _is_motion(log, axis)])
         elif item.kind == "observer":
             observer = q_filter(item, perturbation(inputs, item))
-    return AxisView(axis, groups, figures, observer, notes, [one for item in items for one in pictures(item.document)])
+    further = [one for item in items for one in pictures(item.document, f"{item.kind}-{axis}")]
+    return AxisView(axis, groups, figures, observer, notes, further)
 
 
 def _is_motion(log: Record, axis: str) -> TypeGuard[Log]:
@@ -201,7 +202,7 @@ def _test(
     lines = [
         Line(
             one, None if bare is None or one is bare or not bare.glitch else 1 - one.glitch / bare.glitch,
-            one is verdict.choice, colour(k), dash(one),
+            one is verdict.choice, scheme_look(k, one.scheme),
         )
         for k, one in enumerate(test.contours)
     ]  # fmt: skip
@@ -221,7 +222,8 @@ def _test(
         observations(test, longest),
         earlier,
         tuple(asked.values()),
-        pictures(test.runs),
+        pictures(test.runs, f"run-{n}"),
+        magnification(test) if test.radius is not None else None,
     )
 
 
