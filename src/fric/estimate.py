@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from math import floor, isinf, log10
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from fric.units import prefixed, significant
 
@@ -14,6 +14,7 @@ STAYS = {"leaves": False}
 
 Value = float | tuple[float, ...]
 Interval = tuple[float, float]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,24 @@ class Estimate:
         if self.source:
             entry["source"] = self.source
         return entry
+
+
+def as_filed(value: T) -> T:
+    """Return numbers as a file of fric holds them, with six digits; also those of tuples and dataclasses.
+
+    What is simulated begins from these, whether a file is between or not: the last bits of a fit are those of a
+    processor, and decide in a closed loop on which side of an encoder count a position falls.
+    """
+    found: Any = value
+    if isinstance(value, float):
+        found = float(f"{value:.6g}")
+    elif isinstance(value, tuple):
+        found = tuple(map(as_filed, value))
+    elif isinstance(value, Mapping):
+        found = {key: as_filed(one) for key, one in value.items()}
+    elif is_dataclass(value) and not isinstance(value, type):
+        found = replace(value, **{one.name: as_filed(getattr(value, one.name)) for one in fields(value) if one.init})
+    return found  # type: ignore[no-any-return]
 
 
 Scale = Literal["linear", "log", "logit"]

@@ -9,6 +9,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.errors import FricError
+from fric.kernels.elementary import cos_sin
 
 MOST_SAMPLES = 20_000_000
 """Samples that a motion has at most: 80 minutes at 4 kHz, a gigabyte or two of traces."""
@@ -105,9 +106,10 @@ def smooth_step(x: Real) -> tuple[Real, ...]:
     Speed that follows S has a continuous jerk, so that a run-in excites the loop little.
     """
     inside, beyond = np.clip(x, 0.0, 1.0), np.maximum(x - 1.0, 0.0)
+    cube = inside * inside * inside  # a product: powers are rounded otherwise on other processors
     return (
-        inside**3 * (10 - inside * (15 - 6 * inside)),
-        inside**4 * (2.5 - inside * (3 - inside)) + beyond,
+        cube * (10 - inside * (15 - 6 * inside)),
+        cube * inside * (2.5 - inside * (3 - inside)) + beyond,
         30 * inside**2 * (1 - inside) ** 2,
         60 * inside * (1 - inside) * (1 - 2 * inside),
     )
@@ -172,7 +174,7 @@ def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, 
     omega, rise = 2 * pi * frequency, run_in / frequency
     t = instants((cycles + run_in) / frequency, sampling)
     S, _, slope, curve = smooth_step(t / rise)
-    sin, cos = np.sin(omega * (t - rise)), np.cos(omega * (t - rise))
+    cos, sin = cos_sin(omega * (t - rise))
     return Reference(
         sampling,
         amplitude * S * sin,
@@ -211,7 +213,7 @@ def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampl
     down, down_integral, down_slope, down_curve = smooth_step((t - t[-1] + ramp) / ramp)
     level, slope, curve = up - down, (up_slope - down_slope) / ramp, (up_curve - down_curve) / ramp**2
     omega = 2 * pi * frequency
-    radius, sin, cos = swing / omega, np.sin(omega * t), np.cos(omega * t)
+    radius, (cos, sin) = swing / omega, cos_sin(omega * t)
     return Reference(
         sampling,
         mean * ramp * (up_integral - down_integral) - radius * level * cos,
@@ -255,7 +257,7 @@ def circle(
     S, integral, slope, _ = smooth_step(t / ramp)
     angle = -direction * pi / 4 + omega * ramp * integral
     rate, change = omega * S, omega * slope / ramp
-    sin, cos = radius * np.sin(angle), radius * np.cos(angle)
+    cos, sin = (radius * part for part in cos_sin(angle))
     period = 2 * pi / abs(omega)
     return (
         Reference(sampling, cos, -sin * rate, -cos * rate**2 - sin * change, period=period, begins=ramp),
@@ -282,10 +284,14 @@ def multisine(frequencies: Real, peak: float, samples: int, sampling: float, rng
     every = np.append(sampling, frequencies) / np.min(frequencies)
     repeats = every[0] <= samples and bool(np.all(np.abs(every - np.rint(every)) < 1e-9))
     length = round(every[0]) if repeats else samples  # one period tells the others
-    omega = 2 * pi * np.asarray(frequencies, float)
-    lines = np.exp(1j * np.outer(np.arange(length) / sampling, omega))
-    draws = np.exp(2j * pi * rng.uniform(size=(len(omega), 64)))
-    peaks = np.abs((lines @ draws).real).max(axis=0)
-    best = draws[:, np.argmin(peaks)] * peak / peaks.min()
-    moved = (np.resize((lines @ (best * factor)).real, samples) for factor in (1 / (1j * omega), 1.0, 1j * omega))
-    return Reference(sampling, *moved)
+    t, omega = np.arange(length) / sampling, 2 * pi * np.asarray(frequencies, float)
+    phases = 2 * pi * rng.uniform(size=(len(omega), 64))
+    peaks = np.abs((np.exp(1j * np.outer(t, omega)) @ np.exp(1j * phases)).real).max(axis=0)
+    position, velocity, acceleration = np.zeros((3, length))
+    for w, phase in zip(omega, phases[:, np.argmin(peaks)], strict=True):
+        cos, sin = cos_sin(w * t + phase)
+        position += sin / w
+        velocity += cos
+        acceleration -= w * sin
+    scale = peak / np.abs(velocity).max()
+    return Reference(sampling, *(np.resize(scale * motion, samples) for motion in (position, velocity, acceleration)))

@@ -4,9 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import linalg, signal
 
-from fric.control.inverse_model import DifferenceEquation, DisturbanceObserver, _exponential
+from fric.control.inverse_model import DifferenceEquation, DisturbanceObserver
 from fric.control.q_filter import Q_FILTERS, QFilter
 from fric.errors import FricError
+from fric.exact import matrix_exponential
 
 A, B, T_S = 28.57, 4.526, 1 / 4000
 FILTERS = pytest.mark.parametrize("name", Q_FILTERS)
@@ -20,7 +21,9 @@ def run(equation: DifferenceEquation, x: np.ndarray) -> np.ndarray:
 def test_the_matrix_exponential_is_scipys(numbers: list[float]) -> None:
     matrix = np.reshape(numbers, (4, 4))
     exact = linalg.expm(matrix)
-    np.testing.assert_allclose(_exponential(matrix), exact, rtol=0, atol=1e-12 * (1.0 + np.abs(exact).max()))
+    np.testing.assert_allclose(
+        matrix_exponential(matrix.tolist()), exact, rtol=0, atol=1e-12 * (1.0 + np.abs(exact).max())
+    )
 
 
 @FILTERS

@@ -16,7 +16,7 @@ Adaptive friction compensation with partially known dynamic friction model, Int.
 """
 
 from dataclasses import dataclass, replace
-from math import exp, pi
+from math import pi
 from typing import Self
 
 import numpy as np
@@ -27,6 +27,7 @@ from fric.control.reversal_pulse import nominal_friction
 from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
+from fric.kernels.elementary import exp
 
 SOFT, STIFF = 0.6, 1.6
 """The stiffness of both models, of the nominal one."""

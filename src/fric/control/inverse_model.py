@@ -17,6 +17,7 @@ what the drive was given and not what was asked of it, so it does not wind up.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from math import prod
 from typing import Self
 
 import numpy as np
@@ -26,6 +27,7 @@ from fric.arrays import Complex, Real
 from fric.control.base import ControlBlock, Setting
 from fric.control.q_filter import QFilter
 from fric.errors import FricError
+from fric.exact import convolved, exponentials, matrix_exponential, polynomial, product
 from fric.friction.base import Parameter
 from fric.kernels.block import ARRAY, Sample, compiled_block
 from fric.kernels.signatures import compiled
@@ -167,61 +169,54 @@ def _discrete(q: QFilter, A: float, B: float, sampling: float) -> DiscreteObserv
             f"a cutoff of {q.cutoff:g} Hz does not fit a sampling rate of {sampling:g} Hz",
             hint="Choose a cutoff below half the sampling rate.",
         )
-    poles, zeros = q.poles, q.zeros
+    poles, zeros = q.poles.tolist(), q.zeros.tolist()
     # n equal poles are found from rounded coefficients to the n-th root of the rounding
-    lowest = 10 * np.finfo(float).eps ** (1 / poles.size) * sampling / (2 * np.pi)
+    lowest = 10 * np.finfo(float).eps ** (1 / len(poles)) * sampling / (2 * np.pi)
     if q.cutoff < lowest:
         raise FricError(
             f"a cutoff of {q.cutoff:g} Hz is too low for {q.name} at a sampling rate of {sampling:g} Hz",
             hint=f"Choose a cutoff above {lowest:.2g} Hz.",
         )
-    unit_gain = float(np.real(np.prod(-poles) / np.prod(-zeros)))
+    unit_gain = (prod(-pole for pole in poles) / prod(-zero for zero in zeros)).real
     return DiscreteObserver(
         inverse=_tustin([*zeros, 0.0, -A], poles, unit_gain / B, sampling),
-        low_pass=_held(zeros, poles, unit_gain, sampling),
+        low_pass=_held(zeros, poles, sampling),
     )
 
 
-def _tustin(zeros: Sequence[complex], poles: Complex, gain: float, sampling: float) -> DifferenceEquation:
+def _tustin(zeros: Sequence[complex], poles: Sequence[complex], gain: float, sampling: float) -> DifferenceEquation:
     """Discretise gain·Π(s − zero)/Π(s − pole) by Tustin's rule, root by root."""
     c = 2 * sampling
-    b, a = np.array([gain + 0j]), np.array([1.0 + 0j])
+    b: list[complex] = [gain]
     for zero in zeros:
-        b = np.convolve(b, [c - zero, -(c + zero)])
+        b = convolved(b, [c - zero, -(c + zero)])
     for pole in poles:
-        a = np.convolve(a, [1.0, -(c + pole) / (c - pole)])
-        b = b / (c - pole)
+        b = [value / (c - pole) for value in b]
     for _ in range(len(poles) - len(zeros)):
-        b = np.convolve(b, [1.0, 1.0])
-    return DifferenceEquation(b.real.copy(), a.real.copy())
+        b = convolved(b, [1.0, 1.0])
+    a = polynomial((c + pole) / (c - pole) for pole in poles)
+    return DifferenceEquation(_real(b), _real(a))
 
 
-def _held(zeros: Complex, poles: Complex, gain: float, sampling: float) -> DifferenceEquation:
-    """Discretise gain·Π(s − zero)/Π(s − pole), of gain 1 at rest, exactly for an input held from sample to sample."""
-    order, scale = len(poles), abs(poles[0])  # time in units of 1/scale: a companion matrix without huge entries
-    denominator = np.real(np.poly(poles / scale))
-    numerator = np.zeros(order)
-    numerator[order - 1 - len(zeros) :] = np.real(np.poly(zeros / scale))
-    numerator *= gain * scale ** (len(zeros) - order)
-    held = np.zeros((order + 1, order + 1))
-    held[0, :order] = -denominator[1:]
-    held[1:order, : order - 1] = np.eye(order - 1)
-    held[0, order] = 1.0
-    step = _exponential(held * scale / sampling)
-    a = np.real(np.poly(np.exp(poles / sampling))).copy()
-    state, pulse = step[:order, order], [0.0]
+def _held(zeros: Sequence[complex], poles: Sequence[complex], sampling: float) -> DifferenceEquation:
+    """Discretise Π(s − zero)/Π(s − pole), scaled to gain 1 at rest, exactly for an input held from sample to sample."""
+    order, scale = len(poles), abs(poles[0])  # time in units of 1/scale: no huge entries in the matrix
+    denominator = _real(polynomial(pole / scale for pole in poles)).tolist()
+    numerator = [0.0] * (order - 1 - len(zeros)) + _real(polynomial(zero / scale for zero in zeros)).tolist()
+    unit = scale / sampling  # of the companion matrix, with the input as a last state that is held
+    held = [[*(-unit * value for value in denominator[1:]), unit]]
+    held += [[unit * float(j == i) for j in range(order)] + [0.0] for i in range(order - 1)]
+    step = matrix_exponential([*held, [0.0] * (order + 1)])[:order]
+    a = _real(polynomial(exponentials(pole / sampling for pole in poles))).tolist()
+    Phi, state, pulse = [row[:order] for row in step], [[row[order]] for row in step], [0.0]
     for _ in range(order):
-        pulse.append(float(numerator @ state))
-        state = step[:order, :order] @ state
-    b = np.convolve(a, pulse)[: order + 1]
-    return DifferenceEquation(b * (a.sum() / b.sum()), a)
+        pulse.append(product([numerator], state)[0][0])
+        state = product(Phi, state)
+    b = [value.real for value in convolved(a, pulse)[: order + 1]]
+    share = sum(a) / sum(b)
+    return DifferenceEquation(np.array([value * share for value in b]), np.array(a))
 
 
-def _exponential(matrix: Real) -> Real:
-    """Return e^matrix by its series around zero, squared from there: SciPy's own takes 0.1 s to import."""
-    squarings = max(0, int(np.frexp(np.linalg.norm(matrix, 1))[1]) + 1)
-    found = term = np.eye(len(matrix))
-    for n in range(1, 17):  # 2^-16/16! is below the last digit
-        term = term @ matrix / (n * 2.0**squarings)
-        found = found + term
-    return np.linalg.matrix_power(found, 2**squarings)
+def _real(values: Sequence[complex]) -> Real:
+    """Return the real parts of coefficients whose roots come in conjugate pairs, shape (n,)."""
+    return np.array([value.real for value in values])

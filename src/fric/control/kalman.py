@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.drive.sampled import SampledPlant
+from fric.exact import riccati
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
 
@@ -72,15 +72,15 @@ class Kalman(ControlBlock):
     def gains(self, setting: Setting) -> Real:
         """Return the steady gains from the error of the predicted position to position, velocity, disturbance, (3,)."""
         plant, pushed = self.sampled(setting)
-        Phi = np.eye(3)
-        Phi[:2, :2], Phi[:2, 2] = plant.Phi, pushed
+        Phi = [[*row, push] for row, push in zip(plant.Phi.tolist(), pushed.tolist(), strict=True)] + [[0.0, 0.0, 1.0]]
         # q over r, both per sample; z in units in which the Riccati equation is well scaled
         ratio = ((2 * pi * self.cutoff) ** 3 / setting.plant.B * setting.T_s) ** 2
-        scale = np.array([1.0, setting.T_s, setting.T_s**2 * setting.plant.B])
-        scaled = np.diag(scale) @ Phi @ np.diag(1.0 / scale)
-        noise = np.diag([0.0, 0.0, ratio * scale[2] ** 2])
-        P = solve_discrete_are(scaled.T, np.eye(3)[:, :1], noise, np.eye(1))
-        return np.asarray(P[:, 0] / (P[0, 0] + 1.0) / scale)
+        scale = [1.0, setting.T_s, setting.T_s**2 * setting.plant.B]
+        back = [[Phi[j][i] * scale[j] / scale[i] for j in range(3)] for i in range(3)]
+        measured, noise = ([[float(i == j == one) for j in range(3)] for i in range(3)] for one in (0, 2))
+        noise[2][2] = ratio * scale[2] ** 2
+        P = riccati(back, measured, noise)
+        return np.array([row[0] / (P[0][0] + 1.0) / unit for row, unit in zip(P, scale, strict=True)])
 
     def packed(self, setting: Setting) -> Real:
         """Return the sampled plant and the gains."""

@@ -70,12 +70,12 @@ class QFilter:
     @property
     def poles(self) -> Complex:
         """Poles [rad/s]."""
-        return np.array(Q_FILTERS[self.name][0], np.complex128) * (2 * pi * self.cutoff)
+        return _scaled(Q_FILTERS[self.name][0], self.cutoff)
 
     @property
     def zeros(self) -> Complex:
         """Zeros [rad/s]."""
-        return np.array(Q_FILTERS[self.name][1], np.complex128) * (2 * pi * self.cutoff)
+        return _scaled(Q_FILTERS[self.name][1], self.cutoff)
 
     @property
     def bandwidth(self) -> float:
@@ -94,6 +94,11 @@ class QFilter:
         for pole in self.poles:
             Q /= 1 - s / pole
         return Q
+
+
+def _scaled(roots: Roots, cutoff: float) -> Complex:
+    """Return the roots of a filter with a cutoff [Hz]; by Python's own product, which is the same everywhere."""
+    return np.array([root * (2 * pi * cutoff) for root in roots], np.complex128)
 
 
 def _squared_magnitude(roots: Roots) -> Real:

@@ -14,15 +14,17 @@ feedforward solution based on repetitive control, J. Dyn. Syst. Meas. Control 11
 """
 
 from dataclasses import dataclass
-from math import ceil, log, pi, sqrt
+from math import ceil, pi, sqrt
 
 import numpy as np
 
 from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.errors import FricError
+from fric.exact import each
 from fric.friction.base import Parameter
 from fric.kernels.block import MODEL, Sample, compiled_block
+from fric.kernels.elementary import exp, log
 
 HALF = 24
 TAPS = 2 * HALF + 1
@@ -97,7 +99,7 @@ class Repetitive(ControlBlock):
         out = []
         for order, share in ((0, late), (1, lead)):
             t = (np.arange(TAPS) - HALF - share) * T  # how much younger than the middle a value is
-            h = np.exp(-0.5 * (t / width) ** 2)
+            h = each(exp, -0.5 * (t / width) ** 2)
             h *= 1.0 / h.sum()
             if order:  # derivatives in time of a signal that is smoothed by h
                 first, second = t / width**2 * h, (t**2 / width**2 - 1.0) / width**2 * h

@@ -21,9 +21,12 @@ import numpy as np
 from fric.arrays import Real
 from fric.control.base import ControlBlock, Setting
 from fric.errors import FricError
+from fric.estimate import as_filed
+from fric.exact import each, geometric
 from fric.friction import FrictionModel
 from fric.friction.base import Parameter
 from fric.kernels.block import AHEAD_VELOCITY, Sample, compiled_block
+from fric.kernels.elementary import exp, log
 from fric.reference import circle
 
 ENTRIES = 20
@@ -38,7 +41,7 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
     if v * state[0] < 0.0:
         rate = abs(v - state[2]) / parameters[6]
         straight = parameters[7] > 0.0
-        at = rate if straight else np.log(max(rate, 1e-12))
+        at = rate if straight else log(max(rate, 1e-12))
         if at <= parameters[0]:
             state[1] = parameters[3] * (at / parameters[0] if straight else 1.0)
         elif at >= parameters[2]:
@@ -122,15 +125,15 @@ class ReversalPulse(ControlBlock):
 
     def packed(self, setting: Setting) -> Real:
         """Return accelerations or logarithms, amplitudes, T_s, straight, decay and integral in a sample, table."""
-        v, T_s = np.geomspace(1e-4, 1.0, ENTRIES), setting.T_s
+        v, T_s = geometric(1e-4, 1.0, ENTRIES), setting.T_s
         table = np.zeros(ENTRIES)
         if self.table > 0:
             model = nominal_friction(setting, self.name)
             table = self.table * setting.gain / setting.K_f * np.asarray(model.steady_state(v))
         at = np.array([self.slow_at, self.middle_at, self.fast_at])
-        knots = at if self.straight else np.log(at)
+        knots = at if self.straight else each(log, at)
         gathers = T_s / self.integral if self.integral > 0 else 0.0
-        head = [*knots, self.slow, self.middle, self.fast, T_s, self.straight, np.exp(-T_s / self.decay), gathers]
+        head = [*knots, self.slow, self.middle, self.fast, T_s, self.straight, exp(-T_s / self.decay), gathers]
         return np.concatenate([head, v, table])
 
     def initial_state(self, setting: Setting) -> Real:
@@ -165,13 +168,13 @@ def fitted(model: FrictionModel, sampling: float) -> tuple[float, float, float, 
     scale = float(np.abs(parts[-1]).max()) or 1.0
 
     def misfit(x: Real) -> Real:
-        return np.asarray(x[0] * np.exp(-t / np.exp(x[1])) - parts[-1] / scale)
+        return np.asarray(x[0] * np.exp(-t / exp(x[1])) - parts[-1] / scale)
 
     # one decay must do for all: that of the fast reversal, where the spike is
     from scipy.optimize import least_squares
 
-    found = least_squares(misfit, [-1.0, np.log(0.01)], bounds=([-5.0, -8.0], [5.0, 1.0]))
-    pulse = np.exp(-t / np.exp(found.x[1]))
+    found = least_squares(misfit, [-1.0, log(0.01)], bounds=([-5.0, -8.0], [5.0, 1.0]))
+    pulse = np.exp(-t / exp(found.x[1]))
     fitting = (float(pulse @ part / (pulse @ pulse)) for part in parts)
     slow, middle, fast = (min(max(one, -scale), scale) for one in fitting)  # friction turns from one level to the other
-    return slow, middle, fast, float(np.exp(found.x[1]))
+    return as_filed((slow, middle, fast, exp(found.x[1])))

@@ -17,6 +17,7 @@ from ruamel.yaml.error import ReusedAnchorWarning, YAMLError
 from fric.documents.base import Document
 from fric.documents.bundled import located
 from fric.errors import FricError, near, printable
+from fric.estimate import as_filed
 from fric.input import foreign, regular
 from fric.output import staged
 
@@ -156,7 +157,7 @@ def _styled(tree: Any, depth: int = 0) -> Any:
         if words or all(isinstance(value, int | float | list) for value in sequence):
             sequence.fa.set_flow_style()
         return sequence
-    return float(f"{tree:.6g}") if isinstance(tree, float) else tree
+    return as_filed(tree)
 
 
 def _described(error: ValidationError, tree: CommentedMap, path: Path, model: type[Document]) -> FricError:

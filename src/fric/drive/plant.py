@@ -1,12 +1,13 @@
 """The plant of one axis, eq. (1) of the paper."""
 
 from dataclasses import dataclass, fields
-from math import exp, expm1, isfinite
+from math import isfinite
 
 import numpy as np
 
 from fric.arrays import Complex, Real
 from fric.errors import FricError
+from fric.kernels.elementary import exp, expm1
 from fric.verb import require_numbers
 
 MOST_SAMPLES = 10_000

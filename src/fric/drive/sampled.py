@@ -39,7 +39,8 @@ class SampledPlant:
         Phi, _ = plant.held(T_s)
         Phi_early, early = plant.held(T_s - share)
         _, late = plant.held(share)
-        return cls(Phi, Phi_early @ late, early, whole)
+        moved = Phi_early[:, 0] * late[0] + Phi_early[:, 1] * late[1]  # sums in this order, on every processor
+        return cls(Phi, moved, early, whole)
 
     def response(self, frequency: Real, sampling: float) -> Complex:
         """Return Z/U from sample to sample [m/V], shape (n,), at frequencies [Hz], shape (n,)."""

@@ -1,12 +1,13 @@
 """What the controller sees of the motion: a quantised position, a filtered first difference."""
 
 from dataclasses import dataclass
-from math import exp, pi
+from math import pi
 
 import numpy as np
 
 from fric.arrays import Real
 from fric.errors import FricError
+from fric.kernels.elementary import exp
 
 
 @dataclass(frozen=True)

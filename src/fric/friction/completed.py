@@ -6,7 +6,9 @@ from typing import ClassVar
 import numpy as np
 
 from fric.arrays import Real
+from fric.exact import each
 from fric.friction.base import FrictionModel, Parameter, Property
+from fric.kernels.elementary import exp
 from fric.kernels.inner import address_of
 from fric.kernels.left_over import AHEAD, Grid, left_over_step, travels_along
 from fric.kernels.signatures import Step
@@ -19,7 +21,7 @@ KNEE, RATIO, APART = 28, 0.25, 3e-4
 
 def travels(longest: float) -> Real:
     """Return the travels since a reversal at which a force is told [m], up to the longest."""
-    near = PLAY * np.exp(RATIO * np.arange(KNEE + 1))
+    near = PLAY * each(exp, RATIO * np.arange(KNEE + 1))
     return np.append(near, near[-1] + APART * np.arange(1, max(int((longest - near[-1]) / APART), 0) + 2))
 
 

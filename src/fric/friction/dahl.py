@@ -1,7 +1,7 @@
 """The Dahl model: a spring that yields as it nears the Coulomb force (AIAA Journal 14, 1976)."""
 
 from dataclasses import dataclass
-from math import copysign, exp, log1p
+from math import copysign
 from typing import ClassVar
 
 import numpy as np
@@ -9,6 +9,7 @@ from numba import types
 
 from fric.arrays import Real
 from fric.friction.base import FrictionModel, Parameter, Property
+from fric.kernels.elementary import exp, log1p, power
 from fric.kernels.increments import reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
 
@@ -25,7 +26,7 @@ def _advance(F: float, dz: float, F_c: float, sigma_0: float, n: float) -> float
     w = max(1.0 - direction * F / F_c, 0.0)
     if dz == 0.0 or w == 0.0:
         return F
-    x = sigma_0 / F_c * abs(dz) * w ** (n - 1.0)
+    x = sigma_0 / F_c * abs(dz) * power(w, n - 1.0)
     if abs(n - 1.0) < 1e-9:
         w *= exp(-x)
     elif (n - 1.0) * x <= -1.0:  # n < 1: the force saturates after a finite travel

@@ -1,7 +1,7 @@
 """The Leuven model in its integrated form: slip blocks behind a sliding surface (Lampaert, Swevers, Al-Bender 2002)."""
 
 from dataclasses import dataclass
-from math import copysign, expm1, log1p
+from math import copysign
 from typing import ClassVar
 
 import numpy as np
@@ -11,6 +11,7 @@ from fric.arrays import Real
 from fric.friction.base import Parameter, Property
 from fric.friction.blocks import OnBlocks
 from fric.friction.stribeck import stribeck_level
+from fric.kernels.elementary import expm1, log1p, power
 from fric.kernels.increments import reversal
 from fric.kernels.signatures import Step, compiled, compiled_step
 
@@ -45,7 +46,7 @@ def _advance(dx: float, s: float, state: Real, parameters: Real) -> float:
     force = _move(0.0, state, parameters)
     while left > 0.0:
         r = direction * force / s
-        steep = abs(r) ** (n - 1.0)
+        steep = power(abs(r), n - 1.0)
         rate = 1.0 - steep * r  # dz/d|x|
         if abs(1.0 - r) < 1e-12:
             break
@@ -84,7 +85,7 @@ def _step(dz: float, v: float, dt: float, state: Real, parameters: Real) -> floa
     force = _advance(dz - before, 0.5 * (s_0 + s), state, parameters)
     state[0], state[1] = v, force
     r = force / s
-    return force + sigma_1 * (v - abs(v) * copysign(abs(r) ** n, r)) + sigma * v
+    return force + sigma_1 * (v - abs(v) * copysign(power(abs(r), n), r)) + sigma * v
 
 
 @dataclass(frozen=True)

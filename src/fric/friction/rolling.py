@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import pi, sin
+from math import pi
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,6 +12,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.base import Parameter, Property
 from fric.friction.gms import GMS
+from fric.kernels.elementary import sin
 from fric.kernels.signatures import Step, compiled_step
 
 _gms_step = GMS.step

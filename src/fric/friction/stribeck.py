@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import copysign, exp
+from math import copysign
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,6 +11,7 @@ from numba import types
 from fric.arrays import Real
 from fric.estimate import Estimate
 from fric.friction.base import FrictionModel, Parameter, Property
+from fric.kernels.elementary import exp, power
 from fric.kernels.signatures import Step, compiled, compiled_step
 from fric.verb import refused
 
@@ -20,7 +21,7 @@ def stribeck_share(v: float, v_s: float, delta: float) -> float:
     """Return ``exp(-|v/v_s|^delta)`` [1], the share of F_s - F_c that is left at velocity v."""
     x = abs(v / v_s)
     if delta != 1.0:
-        x **= delta
+        x = power(x, delta)
     return exp(-x) if x < 40.0 else 0.0  # beyond, the last digit of F_c does not change
 
 

@@ -1,12 +1,12 @@
 """Friction on a real guideway: a step around another model's, whose level goes with place, direction, rest and time."""
 
-from math import exp, log, sin
 from typing import NamedTuple
 
 import numpy as np
 from numba import types
 
 from fric.arrays import Real
+from fric.kernels.elementary import exp, expm1, log, sin
 from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled, compiled_step
 
@@ -45,7 +45,7 @@ def aged(age: float, travel: float, dt: float, distance: float) -> float:
     ``dθ/dt = 1 - θ·|v|/distance``, the ageing law of rate-and-state friction.
     """
     x = travel / distance
-    renewed = -np.expm1(-x)
+    renewed = -expm1(-x)
     return age * exp(-x) + dt * (renewed / x if x > 1e-9 else 1.0 - 0.5 * x)
 
 
@@ -64,7 +64,7 @@ def guideway_step(dz: float, v: float, dt: float, state: Real, parameters: Real)
     for i in range(coggings, coggings + waves):
         at = HEAD + 3 * i
         level += parameters[at] * sin(2.0 * np.pi * z / parameters[at + 1] + parameters[at + 2])
-    level *= 1.0 - parameters[_DRIFT] * np.expm1(-state[1] / parameters[_WARMING])
+    level *= 1.0 - parameters[_DRIFT] * expm1(-state[1] / parameters[_WARMING])
     if dz < 0.0 or (dz == 0.0 and v < 0.0):
         level *= parameters[_LEVEL]
         viscous = parameters[_VISCOUS]

@@ -1,7 +1,6 @@
 """What the compiled steps of friction models share: relaxation towards a level, and a reversal inside a step."""
 
-from math import exp
-
+from fric.kernels.elementary import exp
 from fric.kernels.signatures import compiled
 
 

@@ -1,12 +1,12 @@
 """Friction, and what a measured circle shows besides: a step around another model's, and a force over the travel."""
 
-from math import exp, log
 from typing import NamedTuple
 
 import numpy as np
 from numba import types
 
 from fric.arrays import Real
+from fric.kernels.elementary import exp, log
 from fric.kernels.inner import step_at
 from fric.kernels.signatures import compiled, compiled_step
 

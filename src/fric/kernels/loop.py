@@ -19,6 +19,7 @@ from numba import types
 
 from fric.arrays import Real
 from fric.kernels.block import BLOCK_FUNCTION, FRICTION, MODEL, BlockStep, Commands, Sample, absent
+from fric.kernels.elementary import expm1
 from fric.kernels.plant import (
     ARRAY,
     ORDERS,
@@ -160,7 +161,7 @@ def _closed_loop(
 
         B = plant.B
         if plant.drift != 0.0:
-            B *= 1.0 - plant.drift * np.expm1(-(plant.began + n * board.T_s) / plant.warming)
+            B *= 1.0 - plant.drift * expm1(-(plant.began + n * board.T_s) / plant.warming)
 
         # --- plant: within a sample its input changes once, where the last share of the delay ends
         for part in range(2):

@@ -12,13 +12,14 @@ change of its force moves the velocity by less than that: almost everywhere.
 Extrapolation: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, section II.9.
 """
 
-from math import copysign
+from math import copysign, factorial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 
 from fric.arrays import Real
+from fric.kernels.elementary import expm1s
 from fric.kernels.signatures import STEP_FUNCTION, Step, compiled
 
 ORDERS = 6
@@ -71,11 +72,16 @@ PLANT, INSTANT = numba_type(PlantConstants, types.float64), numba_type(Instant, 
 
 
 def _weights() -> Real:
-    """Return in row k the weights of the results in 1, 2 … k+1 parts that cancel the errors in h², h³ … h^(k+1)."""
+    """Return in row k the weights of the results in 1, 2 … k+1 parts that cancel the errors in h², h³ … h^(k+1).
+
+    With ``n = k + 1`` parts at most, that of the result in j parts is the rational number
+    ``(-1)^(n-j)·2·j^n/(n·(n + 1)·(j - 1)!·(n - j)!)``, rounded once: the compiler freezes it into its cache.
+    """
     weights = np.zeros((ORDERS, ORDERS))
     for k in range(ORDERS):
-        parts, powers = np.arange(1.0, k + 2), np.array([0, *range(2, k + 2)])
-        weights[k, : k + 1] = np.linalg.solve(parts ** -powers[:, np.newaxis], np.eye(k + 1)[0])
+        n = k + 1
+        for j in range(1, n + 1):
+            weights[k, j - 1] = (-1) ** (n - j) * 2 * j**n / (n * (n + 1) * factorial(j - 1) * factorial(n - j))
     return weights
 
 
@@ -106,7 +112,7 @@ def effective_times(plant: PlantConstants, length: float) -> Real:
     ``(1 - exp(-A·h))/A`` for ``h = length/2^depth/parts``, shape (DEPTH + 1, ORDERS) [s].
     """
     h = length / 2.0 ** np.arange(DEPTH + 1)[:, np.newaxis] / np.arange(1, ORDERS + 1)
-    return -np.expm1(-plant.A * h) / plant.A if plant.A > 0.0 else h
+    return -expm1s(-plant.A * h) / plant.A if plant.A > 0.0 else h
 
 
 @compiled(INSTANT(STEP_FUNCTION, ARRAY, ARRAY, PLANT, INSTANT, *[types.float64] * 3), makes_arrays=False)

@@ -1,12 +1,12 @@
 """What an encoder tells: the position of what it is on, with a sub-divisional error, in whole steps."""
 
-from math import sin
 from typing import NamedTuple
 
 import numpy as np
 from numba import types
 
 from fric.arrays import Real
+from fric.kernels.elementary import sin
 from fric.kernels.plant import ARRAY, numba_type
 from fric.kernels.signatures import compiled
 

@@ -13,6 +13,7 @@ from fric.control.scheme import Lead
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
 from fric.errors import FricError, near
+from fric.estimate import as_filed
 from fric.friction import FrictionModel
 from fric.notice import Notice
 from fric.simulate.reality.flaws import NONE, Reality, SecondMass
@@ -100,7 +101,7 @@ class Axis:
         """Return the axis with a controller that believes something else, as in `Machine.with_belief`."""
         if getattr(given, "axis", self.name) != self.name:
             raise FricError(f"axis {self.name} was given what is known of axis {given.axis}")
-        known = getattr(given, "belief", given)
+        known = as_filed(getattr(given, "belief", given))
         if isinstance(known, FrictionModel):
             known = {known.name: known}
         if isinstance(known, Mapping) and all(isinstance(one, FrictionModel) for one in known.values()):

@@ -15,7 +15,7 @@ import numpy as np
 
 from fric.drive.plant import Plant
 from fric.errors import FricError
-from fric.estimate import Covariance
+from fric.estimate import Covariance, as_filed
 from fric.friction import FrictionModel, models
 from fric.simulate.intervals import NORMAL_97_5, Intervals, declared_parameters, draw_within, normals
 from fric.simulate.machine import Axis, Machine
@@ -134,7 +134,7 @@ class _Draws:
             return 1.0
         key = element or name
         if key not in self.factors:
-            self.factors[key] = self.spreads[name].factor(self.generator(key))
+            self.factors[key] = as_filed(self.spreads[name].factor(self.generator(key)))
             self.drawn[f"{self.axis.name}.{key}"] = self.factors[key]
         return self.factors[key]
 
@@ -147,7 +147,7 @@ class _Draws:
                 value *= self.factor(spread, name if name.startswith(f"{spread}_") else "")
             return by * value
         normal = self.joint[name] if name in self.joint else self.normal(name)
-        found = draw_within(by * value, (by * interval[0], by * interval[1]), lower, normal)
+        found = as_filed(draw_within(by * value, (by * interval[0], by * interval[1]), lower, normal))
         self.drawn[f"{self.axis.name}.{name}"] = found
         return found
 
@@ -160,7 +160,7 @@ class _Draws:
             own = key if key in GROUPS else name
             drawn = f"{self.axis.name}.beyond {own}"
             if drawn not in self.drawn:
-                self.drawn[drawn] = spread.factor(self.generator(f"beyond {own}"))
+                self.drawn[drawn] = as_filed(spread.factor(self.generator(f"beyond {own}")))
             total *= self.drawn[drawn]
         return total
 

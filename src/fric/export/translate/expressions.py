@@ -10,6 +10,7 @@ from numba.core.dispatcher import Dispatcher
 
 from fric.errors import FricError
 from fric.export.translate import program as ir
+from fric.kernels import elementary
 
 _OPERATORS: dict[type[ast.AST], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%",
@@ -19,6 +20,7 @@ _OPERATORS: dict[type[ast.AST], str] = {
 _INTRINSICS: dict[object, str] = {
     math.exp: "exp", math.copysign: "copysign", math.log1p: "log1p", builtins.abs: "abs", builtins.min: "min",
     builtins.max: "max", math.fabs: "abs", np.abs: "abs", np.exp: "exp",
+    elementary.exp: "exp", elementary.log1p: "log1p", elementary.power: "pow",
 }  # fmt: skip
 
 
@@ -213,7 +215,8 @@ class Expressions:
 
     def call(self, node: ast.Call, function: Any, arguments: list[ast.expr]) -> ir.Expression:
         """Return a call: of a routine, of a function that languages have, or of a record."""
-        if isinstance(function, Dispatcher):
+        name = _INTRINSICS.get(function) if getattr(function, "__hash__", None) else None
+        if name is None and isinstance(function, Dispatcher):
             signature = function.nopython_signatures[0]
             views = tuple(self.part(argument) for argument in arguments)
             given = [
@@ -229,7 +232,6 @@ class Expressions:
             place = ir.Name(f"kept_{self.temporaries}", self.reader.group(function))
             self.before += self.filled(place, arguments)
             return place
-        name = _INTRINSICS.get(function) if getattr(function, "__hash__", None) else None
         if name is None:
             raise self.refuse(f"its step calls {ast.unparse(node.func)}, which controllers do not have", node)
         read = [self.as_type(self.expression(argument), ir.REAL) for argument in arguments]

@@ -25,6 +25,8 @@ ACCURACY = 1e-9
 """To what the simulated plant is integrated [m]."""
 OTHERS = ((1.0, 0.5), (2 / 3, 1.0))
 """Circles to which what was learned is carried over, where it does not serve: shares of radius and feed."""
+VOLT = 1e-6
+"""Step of the learned voltage [V], below that of any converter: filters' last bits do not enter the next circle."""
 GAINS = 0.9
 """Share of the first glitch from which on learning has gained nothing."""
 
@@ -213,7 +215,8 @@ def _learned(axis: Axis, reference: Reference, trace: Trace, before: Real, how: 
     plant = axis.nominal or axis.plant
     model = inverse_model(plant, reference.ahead(lead_of(axis)))
     error = trace.reference - trace.measured
-    return next_feedforward(trace.time, error, trace.input, model, before, plant, how)
+    learned = next_feedforward(trace.time, error, trace.input, model, before, plant, how)
+    return np.rint(learned / VOLT) * VOLT
 
 
 def _carried(

@@ -16,6 +16,7 @@ from zlib import crc32
 import numpy as np
 
 from fric.arrays import Real
+from fric.estimate import as_filed
 from fric.friction import FrictionModel
 from fric.friction.completed import Completed, since_reversal, travels
 from fric.identify.circle.measured import MeasuredCircle
@@ -107,7 +108,7 @@ def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]
         motion = np.array(since_reversal(record.position))[:, record.used]
         _gather(motion[:, whole], force[whole], grid, sums, counts)
     forwards, backwards = (share * _filled(grid, *one) for one in zip(sums, counts, strict=True))
-    return Completed(friction, tuple(forwards), tuple(backwards))
+    return as_filed(Completed(friction, tuple(forwards), tuple(backwards)))
 
 
 def _with_voltage(test: MeasuredCircle, axis: Axis) -> MeasuredCircle:
