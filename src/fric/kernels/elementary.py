@@ -50,7 +50,7 @@ def exp(x: float) -> float:
     """Return e^x."""
     if not x < 709.782712893384:
         return x if x != x else np.inf
-    if x < -745.1332191019412:
+    if x < -744.4:  # below the smallest number
         return 0.0
     whole = np.rint(x * (_PARTS / 0.6931471805599453))
     r = (x - whole * _STEP) - whole * _STEP_REST
