@@ -32,7 +32,8 @@ RANGE = {"exp": (-744.0, 709.7), "expm1": (-50.0, 700.0), "log": (1e-300, 1e300)
 def test_a_function_is_within_four_units_in_the_last_place(name: str, data: st.DataObject) -> None:
     low, high = RANGE[name]
     # below 1e-20 the decimals do not tell e^x - 1 any more
-    x = data.draw(st.floats(low, high) | st.floats(max(low, -1.0), 1.5).filter(lambda x: abs(x) > 1e-20))
+    both = st.floats(low, high) | st.floats(max(low, -1.0), 1.5)
+    x = data.draw(both.filter(lambda x: abs(x) > 1e-20 or name == "log"))
     with localcontext() as context:
         context.prec = 50
         exact = EXACT[name](Decimal(x))
