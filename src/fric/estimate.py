@@ -87,7 +87,7 @@ def as_filed(value: T) -> T:
         found = {key: as_filed(one) for key, one in value.items()}
     elif is_dataclass(value) and not isinstance(value, type):
         found = replace(value, **{one.name: as_filed(getattr(value, one.name)) for one in fields(value) if one.init})
-    return found  # type: ignore[no-any-return]
+    return found
 
 
 Scale = Literal["linear", "log", "logit"]

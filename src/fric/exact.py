@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from math import frexp
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fric.arrays import Real
 from fric.kernels.elementary import cos, exp, log, sin
@@ -19,7 +21,7 @@ Matrix = list[list[float]]
 """A matrix by its rows."""
 
 
-def each(function: Callable[[float], float], x: Real) -> Real:
+def each(function: Callable[[float], float], x: NDArray[np.floating[Any]]) -> Real:
     """Return a scalar function of each element, in the array's shape."""
     return np.fromiter(map(function, x.ravel().tolist()), float, x.size).reshape(x.shape)
 

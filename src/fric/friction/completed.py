@@ -21,7 +21,7 @@ KNEE, RATIO, APART = 28, 0.25, 3e-4
 
 def travels(longest: float) -> Real:
     """Return the travels since a reversal at which a force is told [m], up to the longest."""
-    near = PLAY * each(exp, RATIO * np.arange(KNEE + 1))
+    near = PLAY * each(exp, RATIO * np.arange(KNEE + 1.0))
     return np.append(near, near[-1] + APART * np.arange(1, max(int((longest - near[-1]) / APART), 0) + 2))
 
 

@@ -107,7 +107,7 @@ def power(x: float, y: float) -> float:
     return exp(y * log(x))
 
 
-@compiled(types.UniTuple(types.float64, 2)(types.float64), makes_arrays=False)
+@compiled("Tuple((f8, f8))(f8)", makes_arrays=False)
 def _turned(x: float) -> tuple[float, float]:
     """Return cosine and sine of an angle [rad]."""
     if not abs(x) < _FAR:
