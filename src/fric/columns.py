@@ -34,7 +34,7 @@ CIRCLE = "circle"
 """The kind of a circle test: of two axes, whose channels are named ``x.position``, or of a ball bar."""
 CIRCLE_CHANNELS = ("reference", "position", "input", "force")
 """What is recorded of each axis of a circle test, beside the time that they share."""
-BALL_BAR = ("angle", "deviation")
+BALL_BAR = {"angle": "rad", "deviation": "m"}
 """What a ball bar tells: angle and radial deviation."""
 
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from fric.documents.base import AxisDocument
 from fric.documents.generated import FilePart
 from fric.documents.quantity import CovarianceBlock, Part, Physical, Quantity, known
-from fric.drive.plant import LinearPlant, Plant
+from fric.drive.plant import LinearPlant, Plant, hold_delay
 from fric.drive.resonance import Resonance
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
@@ -225,7 +225,7 @@ def _of_responses(fit: PlantFit) -> dict[str, Any]:
         chi2=fit.solution.chi2,
         misfit=Estimate(fit.solution.misfit, "1"),
         sampling=None if hold is None else Estimate(hold, "Hz"),
-        hold_delay=None if hold is None else Estimate(0.5 / hold, "s"),
+        hold_delay=None if hold is None else Estimate(hold_delay(hold), "s"),
         transport_delay=fit.transport,
         responses=[_response(response, fit.motion) for response in fit.responses],
         friction=_friction(fit.friction, fit.motion),

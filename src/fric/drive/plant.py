@@ -14,6 +14,11 @@ MOST_SAMPLES = 10_000
 """Samples that a delay is at most."""
 
 
+def hold_delay(sampling: float) -> float:
+    """Return the delay [s] of a zero-order hold at a rate [Hz], half a sample: what T_d is at least where one is."""
+    return 0.5 / sampling
+
+
 @dataclass(frozen=True)
 class LinearPlant:
     """A mass with linear damping, driven by a voltage through a delay, eq. (1): ``B·e^(-s·T_d) / (s·(s + A))``.
@@ -57,10 +62,10 @@ class LinearPlant:
                 f"the delay T_d of {self.T_d:g} s is {self.T_d * sampling:.3g} samples at {sampling:g} Hz, and "
                 f"{MOST_SAMPLES} are simulated at most", hint="Look at T_d and at the sampling.",
             )  # fmt: skip
-        delay = self.T_d - 0.5 / sampling
+        delay = self.T_d - hold_delay(sampling)
         if delay < -1e-12:
             raise FricError(
-                f"the delay T_d of {self.T_d:g} s is shorter than half a sample ({0.5 / sampling:g} s)",
+                f"the delay T_d of {self.T_d:g} s is shorter than half a sample ({hold_delay(sampling):g} s)",
                 hint="T_d is what a measured response shows, the hold of the controller's output included.",
             )
         return max(delay, 0.0)

@@ -107,6 +107,10 @@ class StaticMap(FrictionModel):
         return np.zeros(0)
 
 
+STATIC_PARAMETERS = tuple(one.name for one in StaticMap.parameters)
+"""F_c, F_s, v_s, delta and sigma."""
+
+
 @dataclass(frozen=True)
 class OnStaticMap(FrictionModel):
     """A dynamic model whose steady state is a static map; its file has a ``static`` section beside its own.

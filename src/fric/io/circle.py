@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import h5py
 
-from fric.columns import channel_dimension
+from fric.columns import BALL_BAR, channel_dimension
 from fric.errors import FricError
 from fric.identify.circle.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle, measured_from_run
 from fric.input import foreign
@@ -18,7 +18,6 @@ from fric.simulate.circle import CircleRun
 from fric.units import si_unit
 
 FORMAT = "circle/1"
-BALL_BAR = {"angle": "rad", "deviation": "m"}
 OWN = ("instrument", "scheme", "source", "sha256", "name")
 
 

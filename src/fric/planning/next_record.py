@@ -17,6 +17,7 @@ from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.estimate import Covariance
 from fric.friction.gms import GMS
+from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.coordinates import Ranges, search_ranges
@@ -256,7 +257,7 @@ def _information(logs: Sequence[Log], axis: Axis, model: GMS, known: _Known, bet
             v, F, np.hypot(error, between), None if "delta" in names else static.delta,
             "offset" in names, "F_s" in names,
         )  # fmt: skip
-        theta = {name: getattr(static, name) for name in ("F_c", "F_s", "v_s", "delta", "sigma")}
+        theta = {name: getattr(static, name) for name in STATIC_PARAMETERS}
         J = problem.jacobian(theta) / problem.standard_error[:, None]
         of, found = problem.free, J.T @ J
     else:

@@ -16,7 +16,7 @@ from fric.estimate import Covariance, Estimate
 from fric.figures.gms import ReplayedCycle
 from fric.figures.style import Band
 from fric.friction.gms import GMS
-from fric.friction.stribeck import StaticMap
+from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.gms.cycles import HysteresisCycles, find_cycles
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
 from fric.identify.records.prepared import prepared
@@ -143,7 +143,7 @@ def map_band(static: Mapping[str, Estimate], speed: Real, covariance: Covariance
     By the covariance of its parameters, where the file tells it. Else they are moved to the limits of their intervals
     one by one, and what each does is added in quadrature: they err together, so that band is too wide.
     """
-    values = {name: float(static[name]) for name in ("F_c", "F_s", "v_s", "delta", "sigma") if name in static}
+    values = {name: float(static[name]) for name in STATIC_PARAMETERS if name in static}
 
     def force(changed: Mapping[str, float]) -> Real:
         return StaticMap(**{**values, **changed}).steady_state(speed)

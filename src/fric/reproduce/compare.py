@@ -12,6 +12,7 @@ from fric.documents.observer import ObserverDocument
 from fric.documents.plant import PlantDocument
 from fric.estimate import Estimate, in_digits
 from fric.friction.gms import GMS
+from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.simulate.circle import CircleRun
 from fric.units import Motion, prefixed
 
@@ -67,7 +68,7 @@ def plant_rows(part: AxisPart, found: PlantDocument, motion: Motion) -> list[Row
 def static_rows(part: AxisPart, found: FrictionDocument, motion: Motion, *, published_plant: bool) -> list[Row]:
     """Compare Table 1's map with what the strokes gave."""
     given, estimates = part.friction.estimates("static"), found.estimates("static")
-    names = [name for name in ("F_c", "F_s", "v_s", "delta", "sigma", "offset") if name in given]
+    names = [name for name in (*STATIC_PARAMETERS, "offset") if name in given]
     rows = [_row(name, given[name], estimates[name]) for name in names]
     other = part.friction.static_negative is not None
     reasons = {

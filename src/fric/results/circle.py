@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.contour import QUADRANTS
 from fric.documents.contours import CircleResultDocument
 from fric.documents.identified import Identified
 from fric.documents.spread import read_spreads
@@ -32,8 +33,6 @@ from fric.verdict.evidence import Verdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-QUADRANTS = ("+x", "+y", "-x", "-y")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

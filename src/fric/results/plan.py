@@ -14,6 +14,7 @@ from fric.documents.yaml import dump
 from fric.errors import FricError, near
 from fric.export.motion import DIALECTS, Arc, Move
 from fric.friction import models
+from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.notice import Notice
 from fric.output import write_folder
 from fric.planning.choose import choose, durations
@@ -32,7 +33,7 @@ MOST = 16
 """Times as many strokes, cycles or periods as usual that an accuracy may take."""
 
 IDENTIFIED_BY = {
-    "constant-velocity": ("F_c", "F_s", "v_s", "delta", "sigma", "offset"), "presliding-sine": ("alpha", "k"),
+    "constant-velocity": (*STATIC_PARAMETERS, "offset"), "presliding-sine": ("alpha", "k"),
     "sliding-sine": ("C",), "frequency-response": ("A", "B", "T_d", "K_f", "force_lag"),
 }  # fmt: skip
 """Which parameters each kind of record tells."""

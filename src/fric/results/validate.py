@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fric.documents.plant import PlantDocument
 from fric.documents.validation import validation_tree
+from fric.drive.plant import hold_delay
 from fric.errors import FricError
 from fric.identify.records.timing import even_sampling as sampling_of
 from fric.log import Log
@@ -127,7 +128,7 @@ def validate(
             done.append(validate_inverse(log, measured, law, weight))
         except FricError as error:
             short.append(Notice(f"no force along the motion of {log.name}: {error.what}", "inverse-left-out", "note"))
-        if identified.T_d < 0.5 / sampling_of(log):
+        if identified.T_d < hold_delay(sampling_of(log)):
             less = (
                 f"{log.where}: T_d is {identified.T_d * 1e3:.3g} ms, less than half a sample of this record, the hold "
                 "alone: half a sample is taken"

@@ -25,14 +25,13 @@ def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
         When the scheme feeds friction forward that the axis' controller does not believe in.
     """
     nominal, start = axis.nominal or axis.plant, float(reference.position[0])
-    lead = axis.nominal_friction.lead if scheme.lead is None else scheme.lead
     return Setting(
         nominal,
         axis.cascade,
         friction=_friction(axis, scheme),
         models=axis.nominal_friction.models,
         gain=axis.nominal_friction.gain if scheme.gain is None else scheme.gain,
-        lead=nominal.T_d if lead == "auto" else lead,
+        lead=axis.lead(scheme.lead),
         K_f=nominal.K_f,
         reference=reference,
         position=start,

@@ -117,6 +117,11 @@ class Axis:
             hint="Give a friction model, plant, cascade, observer, or a result; a file by read_machine.",
         )
 
+    def lead(self, asked: Lead | None = None) -> float:
+        """Return how far its controller feeds forward ahead of the reference [s], as asked or as it is set."""
+        lead = self.nominal_friction.lead if asked is None else asked
+        return (self.nominal or self.plant).T_d if lead == "auto" else lead
+
     def placed(self, place: float) -> Axis:
         """Return the axis with position 0 elsewhere between two counts of its encoder, from 0 to 1."""
         return replace(self, encoder=replace(self.encoder, place=place))

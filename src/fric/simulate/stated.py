@@ -11,6 +11,7 @@ from fric.drive.plant import LinearPlant
 from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
+from fric.statistics import robust_deviation
 
 FED = 0.7
 """How much less a controller that feeds forward must miss the recorded voltage, to be taken for one."""
@@ -138,9 +139,9 @@ def against_stated(
     gains, constant = _gains(seen, seen_parts, 1e-3 * size)
     difference = voltage - given
     difference = difference - float(np.median(difference))
-    missed = float(np.median(np.abs(difference))) * 1.4826
+    missed = robust_deviation(difference)
     left = seen - seen_parts @ gains - constant
-    spread = float(np.median(np.abs(left))) * 1.4826
+    spread = robust_deviation(left)
     swing, added = float(np.std(left)), None
     if spread < QUIET * swing and spread < ALIKE * size < swing:
         added = np.where(np.abs(left) > max(ABOVE * spread, 1e-3 * size), difference, 0.0)
@@ -174,7 +175,7 @@ def _gains(rest: Real, parts: Real, least: float) -> tuple[Real, float]:
         ]
     rests = [rest - parts @ gains for gains in tried]
     rests = [one - np.median(one) for one in rests]
-    scale = ABOVE * max(1.4826 * min(float(np.median(np.abs(one))) for one in rests), least)
+    scale = ABOVE * max(min(map(robust_deviation, rests)), least)
     losses = [float(np.mean(np.minimum((one / scale) ** 2, 1.0))) for one in rests]
     best = int(np.argmin(losses))
     near = np.abs(rests[best if losses[best] < CLEAR * losses[0] else 0]) < scale

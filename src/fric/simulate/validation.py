@@ -15,7 +15,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.control.base import Setting
 from fric.control.cascade import Cascade
-from fric.drive.plant import Plant
+from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
 from fric.friction import FrictionModel
 from fric.identify.records.conditioning import Conditioning, filtered_motion, thinned
@@ -217,7 +217,7 @@ def _run(
         blocks.append(controller.ready(setting))
     asked = np.ascontiguousarray(reference)
     velocity = acceleration = zeros
-    delay = plant.transport_delay(rate) if plant.T_d >= 0.5 / rate else 0.0
+    delay = plant.transport_delay(rate) if plant.T_d >= hold_delay(rate) else 0.0
     if ahead:
         velocity = np.gradient(asked, 1 / rate)
         acceleration = np.gradient(velocity, 1 / rate)

@@ -11,7 +11,7 @@ from fric.contour import circularity
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import OBSERVER, Scheme
 from fric.errors import FricError
-from fric.identify.circle.measured_inverse import Learning, lead_of, next_feedforward
+from fric.identify.circle.measured_inverse import Learning, next_feedforward
 from fric.identify.circle.model_shape import LEARNED, wrong_shape
 from fric.notice import Notice
 from fric.reference import Reference
@@ -208,12 +208,12 @@ def _nominal_friction(axis: Axis, reference: Reference) -> Real:
     if model is None:
         return np.zeros(len(reference))
     plant = axis.nominal or axis.plant
-    return friction_feedforward(model, reference.ahead(lead_of(axis)), plant.K_f, axis.nominal_friction.gain)
+    return friction_feedforward(model, reference.ahead(axis.lead()), plant.K_f, axis.nominal_friction.gain)
 
 
 def _learned(axis: Axis, reference: Reference, trace: Trace, before: Real, how: Learning) -> Real:
     plant = axis.nominal or axis.plant
-    model = inverse_model(plant, reference.ahead(lead_of(axis)))
+    model = inverse_model(plant, reference.ahead(axis.lead()))
     error = trace.reference - trace.measured
     learned = next_feedforward(trace.time, error, trace.input, model, before, plant, how)
     return np.rint(learned / VOLT) * VOLT

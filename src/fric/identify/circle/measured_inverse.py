@@ -16,7 +16,7 @@ from fric.identify.circle.motion import low_pass
 from fric.notice import Notice
 
 if TYPE_CHECKING:
-    from fric.simulate.machine import Axis, Machine
+    from fric.simulate.machine import Machine
 
 FAST = 0.05
 """Feed from which a round is learned whole, over 200 Hz; below it half of it, over 100 Hz [m/s]."""
@@ -96,12 +96,6 @@ def next_feedforward(
     return np.asarray((1 - how.share) * before + how.share * (needed - model))
 
 
-def lead_of(axis: Axis) -> float:
-    """Return by how much the controller of an axis feeds forward ahead of the reference [s]."""
-    plant = axis.nominal or axis.plant
-    return plant.T_d if axis.nominal_friction.lead == "auto" else axis.nominal_friction.lead
-
-
 @dataclass(frozen=True)
 class Table:
     """The feedforward of the next round of a measured circle.
@@ -166,7 +160,7 @@ def learn_from(
                 f"what axis {name} fed forward has {len(last)} samples, and the circle {len(t)}", where=test.where,
                 hint="Give the file that this very circle was run with.",
             )  # fmt: skip
-        ahead = np.interp(t + lead_of(axis), t, r)
+        ahead = np.interp(t + axis.lead(), t, r)
         model = (np.gradient(np.gradient(ahead, t), t) + plant.A * np.gradient(ahead, t)) / plant.B
         time[name], wanted[name] = t, r
         voltage[name] = next_feedforward(t, r - trace.position, trace.input, model, last, plant, how)

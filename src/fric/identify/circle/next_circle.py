@@ -7,7 +7,7 @@ import numpy as np
 
 from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES, Scheme
-from fric.drive.plant import Plant
+from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
 from fric.identify.circle.left_over import completed
 from fric.identify.circle.measured import MeasuredCircle
@@ -140,7 +140,7 @@ def _drawn(tuned: TunedAxis, rng: np.random.Generator) -> Axis:
     x = tuned.after.x + vectors @ (np.sqrt(np.maximum(values, 0.0)) * rng.standard_normal(len(values)))
     x = np.clip(x, tuned.after.x - 1.5, tuned.after.x + 1.5)
     plant = true.plant
-    late = max(coordinates.delay(x), 0.5 / true.cascade.sampling)
+    late = max(coordinates.delay(x), hold_delay(true.cascade.sampling))
     return replace(true, friction=coordinates.directed(x), plant=Plant(plant.A, plant.B, late, plant.K_f))
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fric.drive.plant import Plant
+from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed, directed
@@ -96,7 +96,7 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     friction, T_d = coordinates.directed(found.x), coordinates.delay(found.x)
     m, a = found.plant[:2]
     warnings = list(identifiability_warnings(axis, tests, before, found))
-    physical = bool(m > 0 and T_d >= 0.5 / axis.cascade.sampling)
+    physical = bool(m > 0 and T_d >= hold_delay(axis.cascade.sampling))
     if not physical:
         return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
     plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)

@@ -8,6 +8,7 @@ from scipy.special import stdtrit
 from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.estimate import Covariance, Estimate, Interval
+from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.identify.circle.nominal import parameters
 from fric.identify.circle.tune_bootstrap import recorded_again
 from fric.identify.circle.tune_fit import Fitted
@@ -68,7 +69,7 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
     offsets, K_f = found.plant[2:], found.balance.K_f
     error = quantile * float(np.sqrt(covariance[p + 2, p + 2] / len(offsets) + np.var(offsets))) * K_f
     load = float(np.mean(offsets)) * K_f
-    static = {name: sections[name] for name in ("F_c", "F_s", "v_s", "delta", "sigma")}
+    static = {name: sections[name] for name in STATIC_PARAMETERS}
     negative = None
     if side := found.balance.coordinates.sides(found.x):
         wider = (

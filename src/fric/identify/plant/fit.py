@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from fric.arrays import Complex, Mask, Real
-from fric.drive.plant import LinearPlant
+from fric.drive.plant import LinearPlant, hold_delay
 from fric.estimate import Estimate
 from fric.identify.plant.frequency_response import MeasuredResponse
 from fric.identify.plant.response_fit import Solution
@@ -41,7 +41,7 @@ class ResponseFit:
     def of(self, solution: Solution, frequency: Real, *, friction: bool = True) -> Complex:
         """Return what another solution shows of this experiment [m/V], shape (n,), with friction or without."""
         values = solution.values.copy()
-        values[2] = max(values[2], 0.0 if self.hold is None else 0.5 / self.hold)
+        values[2] = max(values[2], 0.0 if self.hold is None else hold_delay(self.hold))
         reversing = (self.measured.reversing or 0.0) if friction else 0.0
         return solution.form.response(values, frequency, self.hold, reversing)
 

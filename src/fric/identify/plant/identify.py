@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from scipy.special import stdtrit
 
+from fric.drive.plant import hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.plant.driven_lines import driven_alike
@@ -111,7 +112,7 @@ def identify_plant(
     transport = estimates["T_d"]
     if rate is not None:
         low, high = transport.ci95 or (0.0, 0.0)
-        half = 0.5 / rate
+        half = hold_delay(rate)
         transport = replace(transport, value=float(transport) - half, ci95=(low - half, high - half))  # type: ignore[operator]
     notices = list(described(fits, solution, influence, estimates, rate))
     if {("A-open", "doubt"), ("A-holds-friction", "wrong")} <= {(n.code, n.severity) for n in notices}:

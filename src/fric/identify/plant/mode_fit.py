@@ -9,6 +9,7 @@ from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
 from fric.identify.plant.response_fit import UNDETERMINED, Solution, solve
 from fric.identify.plant.response_lines import Lines, near
+from fric.statistics import robust_deviation
 
 UNLIKE = 0.02
 """Misfit of eq. (1) from which on a second mass is looked for [1]."""
@@ -63,7 +64,7 @@ def solve_with_modes(lines: Lines) -> Found:
     found = _best_mode(lines)
     if found is None:
         return rigid
-    scale = max(1.4826 * float(np.median(np.abs(_off(lines, found.solution)[found.kept]))), 1e-3)
+    scale = max(robust_deviation(_off(lines, found.solution)[found.kept]), 1e-3)
     bounded = [float(np.sum(np.minimum(np.abs(_off(lines, one.solution)) / scale, OFF) ** 2)) for one in (rigid, found)]
     return found if bounded[0] - bounded[1] > GAIN and _is_determined(found.solution, at(lines, found.kept)) else rigid
 
@@ -122,7 +123,7 @@ def _without_outliers(lines: Lines, resonance: Resonance | None, start: Real | N
     solution = solve([lines], resonance=resonance, start=start)
     for _ in range(6):
         off = np.abs(_off(lines, solution))
-        usual = 1.4826 * float(np.median(off[kept]))
+        usual = robust_deviation(off[kept])
         stands = off > np.maximum(OFF * np.hypot(usual, lines.deviation), VISIBLE)
         if np.count_nonzero(stands) > MOST * len(stands) or np.array_equal(~stands, kept):
             break

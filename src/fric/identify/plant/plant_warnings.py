@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from fric.drive.plant import hold_delay
 from fric.estimate import Estimate
 from fric.identify.plant.fit import FrictionInfluence, ResponseFit
 from fric.identify.plant.response_fit import Solution
@@ -52,7 +53,7 @@ def described(
             f"{lowest:.3g} Hz), and harder; where friction is in it too, 0 is assumed, and strokes tell what is "
             "viscous as sigma", "A-open", "doubt",
         )  # fmt: skip
-    edge = 0.5 / hold if hold else 0.0
+    edge = hold_delay(hold) if hold else 0.0
     if float(estimates["T_d"]) <= edge * (1 + 1e-6):
         yield Notice(
             f"T_d ended at its bound, {'the hold alone' if hold else 'zero'}: input and position are not logged at "

@@ -10,7 +10,7 @@ from scipy import optimize
 from scipy.special import chdtri, stdtrit
 
 from fric.arrays import Complex, Real
-from fric.drive.plant import LinearPlant
+from fric.drive.plant import LinearPlant, hold_delay
 from fric.drive.resonance import Encoder, Resonance
 from fric.drive.sampled import SampledPlant
 from fric.estimate import Estimate
@@ -173,7 +173,7 @@ def solve(
     form = Form(friction, resonance.encoder if resonance else None)
     start = near(sets[0])[0] if start is None else np.array(start, float)
     holds = [lines.hold for lines in sets if lines.hold is not None]
-    lower = [0.0, -np.inf, 0.5 / min(holds) if holds else 0.0]
+    lower = [0.0, -np.inf, hold_delay(min(holds)) if holds else 0.0]
     start[2] = max(start[2], lower[2] * (1 + 1e-6))
     top = max(float(lines.frequency.max()) for lines in sets)
     upper, scale = [np.inf] * 3, [2 * np.pi * top * 0.05, 0.1, 0.05 / top]

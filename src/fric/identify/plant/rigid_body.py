@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fric.arrays import Real
+from fric.drive.plant import hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.plant.covariance import hac_covariance
@@ -222,7 +223,9 @@ def _plant(
             float(B), si_unit("acceleration per input", motion), (float(B * (1 - relative)), float(B * (1 + relative)))
         )
     unit = si_unit("time", motion)
-    found["T_d"] = Estimate(0.5 / sampling, unit, assumed=True) if delay is None else Estimate(delay, unit, fixed=True)
+    found["T_d"] = (
+        Estimate(hold_delay(sampling), unit, assumed=True) if delay is None else Estimate(delay, unit, fixed=True)
+    )
     if K_f is not None:
         found["K_f"] = K_f
     return found

@@ -9,6 +9,7 @@ from fric.arrays import Real
 from fric.errors import FricError
 from fric.identify.records.resolution import lattice_step, noise_level
 from fric.log import Log
+from fric.statistics import robust_deviation
 
 RELATIVE = 0.01
 """Distance from the chord, as a share of the travel, that still counts as constant velocity."""
@@ -87,7 +88,7 @@ def path_of(log: Log) -> Path:
     assert log.velocity is not None  # a Log holds one of them
     v = log.velocity
     dt = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    noise = max(float(np.median(np.abs(np.diff(v)))) * 1.4826 / np.sqrt(2.0), (lattice_step(v) or 0.0) / np.sqrt(12.0))
+    noise = max(robust_deviation(np.diff(v)) / np.sqrt(2.0), (lattice_step(v) or 0.0) / np.sqrt(12.0))
     noise = max(noise, 1e-9 * float(np.ptp(v)))
     # a Brownian bridge over n samples leaves 2·sigma·sqrt(n)/2 once in a thousand pieces
     return Path(time, travelled(log), v, 0.0, noise * dt, lambda samples: 2.0 * noise * dt * float(np.sqrt(samples)))

@@ -20,6 +20,7 @@ from fric.arrays import Real
 from fric.estimate import STAYS
 from fric.identify.records.chords import SHORTEST, Path, path_of, straight_pieces, trimmed
 from fric.log import Log
+from fric.statistics import robust_deviation
 from fric.threads import one_blas_thread
 
 MOMENT = 0.1
@@ -231,7 +232,7 @@ def settled_from(force: Real) -> tuple[int, bool]:
         return 0, True
     late = force[n // 2 :]
     middle = float(np.median(late))
-    spread = 1.4826 * float(np.median(np.abs(late - middle))) or float(late.std())
+    spread = robust_deviation(late - middle) or float(late.std())
     edges = np.linspace(0, n, batches, endpoint=False).astype(int)
     # a glitch must not look like a transient: it counts as twenty standard deviations at most
     y = np.clip(force, middle - 20.0 * spread, middle + 20.0 * spread)

@@ -18,6 +18,7 @@ from fric.errors import FricError
 from fric.identify.records.resolution import lattice_step
 from fric.log import Log
 from fric.notice import Notice
+from fric.statistics import robust_deviation
 
 ORDERS = (6, 8)
 """Orders of the differences that noise is told by: a motion of f Hz comes out by that power of f over the rate."""
@@ -126,7 +127,7 @@ def _jitter(z: Real, t: Real, encoder: float) -> Timing:
     excess = power[moving] - floor
     tau2 = excess / v2[moving]
     found = float(np.median(tau2))
-    error = 1.2533 * 1.4826 * float(np.median(np.abs(tau2 - found))) / np.sqrt(moving.sum())
+    error = 1.2533 * robust_deviation(tau2 - found) / np.sqrt(moving.sum())
     displaced = float(np.sqrt(np.median(v2[moving]) * max(found, 0.0)))
     small = found < (SMALL * float(np.median(np.diff(t)))) ** 2
     if small or found < SURE * error or displaced < ABOVE * encoder / np.sqrt(12.0):

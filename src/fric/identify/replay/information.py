@@ -7,6 +7,7 @@ from scipy.special import stdtrit
 
 from fric.arrays import Real
 from fric.friction.gms import GMS
+from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates, Ranges, coordinates_of
 from fric.identify.replay.lateness import of_timing
@@ -38,7 +39,7 @@ def replay_information(records: Sequence[Prepared], model: GMS, ranges: Ranges) 
     names, information
         The parameters, and a matrix (p, p).
     """
-    held = {("static", name): float(getattr(model.static, name)) for name in ("F_c", "F_s", "v_s", "delta", "sigma")}
+    held = {("static", name): float(getattr(model.static, name)) for name in STATIC_PARAMETERS}
     level = not all(record.slides for record in records)
     coordinates = Coordinates.of(GMS, ranges, blocks=len(model.alpha), held=held, level=level)
     search = Search(coordinates, [record.trimmed() for record in records])

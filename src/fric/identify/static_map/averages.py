@@ -7,6 +7,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from fric.arrays import Real
+from fric.statistics import robust_deviation
 
 Average = Literal["robust", "median"]
 
@@ -19,9 +20,6 @@ LEVELS = 16
 """Levels of a segment's force up to which its steps are coarse."""
 GLITCHES = 0.01
 """Share of the samples that glitches are at most: more of them is what the drive did."""
-
-MAD_TO_SIGMA = 1.4826
-"""The median absolute deviation of a Gaussian times this is its standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,7 @@ def huber_mean(samples: Real, step: float = 0.0) -> Mean:
     """
     x = np.asarray(samples, float)
     centre = float(np.median(x))
-    scale = MAD_TO_SIGMA * float(np.median(np.abs(x - centre))) or float(np.std(x))
+    scale = robust_deviation(x - centre) or float(np.std(x))
     rounding = _rounding_error(x, step)
     if scale <= np.finfo(float).eps * abs(centre):
         return Mean(float(np.mean(x)), rounding, 1.0, rounding)

@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 from fric.arrays import Mask, Real
 from fric.errors import FricError
-from fric.identify.static_map.averages import MAD_TO_SIGMA
 from fric.identify.static_map.stribeck_fit import Solution, StribeckProblem
+from fric.statistics import robust_deviation
 
 OUTLYING = 6.0
 """Standard deviations from the map beyond which a stroke is left out."""
@@ -98,11 +98,11 @@ def _beyond(problem: StribeckProblem, solution: Solution, own: Real) -> Real:
     least = np.maximum(own, REPEATS * float(np.median(np.abs(problem.F))))
     for _ in range(5):  # towards what most agree on, by Cauchy's weights: a few that stand off would bend the map
         residual = np.abs(problem.F - problem.model(solution.theta))
-        error = np.hypot(np.maximum(least, MAD_TO_SIGMA * float(np.median(residual))), residual)
+        error = np.hypot(np.maximum(least, robust_deviation(residual)), residual)
         solution = replace(problem, standard_error=error).solve()
     for _ in range(10):
         residual = np.abs(problem.F - problem.model(solution.theta))
-        stands = residual > STANDING * np.maximum(least, MAD_TO_SIGMA * float(np.median(residual)))
+        stands = residual > STANDING * np.maximum(least, robust_deviation(residual))
         stands &= ~_mirrored(problem, stands & (np.abs(problem.F) > np.abs(problem.model(solution.theta))))
         before, found = found, np.where(stands, residual, 0.0)
         if np.count_nonzero(stands) > MOST_OUTLYING * len(own):
@@ -125,7 +125,7 @@ def _outlying(problem: StribeckProblem, solution: Solution, own: Real, kept: Mas
     if np.count_nonzero(~kept) >= MOST_OUTLYING * len(kept) or problem.degrees_of_freedom < 4:
         return None
     residual = np.abs(problem.F - problem.model(solution.theta))
-    usual = MAD_TO_SIGMA * float(np.median(residual)) + 1e-9 * float(np.abs(problem.F).max())
+    usual = robust_deviation(residual) + 1e-9 * float(np.abs(problem.F).max())
     measure = OUTLYING * np.maximum(usual, own[kept])
     for worst in np.argsort(-residual / measure):
         if residual[worst] <= measure[worst]:

@@ -18,10 +18,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from fric.arrays import Real
-from fric.friction.stribeck import stribeck_shares
+from fric.friction.stribeck import STATIC_PARAMETERS, stribeck_shares
 from fric.identify.nonnegative import nonnegative
 
-PARAMETERS = ("F_c", "F_s", "v_s", "delta", "sigma", "offset")
+PARAMETERS = (*STATIC_PARAMETERS, "offset")
 DELTA_RANGE = (0.3, 3.0)
 V_S_BEYOND = 5.0
 """v_s is searched from the lowest speed divided by this to the highest speed times this."""
