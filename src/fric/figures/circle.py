@@ -78,15 +78,15 @@ def _draw(axes: PolarAxes, run: CircleRun, grid: float) -> None:
     found = run.circularity
     axes.plot(found.angle, found.error * 1e6, color=BLUE, linewidth=1.0)
     grid_lines(axes, grid)
-    for quarter, glitch in enumerate(found.quadrants):
+    for quarter, glitch in enumerate(run.glitches):
         axes.text(
             quarter * pi / 2 + 0.2,
             -0.75 * LINES * grid,
-            f"{glitch * 1e6:+.1f}",
+            f"{glitch.median * 1e6:+.1f}",
             color=VERMILION,
             fontsize=7,
             ha="center",
             va="center",
         )
     direction_arrow(axes, run.circle.direction, -0.45 * LINES * grid, GREY)
-    axes.set_title(f"({run.scheme.name}) {run.scheme.title}\nglitch {found.glitch * 1e6:.1f} µm", fontsize=8)
+    axes.set_title(f"({run.scheme.name}) {run.scheme.title}\nglitch {run.chance().text()} µm", fontsize=8)

@@ -41,7 +41,7 @@ def path_figure(runs: Sequence[PathRun]) -> Figure:
             along.plot(
                 run.contour.station * 1e3, run.contour.error * 1e6 + level, color=CYCLE[n % len(CYCLE)], linewidth=0.9
             )
-        along.set_yticks(ticks, [f"({run.scheme.name}) {run.contour.glitch * 1e6:.1f} µm" for run in runs])
+        along.set_yticks(ticks, [f"({run.scheme.name}) {run.chance().text()} µm" for run in runs])
         along.set(xlabel="distance along the path [mm]", ylabel="contour error [µm]")
         along.set_title(f"contour error, lines {apart:.3g} µm apart; glitch of each scheme", fontsize=8)
     return figure
