@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import platform
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -205,3 +209,19 @@ def test_a_tuning_whose_noise_is_not_known_is_told_so() -> None:
     """Circles whose voltage leaves no noise to tell, as LinuxCNC's: nothing ends for it."""
     given = {"before": 0.01, "after": 0.001, "noise": None}
     assert ResidualPart.model_validate(given).noise is None
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="names kernels and instructions of x86-64")
+def test_provenance_tells_the_kernels_of_blas_and_the_vector_instructions() -> None:
+    chosen = np.show_config(mode="dicts")["SIMD Extensions"]
+    settings = {"OPENBLAS_CORETYPE": "Sandybridge", "NPY_DISABLE_CPU_FEATURES": " ".join(chosen.get("found", []))}
+    code = (
+        "from fric.documents.provenance import provenance; print(*map(provenance().get, ('blas', 'simd')), sep='\\n')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | settings, capture_output=True, text=True, check=True
+    )
+    blas, simd = done.stdout.splitlines()
+    assert blas.startswith("openblas 0.")
+    assert all(one.endswith(" Sandybridge") for one in blas.split(", "))
+    assert simd == chosen["baseline"][-1]

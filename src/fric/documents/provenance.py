@@ -5,9 +5,12 @@ import shlex
 import sys
 from collections.abc import Iterable
 from datetime import UTC, datetime
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 import fric
 from fric.log import Record
@@ -25,8 +28,26 @@ def provenance(logs: Iterable[Record] = ()) -> dict[str, Any]:
         "fric": fric.__version__,
         "created": made.isoformat(timespec="seconds"),
         "command": shlex.join([program, *sys.argv[1:]]),
+        **arithmetic(),
         "logs": [{"file": log.source, "record": log.name, "sha256": log.sha256} for log in logs],
     }
+
+
+@cache
+def arithmetic() -> dict[str, str]:
+    """Return what rounds sums here: each BLAS with version and architecture, and NumPy's vector instructions."""
+    from threadpoolctl import threadpool_info
+
+    keys = ("internal_api", "version", "architecture")
+    blas = {
+        " ".join(str(one[key]) for key in keys if one.get(key))
+        for one in threadpool_info()
+        if one["user_api"] == "blas"
+    }
+    config: Any = np.show_config(mode="dicts")
+    extensions = config.get("SIMD Extensions", {})
+    chosen = extensions.get("found") or extensions.get("baseline") or ["none"]
+    return {"blas": ", ".join(sorted(blas)), "simd": str(chosen[-1])}
 
 
 def sources(files: Iterable[Path]) -> list[dict[str, str]]:
