@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.fric-installed
 
-.PHONY: demo test tests pytest test-long lint ruff mypy contract warm bench fuzz reality docs figures data clean
+.PHONY: demo test tests pytest test-long legs lint ruff mypy contract warm bench fuzz reality docs figures data clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -18,12 +18,14 @@ demo: $(STAMP)
 export PYTHONDONTWRITEBYTECODE :=
 
 # Each worker keeps BLAS to one thread: the threads of two would fight for the cores.
-test test-long: export OMP_NUM_THREADS := 1
+test test-long legs: export OMP_NUM_THREADS := 1
 
 # FRIC_LONG_MINUTES says how long after its start the tests may begin one of those marked `long`: 0 begins none.
 # The checks run beside the tests; what each has to say comes in one piece, the tests' dots at once. Any that fails fails all.
+# FRIC_LEGS says how many of the legs follow, as tests under another processor's settings, of those whose turn it is today.
 test: $(STAMP)
 	$(MAKE) --no-print-directory --jobs 2 --output-sync=target lint tests
+	$(if $(FRIC_LEGS),$(BIN)/python -m tests.legs --today $(FRIC_LEGS))
 
 tests: warm
 	$(MAKE) --no-print-directory --output-sync=none pytest
@@ -33,6 +35,9 @@ pytest: $(STAMP)
 
 test-long: $(STAMP)
 	$(BIN)/python -m pytest -n auto --dist worksteal -m long
+
+legs: $(STAMP)
+	$(BIN)/python -m tests.legs $(LEGS)
 
 lint: ruff mypy contract
 

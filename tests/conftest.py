@@ -55,6 +55,10 @@ def alone() -> Iterator[None]:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Count from the start of the session FRIC_LONG_MINUTES (0); whoever selects by -m gets what was selected."""
+    if os.environ.get("FRIC_NUDGE"):
+        from tests.nudge import nudge
+
+        nudge()
     if hasattr(config, "workerinput"):
         told = config.workerinput["fric_turn"]
         config.stash[TURN] = told and Turn(*told)

@@ -18,8 +18,26 @@ pytestmark = pytest.mark.long
 
 @pytest.fixture(scope="module")
 def fric(tmp_path_factory):
-    """Install the wheel in an environment of its own; its dependencies are those of this one, fric is not."""
+    """Run a command of the wheel, in the environment of FRIC_WHEEL_PYTHON where that is set."""
     folder = tmp_path_factory.mktemp("wheel")
+    python = Path(os.environ["FRIC_WHEEL_PYTHON"]) if "FRIC_WHEEL_PYTHON" in os.environ else installed(folder)
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+    def run(*words, cwd, status=0):
+        command = [python.with_name("fric"), *words]
+        done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == status, f"{words}: {done.stdout[-500:]}{done.stderr[-2000:]}"
+        return done.stdout
+
+    where = subprocess.run(
+        [python, "-c", "import fric; print(fric.__file__)"], cwd=folder, env=environment, capture_output=True, text=True
+    )
+    assert Path(where.stdout.strip()).is_relative_to(python.parents[1])
+    return run
+
+
+def installed(folder: Path) -> Path:
+    """Return the Python of an environment with the wheel alone; its dependencies are those of this one, fric is not."""
     pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
     built = subprocess.run(
         [*pip, "wheel", "--no-deps", "-w", folder, ROOT], capture_output=True, text=True, check=False
@@ -33,19 +51,7 @@ def fric(tmp_path_factory):
     subprocess.run([*pip, "--python", python, "install", "--no-deps", wheel], check=True)
     (own,) = (folder / "venv").rglob("site-packages")
     (own / "dependencies.pth").write_text(sysconfig.get_path("purelib"))
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-
-    def run(*words, cwd, status=0):
-        command = [python.with_name("fric"), *words]
-        done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == status, f"{words}: {done.stdout[-500:]}{done.stderr[-2000:]}"
-        return done.stdout
-
-    where = subprocess.run(
-        [python, "-c", "import fric; print(fric.__file__)"], cwd=folder, env=environment, capture_output=True, text=True
-    )
-    assert Path(where.stdout.strip()).is_relative_to(own)
-    return run
+    return python
 
 
 def test_bundled_names_and_pages_in_an_empty_folder(fric, tmp_path):

@@ -130,9 +130,11 @@ def main() -> None:
         importlib.import_module(name)
     from fric import units
     from fric.simulate import processes
+    from tests.nudge import nudge
 
     if len(sys.argv) > 1:
         processes.default_workers = lambda: 1  # as in the tests' own processes (`alone` in tests/conftest.py)
+        nudge()
         units._registry()
         gc.freeze()  # what is there stays shared by all children
         serve(sys.argv[1])

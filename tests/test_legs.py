@@ -1,0 +1,73 @@
+"""The tests' other settings: they are what they say, each comes in its turn, and a moved last bit arrives in a run."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fric
+from fric.kernels import loop
+from tests import legs, nudge
+
+SHOW = """
+import json, os
+import numpy as np, threadpoolctl
+from numba import config
+blas = {one["architecture"] for one in threadpoolctl.threadpool_info() if one["user_api"] == "blas"}
+found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
+print(json.dumps([sorted(blas), found, config.CPU_NAME, config.CPU_FEATURES, float(np.exp(1.0)).hex()]))
+"""
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="names processors of x86-64")
+def test_settings_of_a_processor_are_taken_by_the_libraries() -> None:
+    environment = os.environ | legs.processor("sandybridge")
+    done = subprocess.run([sys.executable, "-c", SHOW], env=environment, capture_output=True, text=True, check=True)
+    blas, found, name, features, _ = json.loads(done.stdout)
+    assert (blas, name, features) == (["Sandybridge"], "sandybridge", "")
+    assert not {"AVX2", "FMA3", "X86_V3", "X86_V4"}.intersection(found)
+    assert set(legs.numpys(0).split()) >= set(legs.numpys(1).split()) >= set(legs.numpys(2).split())
+    assert "AVX512F" in legs.processor("avx2")["GLIBC_TUNABLES"]
+    assert "AVX2" not in legs.processor("avx2")["GLIBC_TUNABLES"].split("-")
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_every_leg_comes_in_its_turn(count: int) -> None:
+    days = -(-len(legs.LEGS) // count)
+    for begin in (0, 739_000):
+        assert {name for day in range(days) for name in legs.today(count, begin + day)} == set(legs.LEGS)
+    assert sorted(legs.today(100, 5)) == sorted(legs.LEGS)
+
+
+def test_what_is_lacking_is_said_and_what_fails_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lacks() -> None:
+        legs.interpreter("2.99")
+
+    def fails() -> None:
+        subprocess.run([sys.executable, "-c", "raise SystemExit(3)"], check=True)
+
+    monkeypatch.setattr(legs, "LEGS", {"a": lacks, "b": fails, "c": lambda: None})
+    told = legs.run(["a", "b", "c"])
+    assert told["a"] == "skipped: this computer does not have Python 2.99"
+    assert told["b"].startswith("FAILED")
+    assert told["b"].endswith("ended with 3")
+    assert told["c"] == "passed"
+
+
+def test_a_nudge_moves_the_last_bits_of_a_run_and_no_more(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def position() -> np.ndarray:
+        return fric.circle("xy-table", "a", axis="x").runs[0].traces["x"].position
+
+    monkeypatch.setattr(loop, "_closed_loop", loop._closed_loop)
+    before = position()
+    monkeypatch.setenv("FRIC_NUDGE", "5")
+    nudge.nudge()
+    moved = np.abs(position() - before).max()
+    assert 0.0 < moved < 1e-6  # a few counts at most
