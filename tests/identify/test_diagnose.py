@@ -17,6 +17,7 @@ from fric.identify.circle.measured import MeasuredCircle, measured_from_run
 from fric.identify.circle.revolutions import find_circles, revolutions
 from fric.reference import circle as circle_reference
 from fric.simulate.circle import Circle, run_circle
+from tests.chance import fewest
 from tests.identify.synthetic_circles import QUADRANTS, Faults, circle, drawn_faults, truths
 
 ROOT = Path(__file__).parents[2]
@@ -45,9 +46,11 @@ def held(seed: int, *, both: bool, near: float = NEAR) -> dict[str, bool]:
 
 @pytest.mark.parametrize("both", [True, False])
 def test_known_faults_are_found(both):
+    """Within a tenth of a micrometre or the interval: chance of failing below one in a thousand for all of them."""
     found = [held(seed, both=both) for seed in range(5)]
+    assert sum(sum(one.values()) for one in found) >= fewest(5 * len(found[0]))
     for name in found[0]:
-        assert sum(one[name] for one in found) >= 4, name
+        assert sum(one[name] for one in found) >= 3, name
 
 
 @pytest.mark.long(110)
@@ -58,9 +61,9 @@ def test_the_intervals_alone_hold_known_faults_in_93_to_98_percent_of_200_seeds(
         name: np.mean([one[name] for one in (both if name in {"mismatch", "squareness", "lag x", "lag y"} else found)])
         for name in found[0]
     }  # fmt: skip
-    assert 0.93 <= np.mean(list(told.values())) <= 0.985
-    assert min(told["lag x"], told["lag y"]) >= 0.88, told  # of 100 circles; 0.95 of 30
-    assert min(share for name, share in told.items() if "lag" not in name) >= 0.925, told  # 0.935 to 0.985 in 400
+    assert 0.93 <= np.mean(list(told.values())) <= 0.985  # of some 2000: four of their standard errors
+    assert min(told["lag x"], told["lag y"]) >= fewest(100) / 100, told
+    assert min(share for name, share in told.items() if "lag" not in name) >= fewest(200) / 200, told
 
 
 def test_without_noise_everything_is_exact():

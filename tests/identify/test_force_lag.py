@@ -15,6 +15,7 @@ from fric.identify.records.force_lag import acting_force
 from fric.identify.records.prepared import prepared
 from fric.log import Log
 from fric.notice import Notice
+from tests.chance import fewest
 from tests.identify.flawed_axis import RATE, Machine, run, shaken
 from tests.identify.test_rigid_body import motion
 
@@ -81,6 +82,7 @@ def test_without_periods_and_along_a_motion_it_is_the_same() -> None:
 
 
 def test_intervals_cover_where_the_force_is_noisy() -> None:
+    """Chance of failing: below one in a thousand for each of the two (`tests/chance.py`)."""
     covered = np.zeros(2)
     for seed in range(40):
         log = shaken(RUBBING, seed=seed, force_lag=2.0, force_noise=20.0, periods=6, period=2000, count=25)
@@ -88,7 +90,7 @@ def test_intervals_cover_where_the_force_is_noisy() -> None:
         for n, (estimate, truth) in enumerate(((found.K_f, RUBBING.K_f), (found.lag, 2 / RATE))):
             low, high = estimate.ci95  # type: ignore[union-attr, misc]
             covered[n] += low <= truth <= high
-    assert np.all(covered >= 34), covered
+    assert np.all(covered >= fewest(40)), covered
 
 
 def test_records_that_differ_widen_the_interval() -> None:

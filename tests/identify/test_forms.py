@@ -11,6 +11,7 @@ from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.identify import identify_static
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
+from tests.chance import most
 from tests.identify.constant_velocity import both_directions, stroke
 from tests.identify.test_flaws import session
 
@@ -29,10 +30,10 @@ def rig(seed: int, *, friction: StaticMap = MAP, backward: StaticMap | None = No
 
 
 def test_a_plain_rig_gets_the_plain_form() -> None:
-    """Of what is not needed one in two hundred passes: of forty draws none or one may."""
+    """Of what is not needed one in two hundred passes, of two kinds; more than this do in one of a thousand draws."""
     found = [identify_static(rig(seed)) for seed in range(20)]
     richer = [fit.method for fit in found if not fit.static.estimates["delta"].fixed or fit.negative is not None]
-    assert len(richer) <= 1
+    assert len(richer) <= most(40, 0.005)
     assert "by eq. (2)" in found[0].method
     assert "with delta free" in found[0].method
     assert "by a map for each direction" in found[0].method

@@ -12,6 +12,7 @@ from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.identify import StaticFit, identify_static
 from fric.log import Log
 from fric.notice import Notice
+from tests.chance import fewest
 from tests.identify.constant_velocity import TABLE_1, both_directions, stroke
 
 MASS = 121.0
@@ -60,7 +61,10 @@ def test_a_fall_that_only_the_two_slowest_of_one_direction_show_is_kept() -> Non
 
 @pytest.mark.parametrize("sigma", [400.0, 3000.0])
 def test_coulomb_plus_viscous_friction_is_told_as_such(sigma: float) -> None:
-    """Where nothing falls, F_c is no 0 with a v_s of the fastest stroke, but that of the simpler map."""
+    """Where nothing falls, F_c is no 0 with a v_s of the fastest stroke, but that of the simpler map.
+
+    Of 20 draws up to two more may see a fall than are bound to hold F_c: chance of failing 3 in 10,000.
+    """
     map_ = StaticMap(F_c=60.0, F_s=60.0, v_s=1e-3, sigma=sigma)
     covered = 0
     for seed in range(20):
@@ -76,7 +80,7 @@ def test_coulomb_plus_viscous_friction_is_told_as_such(sigma: float) -> None:
         assert codes(fit)["fall-not-seen"] == "doubt"
         low, high = limits(fit, "F_c")
         covered += low <= 60.0 <= high
-    assert covered >= 13
+    assert covered >= fewest(20) - 2
     assert "Coulomb plus viscous" in identify_static(logs, form="coulomb").method
     forced = identify_static(logs, form="stribeck")
     assert forced.static is not None
@@ -84,7 +88,10 @@ def test_coulomb_plus_viscous_friction_is_told_as_such(sigma: float) -> None:
 
 
 def test_swings_over_a_falling_curve_do_not_lift_it() -> None:
-    """16 % (rms) between 0.3 and 1.2 mm/s: F_s stays within its interval, and the swing is measured and said."""
+    """16 % (rms) between 0.3 and 1.2 mm/s: F_s stays within its interval, and the swing is measured and said.
+
+    Chance of failing: 3 in 10,000 for each of three numbers, which go together.
+    """
     covered = {"F_c": 0, "F_s": 0, "v_s": 0}
     for seed in range(20):
         rng = np.random.default_rng([seed, 3])
@@ -99,7 +106,7 @@ def test_swings_over_a_falling_curve_do_not_lift_it() -> None:
             low, high = limits(fit, name)
             covered[name] += low <= getattr(TABLE_1, name) <= high
     assert codes(fit)["strokes-swing"] == "note"
-    assert min(covered.values()) >= 17, covered
+    assert min(covered.values()) >= fewest(20), covered
 
 
 def test_a_stroke_that_ripples_too_much_for_a_steady_stretch_is_used() -> None:

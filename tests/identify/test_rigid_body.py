@@ -13,6 +13,7 @@ from fric.errors import FricError
 from fric.identify.plant.rigid_body import identify_motion
 from fric.identify.records.conditioning import Conditioning
 from fric.log import Log
+from tests.chance import fewest, most
 
 EMPS = Path(__file__).parents[3] / "shared" / "data" / "emps" / "DATA_EMPS.mat"
 
@@ -140,7 +141,10 @@ def test_records_are_fitted_together() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_intervals_cover_with_correlated_noise(rho: float) -> None:
-    """100 seeds; ordinary intervals of correlated noise cover far less, which the second figure shows."""
+    """100 seeds; ordinary intervals of correlated noise cover far less, which the second figure shows.
+
+    Chance of failing: one in a thousand, for 400 numbers.
+    """
     true = dict(zip(("M", "F_v", "F_c", "offset"), (M, F_V, F_C, OFFSET), strict=True))
     inside, plain, total = 0, 0, 0
     clean = identify_motion([motion(rate=1000.0, seconds=24)]).estimates  # what filters and differences leave of it
@@ -151,7 +155,7 @@ def test_intervals_cover_with_correlated_noise(rho: float) -> None:
             inside += low <= float(clean[name]) <= high
             plain += abs(value - float(clean[name])) <= 1.96 * fit.deviation[name]
             total += 1
-    assert inside / total == pytest.approx(0.95, abs=0.035)
+    assert fewest(total) <= inside <= most(total)
     assert plain < inside
 
 
