@@ -1,11 +1,13 @@
 """Ties go to the simplest candidate, and only ties do."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fric.choice import ROUNDING, simplest
+from fric.choice import ROUNDING, ranked, simplest
 
 SCORES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=8)
 
@@ -34,3 +36,15 @@ def test_what_is_no_number_loses():
     assert simplest([float("nan"), float("inf")]) == 0
     with pytest.raises(ValueError, match="empty"):
         simplest([])
+
+
+@given(SCORES)
+def test_without_scatter_candidates_are_in_the_order_of_their_scores(scores):
+    order = ranked(scores)
+    assert sorted(order) == list(range(len(scores)))
+    slack = ROUNDING * max(map(abs, scores))
+    assert all(scores[a] <= scores[b] + slack for a, b in pairwise(order))
+
+
+def test_of_candidates_within_their_scatter_the_simplest_is_first():
+    assert ranked([1.0, 0.9, 0.5, 0.45], [0.1, 0.1, 0.1, 0.1]) == [2, 3, 0, 1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import isfinite
+from math import hypot, isfinite
 
 ROUNDING = 1e-7
 """Share of the best score within which scores are equal: two searches that end at one place differ by as much."""
@@ -34,3 +34,20 @@ def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) ->
     each = [float(scatter)] * len(found) if isinstance(scatter, int | float) else [float(one) for one in scatter]
     allowed = (one + ROUNDING * abs(best) for one in each)
     return next(n for n, (score, by) in enumerate(zip(found, allowed, strict=True)) if score <= best + by)
+
+
+def ranked(scores: Sequence[float], scatter: Sequence[float] | None = None) -> list[int]:
+    """Return the indices of candidates, the best first; a simpler one is before those that are as good (`simplest`).
+
+    Parameters
+    ----------
+    scores
+        As in `simplest`.
+    scatter
+        By how much each score varies, independently of the others; not at all where not given.
+    """
+    each, left, found = scatter or [0.0] * len(scores), list(range(len(scores))), []
+    while left:
+        best = min(left, key=lambda n: scores[n])
+        found.append(left.pop(simplest([scores[n] for n in left], [hypot(each[n], each[best]) for n in left])))
+    return found

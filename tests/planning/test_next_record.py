@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -11,11 +12,13 @@ import pytest
 import fric
 from fric.documents.friction import FrictionDocument
 from fric.identify.gms.cycles import find_cycles
+from fric.identify.gms.hunting import Hunting
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.coordinates import search_ranges
 from fric.identify.replay.information import replay_information
 from fric.planning.choose import choose
-from fric.planning.plan import Limits
+from fric.planning.next_record import Candidate, by_what_they_leave
+from fric.planning.plan import Limits, Planned
 from fric.results.expected import identified
 from fric.results.prior import prior_axis
 from fric.simulate.trial import runs_of
@@ -39,14 +42,15 @@ def test_information_of_all_sines_is_that_of_the_fit_to_them() -> None:
     sines = [log for log in logs if "sine" in log.kind]
     *cycled, slides = prepared(sines, axis.plant)
     records = [*(find_cycles(one).for_replay() for one in cycled), slides.in_sliding()]
-    names, information = replay_information(records, model, search_ranges(records))
+    names, information = replay_information(records, model, search_ranges(records), Hunting(axis.plant))
     told = document.fit_of("gms").covariance.covariance()
     at = [told.names.index(name) for name in names]
     assert set(told.names) - set(names) == {f"alpha_{len(model.alpha)}"}
     by_fit = np.sqrt(np.diag(np.array(told.matrix)[np.ix_(at, at)]))
     by_information = np.sqrt(np.diag(np.linalg.inv(information)))
     ratio = by_information / by_fit
-    assert abs(np.log(np.median(ratio))) < np.log(1.25), dict(zip(names, ratio, strict=True))
+    # both are good to 20 %
+    assert abs(np.log(np.median(ratio))) < np.log(1.44), dict(zip(names, ratio, strict=True))
     assert np.all(np.abs(np.log(ratio)) < np.log(2.0)), dict(zip(names, ratio, strict=True))  # at another level
 
 
@@ -74,7 +78,7 @@ def test_the_record_that_is_said_to_narrow_most_narrows_a_file_that_lacks_it(tmp
     assert sum(told["shares"].values()) == pytest.approx(1.0)
     assert best["half_width"]["value"] < 0.8 * told["half_width"]["value"]
     left = [one["half_width"]["value"] for one in told["records"]]
-    assert left == sorted(left)
+    assert best["half_width"]["value"] < 1.2 * min(left)  # what half-widths of simulated records are good to
     assert max(left) <= told["half_width"]["value"] * (1 + 1e-9)
     found.save(tmp_path / "next")
     more = fric.experiment("xy-table", plan=tmp_path / "next", seed=9)
@@ -90,3 +94,17 @@ def test_a_file_without_gms_is_refused_with_what_to_do(tmp_path: Path) -> None:
     static.save(tmp_path / "static.yaml")
     with pytest.raises(fric.FricError, match="fric plan --friction"):
         fric.plan_next(tmp_path / "static.yaml")
+
+
+def test_of_records_that_narrow_alike_the_shorter_one_is_first() -> None:
+    strokes, sine, swing = (
+        Candidate(Planned("circle", {}, why), lasting, half_width, scatter)
+        for why, lasting, half_width, scatter in (
+            ("strokes", 70.0, 9.0, 0.1),
+            ("sine", 60.0, 6.0, 0.5),
+            ("swing", 6.0, 6.5, 0.5),
+        )
+    )
+    assert by_what_they_leave([strokes, sine, swing]) == (swing, sine, strokes)
+    surer = replace(swing, scatter=0.1), replace(sine, scatter=0.1)
+    assert by_what_they_leave([strokes, *surer]) == (*surer[::-1], strokes)

@@ -12,7 +12,7 @@ from fric.planning.plan import Limits, Plan
 from fric.results.given import Advance, in_si, silent
 from fric.results.given_models import document_of
 from fric.results.machine import machine_of, schemes_of
-from fric.results.plan import PlanResult, settings_in_words
+from fric.results.plan import GOOD_TO, PlanResult, settings_in_words
 from fric.results.prior import TYPICAL, prior_axis
 from fric.results.text import Piece, Table
 from fric.units import readable
@@ -28,7 +28,7 @@ class NextRecordResult(PlanResult):
         feed, radius = (readable(**given[name]) for name in ("feed", "radius"))
         rows = [
             (
-                one["kind"], readable(one["duration"]["value"], "s"), readable(one["half_width"]["value"], "m"),
+                one["kind"], readable(one["duration"]["value"], "s"), readable(one["half_width"]["value"], "m", 2),
                 f"{one['half_width']['value'] / given['half_width']['value'] - 1:+.0%}".replace("-", "−"),
                 settings_in_words(planned, self.plan.axis.motion),
             )
@@ -38,8 +38,9 @@ class NextRecordResult(PlanResult):
         described = ", ".join(f"{name} {share:.0%}" for name, share in shares if share > 0.02)
         return [
             f"the glitch of scheme ({given['scheme']}) at {feed} on a circle of {radius} is known to "
-            f"± {readable(given['half_width']['value'], 'm')}, for {described}",
+            f"± {readable(given['half_width']['value'], 'm', 2)}, for {described}",
             Table(("one more record", "time", "then ±", "", "what to run"), rows),
+            f"{GOOD_TO}; of records that differ by less the shorter one comes first",
         ]
 
     @property

@@ -39,6 +39,10 @@ IDENTIFIED_BY = {
 """Which parameters each kind of record tells."""
 
 
+GOOD_TO = "expected half-widths are those of simulated records, and good to ± 20 %"
+"""What is said under half-widths that rest on simulated records, and so on chance."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class PlanResult(Result):
     """Records to take of an axis.
@@ -77,14 +81,15 @@ class PlanResult(Result):
             for one, lasting in zip(self.plan.planned, self.plan.lasting, strict=True)
         ]
         described = [
-            (name, readable(one.value, one.unit, 4), f"± {readable(one.half_width, one.unit)}", spread(one))
+            (name, readable(one.value, one.unit, 4), f"± {readable(one.half_width, one.unit, 2)}", spread(one))
             for name, one in self.plan.expected.items()
         ]
         table = named(("", "value", "95 % to be expected", "in most runs"), described)
         total = readable(sum(self.plan.lasting), "s")
         blocks = self.blocks
         with_blocks = f"; these records tell {blocks} slip blocks: identify gms --blocks {blocks}" if blocks else ""
-        return [Table(("record", "time", "what to run"), rows), table, f"{total} altogether{with_blocks}"]
+        records = Table(("record", "time", "what to run"), rows)
+        return [records, table, f"{total} altogether{with_blocks}", *([GOOD_TO] if described else [])]
 
     @cached_property
     def moves(self) -> list[Move | Arc]:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import expit, logit, stdtrit
 
 from fric.arrays import Real
+from fric.choice import simplest
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
@@ -17,6 +18,7 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.fit import GMSFit
+from fric.identify.gms.hunting import Hunting
 from fric.identify.gms.knots import (
     MOST_BLOCKS,
     Blocks,
@@ -104,7 +106,7 @@ def identify_gms(
     presliding, left_out = without_clipped(presliding, 0.0)
     ready = prepared([*presliding, *sliding], plant)
     doubtful = settled(of_shares((one.log, one.done.inertia_share, one.done.damping_share) for one in ready))
-    settings = (static, negative, blocks, most_blocks, knots, refined, cycles)
+    settings = (static, negative, blocks, most_blocks, knots, refined, cycles, Hunting(plant))
     result, late = _identified(ready, len(presliding), *settings)
     lateness: list[Notice] = []
     again, looks = result, ((0.0, 1.0) if suspected(ready, late) else ())
@@ -114,7 +116,7 @@ def identify_gms(
             again, left = _identified(moved, len(presliding), *settings)
             late = {name: Estimate.around(by + float(one), one.unit, one.half_width) for name, one in left.items()}
     if looks and one_lag(late, CLEAR):
-        sure = again.rmse < result.rmse and credible(ready, late)
+        sure = simplest([result.rmse, again.rmse]) == 1 and credible(ready, late)
         result = again if sure else result
         lateness = [lateness_notice(ready, late, sure=sure)]
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
@@ -132,6 +134,7 @@ def _identified(
     knots: Sequence[float] | None,
     refined: bool,
     cycles: tuple[int, int] | None,
+    hunting: Hunting,
 ) -> tuple[GMSFit, Mapping[str, Estimate]]:
     """Return the fit to prepared records, the first so many of them in pre-sliding, and how late their forces are."""
     hysteresis = [find_cycles(record, cycles) for record in ready[:count]]
@@ -152,7 +155,7 @@ def _identified(
     if refined:
         start = _at_level(base, found, ASSUMED_C, curve.saturates)
         given = static or base, negative
-        fit = _refined(records, given, start, with_level=curve.saturates, with_C=bool(slides))
+        fit = _refined(records, given, start, hunting, with_level=curve.saturates, with_C=bool(slides))
         alpha, k, C = (fit.estimates["gms"][name] for name in ("alpha", "k", "C"))
         level, model, together, late = fit.level, fit.model, fit.covariance, fit.late
         if C.fixed:
@@ -201,6 +204,7 @@ def _refined(
     records: Sequence[Prepared],
     maps: tuple[StaticMap, StaticMap | None],
     start: GMS,
+    hunting: Hunting,
     *,
     with_level: bool,
     with_C: bool,
@@ -213,7 +217,7 @@ def _refined(
     def fitted(**fix: float) -> ReplayFit:
         return identify_by_replay(
             "gms", records, static=given, negative=maps[1], blocks=len(start.alpha), start=start, fix=fix,
-            with_level=with_level,
+            with_level=with_level, beyond=hunting,
         )  # fmt: skip
 
     fit = fitted() if with_C else fitted(C=ASSUMED_C)

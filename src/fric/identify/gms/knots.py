@@ -11,6 +11,7 @@ import nlopt
 import numpy as np
 
 from fric.arrays import Real
+from fric.choice import simplest
 from fric.errors import FricError
 from fric.identify.gms.virgin_curve import VirginCurve
 from fric.identify.nonnegative import nonnegative
@@ -20,6 +21,9 @@ MOST_BLOCKS = 6
 
 REPEATABLE = 0.005
 """Friction repeats along a drive to half a per cent at best: a block must change the curve by more than that."""
+
+BARE = 2.0
+"""Difference of Schwarz's criterion that is "not worth more than a bare mention" (Kass, Raftery, JASA 90, 1995)."""
 
 LEAST_SHARE = 1e-5
 """Share of the friction that a block bears at least; less is no more than a step of a 16-bit force channel."""
@@ -142,7 +146,7 @@ class Choice:
     rms
         Misfit of each [N].
     criterion
-        Schwarz's criterion of each: the least is chosen.
+        Schwarz's criterion of each: the fewest blocks are chosen whose criterion is the least, to `BARE`.
     spread
         Median spread that a point of the curve is given [N].
     unit
@@ -156,14 +160,19 @@ class Choice:
     unit: str = "N"
 
     @property
+    def chosen(self) -> int:
+        """Index of the fit that is chosen."""
+        return simplest(self.criterion, BARE)
+
+    @property
     def blocks(self) -> Blocks:
-        """The fit of the least criterion."""
-        return self.candidates[int(np.argmin(self.criterion))]
+        """The fit that is chosen."""
+        return self.candidates[self.chosen]
 
     @property
     def reason(self) -> str:
         """Why there are not more, in one sentence."""
-        chosen = int(np.argmin(self.criterion))
+        chosen = self.chosen
         text = f"{chosen + 1} blocks: the criterion is {self.criterion[chosen]:.0f}"
         if chosen + 1 == len(self.candidates):
             return f"{text}, the least, and no more than {chosen + 1} blocks were tried"
@@ -258,7 +267,7 @@ def _placed(cost: Callable[[Real], float], low: float, high: float, count: int, 
     nlopt.srand(seed + 1)
     roamed = _optimized(nlopt.GN_CRS2_LM, cost, greedy, *bounds)
     roamed = _optimized(nlopt.LN_SBPLX, cost, roamed, *bounds)
-    return min((greedy, roamed), key=cost)
+    return (greedy, roamed)[simplest([cost(greedy), cost(roamed)])]
 
 
 def _optimized(

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fric.arrays import Complex, Mask, Real
+from fric.choice import simplest
 from fric.drive.resonance import Encoder, Resonance
 from fric.errors import FricError
 from fric.identify.plant.response_fit import UNDETERMINED, Solution, solve
@@ -93,7 +94,8 @@ def _best_mode(lines: Lines) -> Found | None:
     rough = [solve([lines], resonance=resonance, start=start, misfits=[ROUGH]) for resonance, start in starts]
     if not rough:
         return None
-    best = min(rough, key=lambda solution: _score(lines, solution))
+    rough.sort(key=lambda solution: len(solution.values))
+    best = rough[simplest(_score(lines, solution) for solution in rough)]
     return _without_outliers(lines, best.form.resonance(best.values), best.values[:3])
 
 

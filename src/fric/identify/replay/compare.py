@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fric.arrays import Mask, Real
+from fric.choice import ranked
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction import FrictionModel
@@ -105,7 +106,7 @@ class Comparison:
     Parameters
     ----------
     scores
-        The models by their rms.
+        The models by their rms; of those that differ by rounding the one of fewer parameters is first.
     records
         The records.
     near
@@ -175,7 +176,8 @@ def compare_models(
         scores.append(_scored(name, fitting, records, splits, near))
         advance()
     independent = max(score.fits[0].independent for score in scores)
-    scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.rms)
+    scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.parameters)
+    scores = [scores[n] for n in ranked([score.rms for score in scores])]
     leads = {other.name: _lead(records, scores[0], other) for other in scores[1:]}
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
     amiss = record_notices(records)  # of all records, and once: what a fit tells of its own is of some

@@ -11,14 +11,16 @@ from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates, Ranges, coordinates_of
 from fric.identify.replay.lateness import of_timing
-from fric.identify.replay.replay_intervals import replay_covariance, slopes
+from fric.identify.replay.replay_intervals import Beyond, replay_covariance, slopes
 from fric.identify.replay.replay_search import Search
 
 BLIND = 1e-6
 """Share of the best seen direction's effect below which records are blind for a direction."""
 
 
-def replay_information(records: Sequence[Prepared], model: GMS, ranges: Ranges) -> tuple[tuple[str, ...], Real]:
+def replay_information(
+    records: Sequence[Prepared], model: GMS, ranges: Ranges, beyond: Beyond | None = None
+) -> tuple[tuple[str, ...], Real]:
     """Return what records tell of alpha, k and C of a GMS model, its static map and nothing else being known.
 
     It is the inverse of the fit's own covariance at this model, in the directions that the records see; what they have
@@ -33,6 +35,8 @@ def replay_information(records: Sequence[Prepared], model: GMS, ranges: Ranges) 
         The model.
     ranges
         Between which values the records could show it.
+    beyond
+        What the covariance gains besides, where the residuals do not tell it.
 
     Returns
     -------
@@ -52,7 +56,10 @@ def replay_information(records: Sequence[Prepared], model: GMS, ranges: Ranges) 
     shown = here.gradient @ basis
     freedom = max(len(here.residual) - len(basis.T), 1)
     covariance = replay_covariance(shown, here.residual, search.records, float(stdtrit(freedom, 0.975)))
-    information = basis @ np.linalg.inv(covariance + of_timing(search, x, shown)) @ basis.T
+    covariance += of_timing(search, x, shown)
+    if beyond is not None:
+        covariance += beyond(search, x, basis)
+    information = basis @ np.linalg.inv(covariance) @ basis.T
     own = [n for n, c in enumerate(coordinates.free) if c.parameter is LEVEL]
     kept = [n for n in range(len(x)) if n not in own]
     information = (

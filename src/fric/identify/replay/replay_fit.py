@@ -19,7 +19,16 @@ from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates, coordinates_of, search_ranges
 from fric.identify.replay.lateness import lateness, of_timing
 from fric.identify.replay.placement import Placement, placed
-from fric.identify.replay.replay_intervals import correlated, edges, joint, limits, order, replay_covariance, white
+from fric.identify.replay.replay_intervals import (
+    Beyond,
+    correlated,
+    edges,
+    joint,
+    limits,
+    order,
+    replay_covariance,
+    white,
+)
 from fric.identify.replay.replay_search import HOP, Point, Search
 from fric.identify.replay.undetermined import opened
 from fric.notice import Notice
@@ -100,6 +109,7 @@ def identify_by_replay(
     seed: int = 0,
     start: FrictionModel | None = None,
     with_level: bool = False,
+    beyond: Beyond | None = None,
 ) -> ReplayFit:
     """Fit a friction model to records by replay: a coarse global search (NLopt's CRS2), then least squares.
 
@@ -131,6 +141,8 @@ def identify_by_replay(
         A model to start from; there is no coarse search then.
     with_level
         Whether the records have a level of their own, which then scales F_c and F_s of the static map that is kept.
+    beyond
+        What the covariance gains besides, where the residuals do not tell it.
 
     Raises
     ------
@@ -177,7 +189,7 @@ def identify_by_replay(
         assumed.add((c.section, p.name))
         text = f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}"
         warnings.append(Notice(text, "parameter-untold", "doubt"))
-    return _described(search, best, placement, warnings, assumed, static)
+    return _described(search, best, placement, warnings, assumed, static, beyond)
 
 
 def record_notices(records: Sequence[Prepared]) -> list[Notice]:
@@ -229,6 +241,7 @@ def _described(
     warnings: list[str],
     assumed: set[tuple[str, str]],
     static: Mapping[str, Estimate] | None,
+    beyond: Beyond | None,
 ) -> ReplayFit:
     """Return the fit with intervals, and what the records cannot tell."""
     coordinates, records = search.coordinates, tuple(search.records)
@@ -241,6 +254,8 @@ def _described(
         covariance[np.ix_(seen, seen)] = replay_covariance(slopes, best.residual, records, quantile) + of_timing(
             search, x, slopes
         )
+        if beyond is not None:
+            covariance[np.ix_(seen, seen)] += beyond(search, x, np.eye(len(x))[:, seen])
     if placement is not None and len(placement.places) and seen.all():
         free = [placement.search.coordinates.free.index(c) for c in coordinates.free]
         covariance += placement.unsettled(float(np.sqrt(np.mean(best.residual**2))))[np.ix_(free, free)]

@@ -1,6 +1,6 @@
 """What a fit by replay says of its parameters: intervals, and what the records cannot tell."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,11 +12,14 @@ from fric.friction import Parameter
 from fric.identify.plant.covariance import hac_covariance, jackknife, sandwich, widened
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates
-from fric.identify.replay.replay_search import STEP
+from fric.identify.replay.replay_search import STEP, Search
 from fric.notice import Notice
 
 LAGS = 10
 """Lags at which residuals are looked at, to tell them from white noise."""
+
+Beyond = Callable[[Search, Real, Real], Real]
+"""What a covariance (s, s) gains beyond what residuals tell: of a search, its end (p,), and directions seen (p, s)."""
 
 
 def white(residual: Real, lengths: Sequence[int]) -> bool:

@@ -1,0 +1,163 @@
+"""How far a GMS model is off where the axis hunts from one encoder count to the next: its records, made once more.
+
+A slow sine in closed loop goes from count to count: at each the drive is pushed back, and creeps on. The friction goes
+through minor cycles, below the virgin curve, that a log shows neither between its samples nor between two counts. They
+come again in every cycle, so that no scatter of the residuals tells of them. But the motion, the friction and the plant
+that were found can be run again in closed loop, with the encoder elsewhere between two counts: what the fit makes of
+those records, whose truth is known, is what its intervals must hold.
+
+The log does not tell the controller. So the records are made once with a soft and once with a stiff cascade, both with
+margins that are usual for this plant. Where they leave more over than the measured records, which hunt less then, their
+error counts for as much less.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import inf, pi
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.special import stdtrit
+
+from fric.arrays import Real
+from fric.control.cascade import Cascade
+from fric.drive.plant import Plant
+from fric.drive.sensing import Encoder
+from fric.friction import FrictionModel
+from fric.identify.records.prepared import Prepared, prepared
+from fric.identify.replay.replay_intervals import replay_covariance
+from fric.identify.replay.replay_search import Search
+from fric.reference import Reference
+from fric.simulate.axis import run_axis
+from fric.simulate.machine import Axis
+from fric.simulate.reality.trace import logged
+
+CYCLES = 2
+"""Whole cycles of a record that are made again."""
+
+RATE, FILTER = 4000.0, 500.0
+"""Sampling of the controller, at least, and corner of the low-pass on its velocity [Hz]."""
+
+LAGS = (20.0, 12.0)
+"""Period of the velocity loop's crossover over all lags in it, of the soft and of the stiff cascade.
+
+Their phase margins are 66° and 54°, their gain margins 14 and 10 dB. Each has its place between two counts.
+"""
+
+ACCURACY = 1e-10
+"""By how much the integration may move the position [m]."""
+
+MOST = 1_000_000
+"""Samples of the controller that a record is made again for at most."""
+
+
+def usual_cascade(plant: Plant, sampling: float, lags: float) -> Cascade:
+    """Return a cascade by the usual rules: a crossover that suits the lags, K_v a third of it, K_i/K_p a tenth.
+
+    Parameters
+    ----------
+    plant
+        The plant.
+    sampling
+        Sampling of the controller [Hz].
+    lags
+        Period of its crossover over all lags in its velocity loop.
+    """
+    crossover = 2 * pi / lags / (plant.T_d + 1 / (2 * pi * FILTER) + 0.5 / sampling)
+    K_p = crossover / plant.B
+    return Cascade(crossover / 3, K_p, K_p * crossover / 10, FILTER, sampling, inf)
+
+
+@dataclass(frozen=True)
+class Hunting:
+    """What hunting between two counts adds to the covariance of a fit by replay.
+
+    Parameters
+    ----------
+    plant
+        The plant that drives the axis; None where it is not known, and nothing is added.
+    """
+
+    plant: Plant | None
+    _known: dict[int, Real] = field(default_factory=dict)
+
+    def __call__(self, search: Search, x: Real, seen: Real) -> Real:
+        """Return what the covariance (s, s) gains in the directions that the records see.
+
+        The same blocks of the same records hunt alike, and are simulated once.
+
+        Parameters
+        ----------
+        search
+            The search.
+        x
+            Where it ended, shape (p,).
+        seen
+            The directions that the records see, shape (p, s).
+        """
+        size = seen.shape[1]
+        if self.plant is None or not any(map(_counts, search.records)):
+            return np.zeros((size, size))
+        if size not in self._known:
+            rng = np.random.default_rng(0)
+            errors = np.array([_error(search, x, seen, self.plant, lags, rng) for lags in LAGS])
+            self._known[size] = errors.T @ errors / len(errors)
+        return self._known[size]
+
+
+def _counts(record: Prepared) -> bool:
+    """Say whether a record goes back and forth on an encoder whose counts are seen."""
+    return not record.slides and record.motion.step > 0 and len(record.reversals) > 2
+
+
+def _error(search: Search, x: Real, seen: Real, plant: Plant, lags: float, rng: np.random.Generator) -> Real:
+    """Return by how much the fit is off in records that are made again, in the directions that are seen, shape (s,).
+
+    It is one Gauss–Newton step from the truth. What these few records scatter by would be taken for an error that all
+    have alike: the step is shrunk by James and Stein's rule, to nothing where it is within its covariance.
+    """
+    model = search.coordinates.build(x)
+    again = [_made_again(record, model, plant, lags, rng) for record in search.records if _counts(record)]
+    rest = [record for record in search.records if not _counts(record)]
+    made = Search(search.coordinates, [*again, *rest]).weighed(x)
+    residual, gradient = made.residual(x), made.gradient(x) @ seen
+    of_again = sum(int(record.used.sum()) for record in again)
+    whole = sum(int(record.used.sum()) for record in search.records if _counts(record))
+    residual[of_again:] = 0.0  # what the others tell is as it is, and weighs as much beside these as beside the records
+    gradient[of_again:] *= np.sqrt(of_again / whole)
+    step = -np.linalg.lstsq(gradient, residual, rcond=None)[0]
+    quantile = float(stdtrit(max(of_again - len(step), 1), 0.975))
+    covariance = replay_covariance(gradient, residual, made.records, quantile)
+    distance = float(step @ np.linalg.pinv(covariance, hermitian=True) @ step)
+    sure = max(1.0 - len(step) / distance, 0.0) if distance > 0.0 else 0.0
+    left = [_left_over(model, records) for records in (search.records, again)]
+    return np.asarray(sure * min(left[0] / max(left[1], 1e-300), 1.0) * step)
+
+
+def _left_over(model: FrictionModel, records: Sequence[Prepared]) -> float:
+    """Return what a model leaves of the force of records that hunt, root mean square [N]."""
+    rest = [(record.force - record.fitted(model))[record.used] for record in records if _counts(record)]
+    return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
+
+
+def _made_again(
+    record: Prepared, model: FrictionModel, plant: Plant, lags: float, rng: np.random.Generator
+) -> Prepared:
+    """Return some cycles of a record as the axis that was found makes them again, in closed loop."""
+    m, first = record.motion, int(np.argmax(record.used))
+    before = record.reversals[record.reversals < first]
+    begin = int(before[-1]) if len(before) else 0
+    ends = record.reversals[record.reversals >= first][: 2 * CYCLES + 1]
+    end = min(int(ends[-1]) + max((int(ends[-1]) - first) // 50, 2), len(m.time))
+    interval = float(np.median(np.diff(m.time)))
+    divider = max(round(RATE * interval), 1)
+    sampling = divider / interval
+    plant = replace(plant, T_d=max(plant.T_d, 0.5 / sampling), force_lag=0.0)
+    count = min(int((m.time[end - 1] - m.time[begin]) * sampling), MOST)
+    path, t = CubicSpline(m.time, m.position), m.time[begin] + np.arange(count) / sampling
+    reference = Reference(sampling, path(t) + rng.uniform(0.0, m.step), path(t, 1), path(t, 2))
+    cascade = usual_cascade(plant, sampling, lags)
+    axis = Axis(record.log.axis, plant, cascade, model, encoder=Encoder(m.step), motion=record.log.motion)
+    run = run_axis(axis, reference, accuracy=ACCURACY)
+    log = logged(axis, run, (0, count), -(-count // divider), record.name, "presliding-sine", 0)
+    return prepared([log], plant)[0].trimmed()
