@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from fric.export.base import Part
-from fric.export.bench import apart
 from fric.export.linuxcnc import linuxcnc_files
 from tests.export.parts import EXPORTED, InC, exportable, part, scheme_part, typical
+from tests.linuxcnc.bench import apart
 
 pytestmark = pytest.mark.skipif(
     not (shutil.which("halrun") and shutil.which("halcompile") and shutil.which("cc") and os.geteuid() == 0),

@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fric
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.export.bench import Program, read_session, read_trace, run_program
-from fric.export.trial import Arc, try_in_linuxcnc
+from fric.results.export import Arc
 from tests.export.parts import MACHINE
+from tests.linuxcnc.bench import Program, read_session, read_trace, run_program
+from tests.linuxcnc.trial import try_in_linuxcnc
 
 IDENTIFIED = MACHINE.with_name("xy-table-identified.yaml")
 
@@ -100,6 +102,20 @@ def test_a_trial_without_linuxcnc_says_what_to_install(monkeypatch: pytest.Monke
     with pytest.raises(FricError, match="apt-get install linuxcnc-uspace"):
         try_in_linuxcnc(read_machine(MACHINE), PAPER_SCHEMES["c"], tmp_path)
     assert not any(tmp_path.iterdir())
+
+
+def test_a_trial_finds_its_bench_in_a_checkout_and_says_where_it_is_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def export() -> None:
+        fric.export_axis("linuxcnc", MACHINE, axis="x", scheme="c", trial=tmp_path / "trial", force=True)
+
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(FricError, match="a trial needs linuxcnc"):  # so the bench was there
+        export()
+    monkeypatch.setattr(fric, "__file__", str(tmp_path / "site-packages" / "fric" / "__init__.py"))
+    with pytest.raises(FricError, match="test bench that is not part of the installed package"):
+        export()
 
 
 def test_a_machine_whose_friction_has_risen_is_what_its_page_says() -> None:

@@ -12,13 +12,12 @@ import pytest
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.export.bench import CHANNELS
-from fric.export.rendering import render
 from fric.identify.circle.diagnose import diagnose
 from fric.io.circle import choose_circles, read_circles, write_circles
 from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.reference import circle as circle_reference
 from tests.identify.synthetic_circles import Faults, circle
+from tests.linuxcnc.bench import CHANNELS, render
 
 ROOT = Path(__file__).parents[2]
 
@@ -109,7 +108,7 @@ def test_the_mapping_of_linuxcncs_bench(tmp_path):
 
 def test_the_mapping_is_that_of_a_trial(tmp_path):
     axes = [{"name": "x"}, {"name": "y"}]
-    written = render("bench/trace.yaml.j2", axes=axes, channels=CHANNELS, period_ns=250_000)
+    written = render("trace.yaml.j2", axes=axes, channels=CHANNELS, period_ns=250_000)
     assert (ROOT / "configs/mappings/linuxcnc.yaml").read_text() == written
 
 

@@ -20,13 +20,13 @@ from hypothesis import strategies as st
 
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
-from fric.export.bench import Program as Bench
-from fric.export.bench import Recording, run_program
 from fric.export.motion import DIALECTS, Arc, Move
 from fric.planning.choose import choose
 from fric.planning.plan import Limits, Plan
 from fric.results.plan import PlanResult
 from tests.export.structured_text import Program
+from tests.linuxcnc.bench import Program as Bench
+from tests.linuxcnc.bench import Recording, run_program
 from tests.planning.gcode import Control
 
 DWELL = {"linuxcnc": "P", "fanuc": "X", "siemens": "F"}

@@ -40,7 +40,9 @@ def export(
         list[Path] | None,
         option("The scheme on machines drawn around this one: simulate circle.", "--run", metavar="RUN.h5"),
     ] = None,
-    trial: Annotated[bool, option("linuxcnc: run circles in LinuxCNC, beside their simulation.", "--try")] = False,
+    trial: Annotated[
+        bool, option("linuxcnc, from a checkout of fric: run circles in LinuxCNC, beside their simulation.", "--try")
+    ] = False,
     force: Annotated[
         bool, option("Replace files that exist, and export what is not to be trusted.", "--force")
     ] = False,

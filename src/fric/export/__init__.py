@@ -11,10 +11,7 @@ __all__ = ["Target", "targets"]
 
 @cache
 def targets() -> dict[str, Target]:
-    """Return every target of this package by its name: a module that has a ``TARGET``."""
-    found = {}
-    for module in iter_modules(__path__):
-        made = getattr(import_module(f"{__name__}.{module.name}"), "TARGET", None)
-        if isinstance(made, Target):
-            found[made.name] = made
+    """Return every target of this package by its name: each `Target` that a module of it makes."""
+    modules = (import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__))
+    found = {one.name: one for module in modules for one in vars(module).values() if isinstance(one, Target)}
     return dict(sorted(found.items()))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fric.errors import FricError
-from fric.export.base import Files, Part
+from fric.export.base import Files, Part, Target
 from fric.export.c import name_of
 from fric.export.manifest import friction_values
 
@@ -109,3 +109,8 @@ def _undated(workbook: io.BytesIO) -> bytes:
             content = re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", dated.read(name))
             archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), content)
     return made.getvalue()
+
+
+CSV = Target("csv", "parameters and a table of steady friction as text", csv_files)
+MAT = Target("mat", "parameters and a table of steady friction for MATLAB", mat_files)
+XLSX = Target("xlsx", "parameters and a table of steady friction as a workbook", xlsx_files)

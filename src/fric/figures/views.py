@@ -1,14 +1,11 @@
-"""The figures by name: each is a function in a file of this room that says what it draws; a new one is one new file."""
+"""The figures by name: each is a function in a file of this room, entered by `view`; a new one is one new file."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from importlib.util import find_spec
-from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -60,27 +57,16 @@ def view(name: str, of: str, *, usual: bool = False) -> Callable[[Draw], Draw]:
 
 
 @cache
-def _sources() -> dict[str, str]:
-    """Return the text of each file of this room, by module."""
-    names = [f"fric.figures.{module.name}" for module in iter_modules(fric.figures.__path__)]
-    return {name: Path(str(spec.origin)).read_text("utf-8") for name in names if (spec := find_spec(name))}
+def _imported() -> None:
+    """Import each file of this room, which enters its figures; a file that is there is all that a figure takes."""
+    for module in iter_modules(fric.figures.__path__):
+        import_module(f"fric.figures.{module.name}")
 
 
-@cache
-def views(of: str | None = None, besides: frozenset[str] = frozenset()) -> tuple[View, ...]:
-    """Return every figure, by type and name; or those of one type, for which no other file is loaded.
-
-    Parameters
-    ----------
-    of
-        The type; all where not given.
-    besides
-        Names that are left out: a file that has no others is not loaded either.
-    """
-    for module, source in _sources().items():
-        if of is None or set(re.findall(rf"""@view\(\s*["']([^"']+)["'],\s*(?:of=)?["']{of}["']""", source)) - besides:
-            import_module(module)
-    return tuple(one for _, one in sorted(_FOUND.items()) if of in {None, one.of} and one.name not in besides)
+def views(of: str | None = None) -> tuple[View, ...]:
+    """Return every figure, by type and name; or those of one type."""
+    _imported()
+    return tuple(one for _, one in sorted(_FOUND.items()) if of in {None, one.of})
 
 
 def views_of(parts: Sequence[Any], *, usual: bool = False) -> dict[str, Callable[[], Figure]]:

@@ -1,11 +1,18 @@
 """What a controller runs: one axis under one scheme, in the language of a target."""
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+from importlib.util import module_from_spec
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
+import fric
+from fric.contour import Circularity
 from fric.control.scheme import Scheme
 from fric.documents.bundled import located
 from fric.documents.exported import ExportDocument
@@ -16,7 +23,6 @@ from fric.export import targets
 from fric.export.base import Files, Part, Target
 from fric.export.manifest import manifest, manifest_text
 from fric.export.select import compensation_of, machine_of
-from fric.export.trial import Arc, trial_document, trial_schemes, try_in_linuxcnc
 from fric.export.trust import trust_of
 from fric.io.run import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice
@@ -33,6 +39,46 @@ from fric.units import readable
 from fric.verb import verb
 from fric.verdict.candidates import candidates_of
 from fric.verdict.evidence import Candidate
+
+
+@dataclass(frozen=True)
+class Arc:
+    """One arc in LinuxCNC, and the same loop simulated along the reference that LinuxCNC's planner gave.
+
+    Parameters
+    ----------
+    scheme
+        What was switched on.
+    feed
+        Speed along the arc [m/s].
+    direction
+        1 counter-clockwise, -1 clockwise.
+    measured, simulated
+        What was left of the circle, in LinuxCNC and by simulation.
+    """
+
+    scheme: Scheme
+    feed: float
+    direction: int
+    measured: Circularity
+    simulated: Circularity
+
+    @property
+    def difference(self) -> float:
+        """The largest difference of a quadrant's glitch between both [m]."""
+        return max(abs(a - b) for a, b in zip(self.measured.quadrants, self.simulated.quadrants, strict=True))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the circle as plain values: glitch and quadrants [m], measured and simulated."""
+        return {
+            "scheme": self.scheme.name,
+            "velocity": self.feed,
+            "direction": self.direction,
+            "glitch": self.measured.glitch,
+            "quadrants": list(self.measured.quadrants),
+            "simulated": list(self.simulated.quadrants),
+            "difference": self.difference,
+        }
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,7 +122,7 @@ class ExportResult(Result):
         if self.part.role == "compensation":
             why = [*self.against, *self.distrust]
             content["verdict"] = {"trusted": not why, "why": [one.as_dict() for one in why]}
-        content |= {"trial": trial_document(self.arcs)} if self.arcs else {}
+        content |= {"trial": [one.as_dict() for one in self.arcs]} if self.arcs else {}
         ExportDocument.model_validate(content)
         return content
 
@@ -158,7 +204,8 @@ def export_axis(
     drawn
         Run files with the scheme on machines drawn around this one: the verdict is by them.
     trial
-        A folder in which circles are run in LinuxCNC, beside their simulation (target ``linuxcnc``, as root).
+        A folder in which circles are run in LinuxCNC, beside their simulation (target ``linuxcnc``, as root, and from
+        a checkout of fric: the bench is ``tests/linuxcnc``).
     force
         Run the trial also of what the verdict does not trust.
     advance
@@ -197,10 +244,32 @@ def export_axis(
             raise FricError(f"a trial is for the target linuxcnc, and this is {target}")
         if not force:
             require_trust(made, against, distrust)
-        advance(0, total=len(trial_schemes(wanted)))
+        bench = _linuxcnc_bench()
         Path(trial).mkdir(parents=True, exist_ok=True)
-        arcs = try_in_linuxcnc(subject, wanted, Path(trial), advance=advance)
+        arcs = bench.try_in_linuxcnc(subject, wanted, Path(trial), advance=advance)
     return ExportResult(chosen, made, files, notices, against, distrust, made_from, arcs)
+
+
+def _linuxcnc_bench() -> ModuleType:
+    """Return the module of the test bench that runs circles in LinuxCNC.
+
+    Raises
+    ------
+    FricError
+        When fric does not run from a checkout of its repository, which holds the bench.
+    """
+    folder = Path(fric.__file__).parents[2] / "tests" / "linuxcnc"
+    if not (folder / "trial.py").exists():
+        raise FricError(
+            "circles in LinuxCNC are run by a test bench that is not part of the installed package",
+            hint="Run fric from a checkout of its repository, which has the bench in tests/linuxcnc.",
+        )
+    name = "fric_linuxcnc"
+    if name not in sys.modules:
+        spec = ModuleSpec(name, None, is_package=True)
+        spec.submodule_search_locations = [str(folder)]
+        sys.modules[name] = module_from_spec(spec)
+    return import_module(f"{name}.trial")
 
 
 def require_trust(part: Part, against: Sequence[Notice], distrust: Sequence[Notice]) -> None:

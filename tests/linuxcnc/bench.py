@@ -11,14 +11,17 @@ import shutil
 import subprocess
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+import fric
 from fric.arrays import Indices, Real
 from fric.control.scheme import NONE, Scheme
 from fric.errors import FricError
 from fric.export.linuxcnc import COMPONENTS, linuxcnc_files
-from fric.export.rendering import identifier, render
+from fric.export.rendering import identifier
 from fric.export.select import compensation_of, machine_of
 from fric.friction.stribeck import StaticMap
 from fric.simulate.contour_run import pair
@@ -88,6 +91,15 @@ class Recording:
         return (self.rows[:, 0] - self.rows[0, 0]) / self.sampling
 
 
+def render(template: str, **values: Any) -> str:
+    """Return a template of this folder, filled."""
+    made = Environment(
+        loader=FileSystemLoader(Path(__file__).parent / "templates"), undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True, keep_trailing_newline=True, autoescape=False,
+    )  # fmt: skip
+    return made.get_template(template).render(version=fric.__version__, **values)
+
+
 def require_linuxcnc() -> None:
     """Raise a `FricError` where LinuxCNC is not installed, or this is not root."""
     for word, package in (("linuxcnc", "linuxcnc-uspace"), ("halcompile", "linuxcnc-uspace-dev")):
@@ -128,7 +140,7 @@ def build_bench(machine: Machine, exported: Scheme, program: Program, folder: Pa
         "speed": f"{1e3 * program.speed:.9g}", "acceleration": f"{1e3 * program.acceleration:.9g}",
     }  # fmt: skip
     for file in ("bench.ini", "bench.hal", "fric_gate.comp", "session.py", "trace.yaml"):
-        files[file] = render(f"bench/{file}.j2", **values)
+        files[file] = render(f"{file}.j2", **values)
     folder.mkdir(parents=True, exist_ok=True)
     for file, content in (files | {"program.ngc": program.text, "bench.tbl": "", "bench.var": ""}).items():
         (folder / file).write_bytes(content if isinstance(content, bytes) else content.encode())

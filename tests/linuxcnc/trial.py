@@ -1,51 +1,24 @@
 """Circles in a real LinuxCNC, with exported compensation switched on by and by, and the same loops in simulation."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import sqrt
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from fric.contour import Circularity, circularity
+from fric.contour import circularity
 from fric.control.scheme import Scheme
 from fric.errors import FricError
-from fric.export.bench import Program, Recording, build_bench, run_session
-from fric.export.rendering import render
 from fric.reference import Reference
+from fric.results.export import Arc
+from fric.results.given import Advance, silent
 from fric.simulate.axis import run_axis
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
 
-
-@dataclass(frozen=True)
-class Arc:
-    """One arc in LinuxCNC, and the same loop simulated along the reference that LinuxCNC's planner gave.
-
-    Parameters
-    ----------
-    scheme
-        What was switched on.
-    feed
-        Speed along the arc [m/s].
-    direction
-        1 counter-clockwise, -1 clockwise.
-    measured, simulated
-        What was left of the circle, in LinuxCNC and by simulation.
-    """
-
-    scheme: Scheme
-    feed: float
-    direction: int
-    measured: Circularity
-    simulated: Circularity
-
-    @property
-    def difference(self) -> float:
-        """The largest difference of a quadrant's glitch between both [m]."""
-        return max(abs(a - b) for a, b in zip(self.measured.quadrants, self.simulated.quadrants, strict=True))
+from .bench import Program, Recording, build_bench, render, run_session
 
 
 def trial_schemes(scheme: Scheme) -> list[Scheme]:
@@ -74,7 +47,7 @@ def try_in_linuxcnc(
     *,
     feeds: Sequence[float] = (0.1, 0.01),
     radius: float = 0.03,
-    advance: Callable[[], None] = lambda: None,
+    advance: Advance = silent,
 ) -> list[Arc]:
     """Run circles in LinuxCNC with a scheme switched on by and by, and the same loops in simulation.
 
@@ -89,7 +62,7 @@ def try_in_linuxcnc(
     feeds, radius
         Speeds [m/s] and radius [m] of the circles; each is run clockwise and counter-clockwise.
     advance
-        Called after each session.
+        Is told of each session.
 
     Raises
     ------
@@ -98,6 +71,7 @@ def try_in_linuxcnc(
     """
     build_bench(machine, scheme, circles(feeds, radius), folder)
     chosen = trial_schemes(scheme)
+    advance(0, total=len(chosen))
 
     def session(one: Scheme) -> list[Arc]:
         arcs = _arcs(machine, one, run_session(machine, one, scheme, folder), feeds, radius)
@@ -127,19 +101,3 @@ def _arcs(machine: Machine, scheme: Scheme, record: Recording, feeds: Sequence[f
         measured, expected = (circularity(x, y, radius) for x, y in (true, simulated))
         found.append(Arc(scheme, feed, direction, measured, expected))
     return found
-
-
-def trial_document(arcs: Sequence[Arc]) -> list[dict[str, Any]]:
-    """Return circles in LinuxCNC as plain values: glitch and quadrants [m], measured and simulated."""
-    return [
-        {
-            "scheme": arc.scheme.name,
-            "velocity": arc.feed,
-            "direction": arc.direction,
-            "glitch": arc.measured.glitch,
-            "quadrants": list(arc.measured.quadrants),
-            "simulated": list(arc.simulated.quadrants),
-            "difference": arc.difference,
-        }
-        for arc in arcs
-    ]
