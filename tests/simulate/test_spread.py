@@ -14,7 +14,9 @@ from fric.friction import models
 from fric.friction.directed import Directed
 from fric.friction.rolling import Rolling
 from fric.friction.stribeck import StaticMap
-from fric.identify.static_map.map_fit import SpeedPoint, fit_map
+from fric.identify.static_map.map_fit import fit_map
+from fric.identify.static_map.points import SpeedPoint
+from fric.identify.static_map.strokes import Asked, Strokes
 from fric.simulate.intervals import draw_within, normals
 from fric.simulate.machine import Machine
 from fric.simulate.spread import DEFAULT_SPREADS, Spread, check_spreads, draw_machine, known_spreads
@@ -169,7 +171,7 @@ def test_what_was_identified_together_is_drawn_together():
     v = np.concatenate([-np.geomspace(5e-4, 0.03, 14), np.geomspace(5e-4, 0.03, 14)])
     force = true.steady_state(v) + rng.normal(0.0, 1.0, len(v))
     points = [SpeedPoint(a, b, 1.0, 200, "log", 0.0, 1.0, True) for a, b in zip(v, force, strict=True)]
-    fit = fit_map(points, 1.0, "error", "linear", with_offset=True)
+    fit = fit_map(Strokes.at(points, Asked(delta=1.0)))
     limits = {name: estimate.ci95 for name, estimate in fit.estimates.items() if estimate.ci95 is not None}
     machine = replace(ONE, axes={"x": replace(ONE.axes["x"], friction=StaticMap(**{
         name: float(fit.estimates[name]) for name in ("F_c", "F_s", "v_s", "delta", "sigma")}))})  # fmt: skip

@@ -20,8 +20,7 @@ from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.gms.cycles import HysteresisCycles, find_cycles
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
 from fric.identify.records.prepared import prepared
-from fric.identify.static_map.map_fit import SpeedPoint
-from fric.identify.static_map.points import stroke_points
+from fric.identify.static_map.points import SpeedPoint, stroke_points
 from fric.log import ForceVelocity, Log
 from fric.report.report_input import Item, ReportInput
 

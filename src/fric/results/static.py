@@ -11,7 +11,7 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.identify.static_map.identify import StaticFit
 from fric.identify.static_map.identify import identify_static as fit_static
-from fric.identify.static_map.map_fit import ShapeFactor
+from fric.identify.static_map.strokes import ShapeFactor
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.plausibility.bounds import Finding, settled
 from fric.plausibility.findings import of_friction, of_logs, of_strokes

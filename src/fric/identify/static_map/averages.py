@@ -13,7 +13,6 @@ Average = Literal["robust", "median"]
 
 HUBER = 1.345
 """Huber's tuning constant: 95 % efficiency on Gaussian noise (Huber 1964)."""
-
 GLITCH = 8.0
 """Deviations from the median beyond which a sample is a glitch, where few are."""
 LEVELS = 16
@@ -24,24 +23,16 @@ GLITCHES = 0.01
 
 @dataclass(frozen=True)
 class Mean:
-    """A location with its standard error.
-
-    Parameters
-    ----------
-    value
-        The robust mean or median, in the unit of the samples.
-    standard_error
-        Its standard error, in the same unit.
-    tau
-        Integrated autocorrelation time [samples]: ``n / tau`` samples are worth as much as independent ones.
-    rounding
-        What coarse steps of the samples have of the standard error, in the same unit.
-    """
+    """A location with its standard error."""
 
     value: float
+    """The robust mean or median, in the unit of the samples."""
     standard_error: float
+    """In the same unit."""
     tau: float
+    """Integrated autocorrelation time [samples]: ``n / tau`` samples are worth as much as independent ones."""
     rounding: float = 0.0
+    """What coarse steps of the samples have of the standard error, in the same unit."""
 
 
 def average(samples: Real, method: Average = "robust", step: float = 0.0) -> Mean:

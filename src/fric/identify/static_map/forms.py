@@ -5,23 +5,22 @@ of that (Breiman, Friedman, Olshen and Stone 1984): of parameters that are not n
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from fric.arrays import Real
+from fric.choice import simplest
 from fric.friction.stribeck import stribeck_shares
 from fric.identify.static_map.scatter import REPEATED, Fitted, solve_with_scatter
 from fric.identify.static_map.stribeck_fit import DELTA_RANGE, Solution, StribeckProblem
 
 CLEARLY = 0.8
 """Ratio of errors under which a free shape factor is taken: it trades with F_s at slow strokes that stick and slip."""
-
 FEWEST = 8
 """Strokes from which on a richer form is asked for."""
-
 DESCRIPTIONS = {
     "stribeck": "by eq. (2)",
     "coulomb": "without its fall",
@@ -32,46 +31,56 @@ DESCRIPTIONS = {
 """What the forms are called, in the order in which they are told."""
 
 
+def weighted_rms(weight: Real, errors: Real) -> float:
+    """Return the weighted root mean square of errors [N]."""
+    return float(np.sqrt(np.sum(weight * errors**2) / np.sum(weight)))
+
+
+def predicts_better(weight: Real, plain: Real, rich: Real) -> bool:
+    """Return whether the errors of a richer form at held-out strokes [N] are smaller, beyond one standard error."""
+    n, gain = len(weight), weight * (plain**2 - rich**2)
+    return bool(n >= FEWEST and gain.sum() > np.sqrt(n / (n - 1)) * np.linalg.norm(gain - gain.mean()))
+
+
+@dataclass(frozen=True)
 class HeldOut:
-    """How well forms predict strokes that are held out, each stroke weighed as the fit weighs it.
+    """How well forms predict strokes that are held out, each stroke weighed as the fit weighs it."""
 
-    Parameters
-    ----------
-    weight
-        Weight of each stroke [1/N²], shape (n,).
-    form
-        The form that the map has.
-    errors
-        By form, the error at each stroke while it is held out [N], shape (n,).
-    """
-
-    def __init__(self, weight: Real, form: str, errors: Mapping[str, Real]) -> None:
-        self.weight, self.form, self.errors = weight, form, dict(errors)
-        self.also: dict[str, float] = {}
-        """Errors of what was tried beside the forms [N], by what it is called."""
-        self.ages: float | None = None
-        """What F_s grows by with each factor e of the age of the contact [N], where that predicts best."""
+    weight: Real
+    """Of each stroke [1/N²], shape (n,)."""
+    form: str
+    """The form that the map has."""
+    errors: Mapping[str, Real]
+    """By form, the error at each stroke while it is held out [N], shape (n,)."""
+    ages: float | None = None
+    """What F_s grows by with each factor e of the age of the contact [N], where that predicts best."""
+    also: Mapping[str, float] = field(default_factory=dict)
+    """Errors of what was tried beside the forms [N], by what it is called."""
 
     def __getitem__(self, form: str) -> float:
         """Return the weighted root mean square error of a form [N]."""
-        return float(np.sqrt(np.sum(self.weight * self.errors[form] ** 2) / np.sum(self.weight)))
+        return weighted_rms(self.weight, self.errors[form])
 
-    def better(self, rich: str, errors: Real) -> bool:
-        """Enter the errors of a richer form [N], and return whether it predicts better, beyond one standard error."""
-        n = len(self.weight)
-        self.errors[rich] = errors
-        gain = self.weight * (self.errors[self.form] ** 2 - errors**2)
-        return bool(n >= FEWEST and gain.sum() > np.sqrt(n / (n - 1)) * np.linalg.norm(gain - gain.mean()))
+    def entered(self, form: str, errors: Real) -> Self:
+        """Return it with the errors of another form [N]."""
+        return replace(self, errors={**self.errors, form: errors})
+
+    def better(self, rich: str) -> bool:
+        """Return whether a richer form predicts better than that of the map, beyond one standard error."""
+        return predicts_better(self.weight, self.errors[self.form], self.errors[rich])
 
     def as_dict(self) -> dict[str, float]:
         """Return the errors of all that was tried [N], by what it is called."""
-        return {text: self[form] for form, text in DESCRIPTIONS.items() if form in self.errors} | self.also
+        return {text: self[form] for form, text in DESCRIPTIONS.items() if form in self.errors} | dict(self.also)
 
 
 def left_out_errors(problem: StribeckProblem, solution: Solution) -> Real:
     """Return the error at each stroke while it is held out [N], shape (n,)."""
-    residual = problem.F - problem.model(solution.theta)
-    return by_leverage(problem, residual, problem.jacobian(solution.theta))
+    return by_leverage(problem, *_misfit(problem, solution))
+
+
+def _misfit(problem: StribeckProblem, solution: Solution) -> tuple[Real, Real]:
+    return problem.F - problem.model(solution.theta), problem.jacobian(solution.theta)
 
 
 def by_leverage(problem: StribeckProblem, residual: Real, jacobian: Real) -> Real:
@@ -83,14 +92,8 @@ def by_leverage(problem: StribeckProblem, residual: Real, jacobian: Real) -> Rea
 def at_other_speeds(problem: StribeckProblem, plain: tuple[Real, Real], rich: tuple[Real, Real]) -> bool:
     """Return whether a richer form predicts clearly better where all strokes of a speed are held out together.
 
-    What both directions show at one speed may be a place, or steps of the force: one tells of the other then.
-
-    Parameters
-    ----------
-    problem
-        The strokes.
-    plain, rich
-        Residuals [N] and Jacobian of either form, shapes (n,) and (n, p).
+    What both directions show at one speed may be a place, or steps of the force: one tells of the other then. Of either
+    form the residuals [N] and the Jacobian are given, shapes (n,) and (n, p).
     """
     speed = np.abs(problem.v)
     order = np.argsort(speed)
@@ -129,49 +132,51 @@ def at_bound(problem: StribeckProblem, solution: Solution) -> tuple[str, ...]:
 def chosen(fitted: Fitted, *, fall: bool, shape: bool, fixed: bool) -> tuple[Fitted, HeldOut]:
     """Return a fit of eq. (2) in the form that predicts held-out strokes best, and how well each does.
 
-    Parameters
-    ----------
-    fitted
-        The fit.
-    fall
-        Whether it may be without its fall: where that predicts no worse, or the fall ends at a bound.
-    shape
-        Whether its shape factor may be free: where that predicts better, and nothing ends at a bound.
-    fixed
-        Whether all strokes weigh alike.
+    Without its ``fall`` where that may be and predicts no worse, or the fall ends at a bound; with its ``shape`` factor
+    free where that may be and predicts better, and nothing ends at a bound. All strokes weigh alike where ``fixed``.
     """
     plain, solution = fitted.problem, fitted.solution
     name = "stribeck" if plain.fall else "coulomb"
     held_out = HeldOut(1 / plain.standard_error**2, name, {name: left_out_errors(plain, solution)})
     if fall and plain.fall:
         simple = _solved(fitted, replace(plain, fall=False, swing=None), None, fixed=fixed)
-        held_out.errors["coulomb"] = left_out_errors(simple.problem, simple.solution)
-        if held_out["coulomb"] <= held_out["stribeck"] or at_bound(plain, solution):
-            held_out.form, fitted = "coulomb", simple
+        held_out = held_out.entered("coulomb", left_out_errors(simple.problem, simple.solution))
+        if not simplest([held_out["coulomb"], held_out["stribeck"]]) or at_bound(plain, solution):
+            held_out, fitted = replace(held_out, form="coulomb"), simple
     if not fitted.problem.fall:
         return fitted, held_out
-    misfit = plain.F - plain.model(solution.theta), plain.jacobian(solution.theta)
     if plain.swing is None and fitted.between > 0 and plain.degrees_of_freedom >= 5:
-        ageing = aged(plain, solution)
-        better = held_out.better("ages", by_leverage(plain, ageing.residual, ageing.jacobian))
-        clearly = held_out["ages"] < CLEARLY * held_out["stribeck"]
-        if better and clearly and at_other_speeds(plain, misfit, (ageing.residual, ageing.jacobian)):
-            held_out.ages = ageing.rise
-    free = replace(plain, delta=None)
-    if (shape or held_out.ages is not None) and free.degrees_of_freedom >= 3:
-        freed = _solved(fitted, free, solution, fixed=fixed)
-        low, high = DELTA_RANGE
-        theta = freed.solution.theta
-        inside = low * 1.01 < theta["delta"] < high / 1.01 and not at_bound(free, freed.solution)
-        better = held_out.better("delta", left_out_errors(freed.problem, freed.solution))
-        if held_out.ages is not None and held_out["delta"] < held_out["ages"]:
-            held_out.ages = None
-        better &= inside and held_out["delta"] < CLEARLY * held_out["stribeck"]
-        if shape and held_out.ages is None and better:
-            without = free.F - free.model(theta), free.jacobian(theta)
-            if at_other_speeds(plain, misfit, without):
-                held_out.form, fitted = "delta", freed
+        held_out = _with_ageing(plain, solution, held_out)
+    if (shape or held_out.ages is not None) and plain.degrees_of_freedom - (plain.delta is not None) >= 3:
+        return _with_shape(fitted, held_out, shape=shape, fixed=fixed)
     return fitted, held_out
+
+
+def _with_ageing(plain: StribeckProblem, solution: Solution, held_out: HeldOut) -> HeldOut:
+    """Return how well eq. (2) predicts with an F_s that ages, and by how much it does where that is clearly better."""
+    ageing = aged(plain, solution)
+    tried = held_out.entered("ages", by_leverage(plain, ageing.residual, ageing.jacobian))
+    clearly = tried.better("ages") and tried["ages"] < CLEARLY * tried["stribeck"]
+    if clearly and at_other_speeds(plain, _misfit(plain, solution), (ageing.residual, ageing.jacobian)):
+        return replace(tried, ages=ageing.rise)
+    return tried
+
+
+def _with_shape(fitted: Fitted, held_out: HeldOut, *, shape: bool, fixed: bool) -> tuple[Fitted, HeldOut]:
+    """Return the fit with its shape factor free where that may be and predicts clearly better, and how well it does."""
+    plain, solution = fitted.problem, fitted.solution
+    freed = _solved(fitted, replace(plain, delta=None), solution, fixed=fixed)
+    tried = held_out.entered("delta", left_out_errors(freed.problem, freed.solution))
+    if tried.ages is not None and not simplest([tried["delta"], tried["ages"]]):
+        tried = replace(tried, ages=None)
+    low, high = DELTA_RANGE
+    inside = low * 1.01 < freed.solution.theta["delta"] < high / 1.01 and not at_bound(freed.problem, freed.solution)
+    clearly = inside and tried.better("delta") and tried["delta"] < CLEARLY * tried["stribeck"]
+    if shape and tried.ages is None and clearly:
+        misfits = _misfit(plain, solution), _misfit(freed.problem, freed.solution)
+        if at_other_speeds(plain, *misfits):
+            return freed, replace(tried, form="delta")
+    return fitted, tried
 
 
 def _solved(fitted: Fitted, problem: StribeckProblem, start: Solution | None, *, fixed: bool) -> Fitted:
@@ -182,17 +187,10 @@ def _solved(fitted: Fitted, problem: StribeckProblem, start: Solution | None, *,
     return fitted._replace(problem=problem, solution=solution, between=between)
 
 
-def directions_predict(problem: StribeckProblem, solution: Solution, held_out: HeldOut, damping: float = 0.0) -> bool:
-    """Return whether a map for each direction, with the offset of both, predicts held-out strokes better.
+def each_direction(problem: StribeckProblem, solution: Solution, damping: float) -> Real | None:
+    """Return the errors at held-out strokes of a map for each direction, with the offset of both [N].
 
-    Parameters
-    ----------
-    problem, solution
-        The map of both directions.
-    held_out
-        How well it predicts; what each direction's own map does is entered.
-    damping
-        What was taken off the forces [N·s/m]: it may be more than there is.
+    None where there are too few strokes for that. What was taken off the forces [N·s/m] may be more than there is.
     """
     errors = np.empty_like(problem.F)
     for sign in (1.0, -1.0):
@@ -204,9 +202,9 @@ def directions_predict(problem: StribeckProblem, solution: Solution, held_out: H
             offset=float(solution.theta["offset"]),
         )  # fmt: skip
         if side.degrees_of_freedom < 2:
-            return False
+            return None
         errors[own] = left_out_errors(side, side.solve(start=solution))
-    return held_out.better("each", errors)
+    return errors
 
 
 class Ageing(NamedTuple):
@@ -214,30 +212,18 @@ class Ageing(NamedTuple):
 
     In steady sliding the contact is renewed every ``distance``, and its age is ``distance/|v|`` (A. Ruina, Journal of
     Geophysical Research 88, 1983, p. 10359).
-
-    Parameters
-    ----------
-    rise
-        What F_s grows by with each factor e of the age, of contacts that are old [N].
-    residual
-        Measured less fitted force [N], shape (n,).
-    jacobian
-        Its derivatives by all parameters but for their sign, each scaled, shape (n, p).
     """
 
     rise: float
+    """What F_s grows by with each factor e of the age, of contacts that are old [N]."""
     residual: Real
+    """Measured less fitted force [N], shape (n,)."""
     jacobian: Real
+    """Its derivatives by all parameters but for their sign, each scaled, shape (n, p)."""
 
 
 def aged(problem: StribeckProblem, solution: Solution) -> Ageing:
-    """Fit eq. (2) with an F_s that ages.
-
-    Parameters
-    ----------
-    problem, solution
-        Strokes that do not swing, and eq. (2) without ageing fitted to them.
-    """
+    """Fit eq. (2) with an F_s that ages, to strokes that do not swing, from eq. (2) without ageing."""
     theta, speed, sign = solution.theta, np.abs(problem.v), np.sign(problem.v)
     slowest = float(speed.min())
     scale = np.array([theta["F_c"] or 1.0, theta["F_s"], theta["F_s"], theta["F_s"] / float(speed.max()), theta["F_s"]])

@@ -1,10 +1,11 @@
-"""Identification of the static friction map, eq. (2), from records at constant velocity (Section 3.1.1)."""
+"""Identification of the static friction map, eq. (2), from records at constant velocity (Section 3.1.1).
+
+The way of the data: records → points, one a stroke → corrections of these → fit → directions → notices.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from math import sqrt
-from typing import Literal
 
 import numpy as np
 from scipy.special import stdtrit
@@ -14,56 +15,39 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.records.flaws import record_flaws, stroke_flaws
-from fric.identify.records.over_strokes import OverPlace, over_place
-from fric.identify.records.segments import Segment
 from fric.identify.static_map.averages import Average
-from fric.identify.static_map.forms import directions_predict
-from fric.identify.static_map.identifiability import damping_warning, directions_differ, identifiability_warnings
-from fric.identify.static_map.map_fit import Form, MapFit, ShapeFactor, SpeedPoint, Weights, fit_map, solved
-from fric.identify.static_map.over_position import OverPosition, steady_strokes, without_places, without_slope
-from fric.identify.static_map.points import rounded_by, stroke_points
-from fric.identify.static_map.unsettled import settled_points
+from fric.identify.static_map.corrections import AT_ANY_SPEED, OF_A_MAP, corrected
+from fric.identify.static_map.forms import each_direction
+from fric.identify.static_map.map_fit import MapFit, fit_map, widened
+from fric.identify.static_map.notices import damping_notices, directions_differ, map_notices
+from fric.identify.static_map.points import SpeedPoint, rounded_by
+from fric.identify.static_map.strokes import Asked, Direction, Form, OverPosition, ShapeFactor, Strokes, Weights
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.threads import one_blas_thread
-from fric.units import Motion, readable, si_unit
-
-Direction = Literal["auto", "both", "each"]
+from fric.units import Motion, si_unit
 
 
 @dataclass(frozen=True)
 class StaticFit:
-    """What `identify_static` found.
-
-    Parameters
-    ----------
-    axis, motion
-        The axis.
-    points
-        Every steady stroke.
-    static
-        The map of both directions, or of the positive one; None where one speed alone was logged.
-    negative
-        The negative direction's own map where each direction was asked for.
-    at_speed
-        Where one speed alone was logged: ``velocity`` and ``force`` there.
-    warnings
-        What the data cannot tell.
-    method
-        How the fit was made, in words.
-    plant
-        The plant whose damping was taken off; None where nothing was.
-    """
+    """What `identify_static` found."""
 
     axis: str
     motion: Motion
     points: tuple[SpeedPoint, ...]
+    """Every steady stroke."""
     static: MapFit | None
+    """The map of both directions, or of the positive one; None where one speed alone was logged."""
     negative: MapFit | None
+    """The negative direction's own map where each direction has one."""
     at_speed: Mapping[str, Estimate]
+    """Where one speed alone was logged: ``velocity`` and ``force`` there."""
     warnings: tuple[str, ...]
+    """What the data cannot tell."""
     method: str
+    """How the fit was made, in words."""
     plant: Plant | None = None
+    """The plant whose damping was taken off; None where nothing was."""
 
 
 @one_blas_thread()
@@ -86,199 +70,129 @@ def identify_static(
     noise (temperature, lubrication, place); the variance between them is estimated with the map, added to each
     point's own, and so weights and intervals know it. Intervals are by profile likelihood.
 
-    Parameters
-    ----------
-    records
-        Records of one axis, each with one or many strokes, and tables of mean forces at velocities.
-    plant
-        Where given, the drive's own linear damping ``K_f·(A/B)·v`` is taken off the force first.
-    delta
-        Stribeck shape factor [1], ``free`` to fit it, or ``auto``: 1, or free where that predicts better.
-    direction
-        ``both``: one map and an offset; ``each``: a map for each direction, and the offset that both share; ``auto``
-        for each where they differ by more than chance and 1 %, and that predicts held-out strokes better.
-    over_position
-        ``on``: take off the mean of each stroke what comes again at its places; ``off``: do not; ``auto`` for what
-        predicts held-out strokes better. A force that rises along the axis is taken off unless ``off``.
-    weights
-        ``error``: by standard error and scatter between strokes; ``equal``: every stroke the same.
-    average
-        ``robust`` (Huber) or ``median`` force of a segment.
-    form
-        ``coulomb`` for Coulomb plus viscous friction, ``stribeck`` for eq. (2), ``auto`` for the one of them that
-        predicts strokes better that are held out.
-    load
-        The offset [N] where it is known, as the weight of a vertical axis; fitted where not given.
-    damping_error
-        Half the 95 % interval of the plant's damping K_f·A/B [N·s/m]; the intervals allow for it.
+    The arguments are those of `fric.identify_static`, in SI; ``damping_error`` is half the 95 % interval of the plant's
+    damping K_f·A/B [N·s/m], which the intervals allow for.
 
     Raises
     ------
     FricError
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
-    points, missing = stroke_points(records, average=average, plant=plant)
-    level, slope = without_slope(records, points, over_position)
-    if slope is not None:
-        records, (points, missing) = level, stroke_points(level, average=average, plant=plant)
-    logs = [record for record in records if not isinstance(record, ForceVelocity)]
-    forces = np.array([point.force for point in points])
-    if np.ptp(forces) <= 1e-9 * np.abs(forces).max(initial=0.0):
-        raise FricError(
-            f"every stroke took the same force, {readable(float(forces[0]), si_unit('force', logs[0].motion))}",
-            where=records[0].source, hint="Is it the right column? Friction changes its sign with the direction.",
-        )  # fmt: skip
-    amiss = record_flaws(logs, "static") + missing
-    axis, motion = records[0].axis, records[0].motion
-    speeds = {round(abs(p.velocity), 12) for p in points}
-    if np.ptp(np.abs([p.velocity for p in points])) <= 0.02 * max(speeds):
-        at_speed, warning = _one_speed(points, motion)
-        method = f"mean of the strokes; average {average}"
-        return StaticFit(axis, motion, tuple(points), None, None, at_speed, (*amiss, warning), method, plant)
-
-    strokes = steady_strokes(logs, points)
-    place = over_place([(log, segment) for _, log, segment in strokes])
-    unsettled = _unsettled(points, motion)
-    points, settling, settles = settled_points(points, strokes, average, motion)
-    damping = plant.damping if plant else 0.0
-    fitting = partial(
-        fit_map, delta=delta, weights=weights, motion=motion, form=form, damping=damping, damping_error=damping_error
-    )
-    points, together, other = without_places(
-        points, strokes, place, over_position, partial(solved, delta=delta, weights=weights, form=form, damping=damping,
-                                                       offset=load or 0.0), load is None,
-    )  # fmt: skip
-    moved = None if slope is None else slope.together(points, strokes)
-    together = np.vstack([one for one in (settling, together, moved, _rounded(points)) if one is not None])
-    warnings = amiss + ([] if slope is None else [slope.notice(motion)]) + (list[str](settles) or unsettled)
-    positive, backward = [p for p in points if p.velocity > 0], [p for p in points if p.velocity < 0]
-    if direction == "each" and not (positive and backward):
-        raise FricError(
-            "only one direction was measured", hint="Log strokes in both directions, or use --direction both."
-        )
-    known = None if load is None else Estimate(load, si_unit("force", motion), fixed=True)
-    negative = None
-    fit = fitting(
-        points, with_offset=bool(positive and backward) and known is None, offset=load or 0.0, together=together,
-    )  # fmt: skip
-    fit.held_out.also |= other
-    forms = fit.held_out
-    differ = directions_differ(fit, motion)
-    predicts = direction != "both" and directions_predict(fit.problem, fit.solution, fit.held_out, damping)
-    if direction == "each" or (direction == "auto" and differ and predicts):
-        shared = known or fit.estimates["offset"]
-        text = (
-            f"what both directions share, {readable(float(shared), si_unit('force', motion))}, is the offset (gravity, "
-            "the bias of an amplifier) and no friction: strokes cannot tell it from a Coulomb friction that differs "
-            "between the directions; give --load where you know it"
-        )
-        if load is None:  # where more than the level differs, the level will too
-            warnings.append(Notice(text, "offset-shared", "wrong" if differ else "note"))
-        mirrored = [replace(p, velocity=-p.velocity, force=-p.force) for p in backward]
-        forward = np.array([p.velocity > 0 for p in points])
-        fit, negative = (
-            _with_shared(
-                fitting(
-                    own, with_offset=False, offset=sense * float(shared),
-                    together=None if together is None else sense * together[:, forward == (sense > 0)],
-                ),
-                shared,
-            )
-            for own, sense in ((positive, 1.0), (mirrored, -1.0))
-        )  # fmt: skip
-        for name, one in (("positive", fit), ("negative", negative)):
-            notices = identifiability_warnings(one, motion)
-            warnings += (Notice(f"{name} direction: {text}", text.code, text.severity) for text in notices)
-    else:
-        if not (positive and backward) and load is None:
-            warnings.append(Notice(
-                "only one direction was measured: an offset of the force channel cannot be told from Coulomb "
-                "friction, and 0 is assumed. Log strokes in both directions.", "one-direction", "doubt",
-            ))  # fmt: skip
-        elif plant is None and load is None and _median_force(positive) < _median_force(backward):
-            warnings.append(Notice(
-                "forward strokes took less force than backward ones: by these signs friction drives the axis, and "
-                "this map means nothing. Turn the force's `sign:` in the mapping and ingest again.",
-                "force-turned", "wrong",
-            ))  # fmt: skip
-        if known is not None:
-            fit = replace(fit, estimates=dict(fit.estimates) | {"offset": known})
-        if plant is not None:
-            warnings += damping_warning(fit, plant, motion, damping_error)
-        warnings += identifiability_warnings(fit, motion)
-    warnings += _flaws(strokes, place, fit, taken_off=any(p.over_position for p in points))
+    motion = records[0].motion
+    asked = Asked(motion, plant, delta, direction, over_position, weights, average, form, load, damping_error)
+    strokes = corrected(Strokes.of(records, asked), AT_ANY_SPEED)
+    _refuse_stuck_force(strokes)
+    amiss = record_flaws(strokes.logs, "static")
+    speed = np.abs(strokes.velocity)
+    if np.ptp(speed) <= 0.02 * speed.max():
+        return _at_one_speed(strokes, amiss)
+    strokes = corrected(strokes, OF_A_MAP)
+    if direction == "each" and not strokes.both_directions:
+        hint = "Log strokes in both directions, or use --direction both."
+        raise FricError("only one direction was measured", hint=hint)
+    fit = fit_map(strokes, strokes.offset)
+    fit, split = _directions_predict(fit)
+    tried = fit.held_out
+    fit, negative, notices = _each_direction(strokes, fit) if split else _both_directions(strokes, fit)
+    taken_off = any(point.over_position for point in strokes.points)
     method = (
-        f"{fit.describe_form(motion, forms)}; separable least squares; weights {weights}; average {average}; "
-        f"direction {'each' if negative else 'both'}"
-        + ("; what comes again at the same places taken off" if any(p.over_position for p in points) else "")
+        f"{fit.describe_form(tried)}; separable least squares; weights {weights}; average {average}; "
+        f"direction {'each' if split else 'both'}"
+        + ("; what comes again at the same places taken off" if taken_off else "")
         + "; 95 % intervals by profile likelihood"
     )
-    return StaticFit(axis, motion, tuple(points), fit, negative, {}, tuple(warnings), method, plant)
-
-
-def _rounded(points: Sequence[SpeedPoint]) -> Real:
-    """Return how coarse steps of the force put strokes off together [N], half widths, shape (2, n).
-
-    All by one amount, and the slow ones against the fast ones; none where the force came in no such steps.
-    """
-    force = np.array([point.force for point in points])
-    along = np.argsort(np.argsort([abs(point.velocity) for point in points])) / (0.5 * (len(points) - 1)) - 1.0
-    return rounded_by(points) * np.sign(force) * np.array([np.ones_like(along), along])
-
-
-def _median_force(points: Sequence[SpeedPoint]) -> float:
-    return float(np.median([p.force for p in points]))
-
-
-def _with_shared(fit: MapFit, offset: Estimate) -> MapFit:
-    """Return a direction's map with the shared offset, its error in that of the levels."""
-    wider = _wider(fit, offset.half_width)
-    return replace(wider, estimates=dict(wider.estimates) | {"offset": offset})
-
-
-def _wider(fit: MapFit, half: float) -> MapFit:
-    """Return a map whose levels may all be off by as much [N] besides."""
-    estimates = dict(fit.estimates)
-    for name in ("F_c", "F_s"):
-        one = fit.estimates[name]
-        if one.ci95 is not None:
-            below, above = float(one) - float(one.ci95[0]), float(one.ci95[1]) - float(one)  # type: ignore[arg-type]
-            limits = (float(one) - float(np.hypot(below, half)), float(one) + float(np.hypot(above, half)))
-            estimates[name] = replace(one, ci95=limits)
-    return replace(fit, estimates=estimates)
-
-
-def _flaws(
-    strokes: Sequence[tuple[int, Log, Segment]], place: OverPlace | None, fit: MapFit, *, taken_off: bool
-) -> list[Notice]:
-    """Return what is amiss with the strokes, held against the map that was fitted to them."""
     half = min(fit.estimates[name].half_width for name in ("F_c", "offset") if name in fit.estimates)
-    level = float(np.median(np.abs(fit.problem.F)))
-    both = [(log, segment) for _, log, segment in strokes]
-    return stroke_flaws(both, place, force=level, half_width=half, taken_off=taken_off)
+    level, stretches = float(np.median(np.abs(fit.problem.F))), strokes.stretches
+    varies = stroke_flaws(stretches.pairs, stretches.place, force=level, half_width=half, taken_off=taken_off)
+    warnings = (*amiss, *strokes.notices, *notices, *varies)
+    return StaticFit(records[0].axis, motion, tuple(strokes.points), fit, negative, {}, warnings, method, plant)
 
 
-def _unsettled(points: Sequence[SpeedPoint], motion: Motion) -> list[str]:
-    speeds = dict.fromkeys(readable(p.velocity, si_unit("velocity", motion)) for p in points if not p.settled)
-    if not speeds:
-        return []
-    text = f"the force had not settled by half of the strokes at {', '.join(speeds)}: log longer strokes."
-    return [Notice(text, "strokes-unsettled", "doubt")]
+def _refuse_stuck_force(strokes: Strokes) -> None:
+    force = strokes.force
+    if np.ptp(force) <= 1e-9 * np.abs(force).max(initial=0.0):
+        raise FricError(
+            f"every stroke took the same force, {strokes.asked.says(float(force[0]), 'force')}",
+            where=strokes.records[0].source,
+            hint="Is it the right column? Friction changes its sign with the direction.",
+        )
 
 
-def _one_speed(points: Sequence[SpeedPoint], motion: Motion) -> tuple[dict[str, Estimate], str]:
-    sign = np.sign([p.velocity for p in points])
-    F, error = np.array([(p.force, p.standard_error) for p in points]).T * np.array([sign, np.ones_like(sign)])
-    speed = float(np.mean(np.abs([p.velocity for p in points])))
-    value = float(np.mean(F))
+def _directions_predict(fit: MapFit) -> tuple[MapFit, bool]:
+    """Return the map with how well one for each direction predicts, and whether each direction is to have its own."""
+    asked = fit.asked
+    errors = None if asked.direction == "both" else each_direction(fit.problem, fit.solution, asked.damping)
+    if errors is not None:
+        fit = replace(fit, held_out=fit.held_out.entered("each", errors))
+    predicts = errors is not None and fit.held_out.better("each") and bool(directions_differ(fit))
+    return fit, asked.direction == "each" or predicts
+
+
+def _both_directions(strokes: Strokes, fit: MapFit) -> tuple[MapFit, None, list[Notice]]:
+    """Return the map of both directions, and what there is to say of it."""
+    asked, v, force, notices = strokes.asked, strokes.velocity, strokes.force, list[Notice]()
+    if not strokes.both_directions and asked.load is None:
+        notices.append(Notice(
+            "only one direction was measured: an offset of the force channel cannot be told from Coulomb "
+            "friction, and 0 is assumed. Log strokes in both directions.", "one-direction", "doubt",
+        ))  # fmt: skip
+    elif asked.plant is None and asked.load is None and np.median(force[v > 0]) < np.median(force[v < 0]):
+        notices.append(Notice(
+            "forward strokes took less force than backward ones: by these signs friction drives the axis, and "
+            "this map means nothing. Turn the force's `sign:` in the mapping and ingest again.",
+            "force-turned", "wrong",
+        ))  # fmt: skip
+    if asked.load is not None:
+        fit = replace(fit, estimates={**fit.estimates, "offset": _known(asked.load, asked.motion)})
+    return fit, None, [*notices, *damping_notices(fit), *map_notices(fit)]
+
+
+def _each_direction(strokes: Strokes, fit: MapFit) -> tuple[MapFit, MapFit, list[Notice]]:
+    """Return the map of each direction, with the offset of both, and what there is to say of them."""
+    asked, notices = strokes.asked, list[Notice]()
+    shared = fit.estimates["offset"] if asked.load is None else _known(asked.load, asked.motion)
+    if asked.load is None:  # where more than the level differs, the level will too
+        notices.append(Notice(
+            f"what both directions share, {asked.says(float(shared), 'force')}, is the offset (gravity, "
+            "the bias of an amplifier) and no friction: strokes cannot tell it from a Coulomb friction that differs "
+            "between the directions; give --load where you know it",
+            "offset-shared", "wrong" if directions_differ(fit) else "note",
+        ))  # fmt: skip
+    maps: list[MapFit] = []
+    for name, sense in (("positive", 1.0), ("negative", -1.0)):
+        found = fit_map(strokes.one_way(sense), sense * float(shared))
+        wider = {
+            level: widened(found.estimates[level], lambda half: float(np.hypot(half, shared.half_width)))
+            for level in ("F_c", "F_s")
+        }
+        maps.append(replace(found, estimates={**found.estimates, **wider, "offset": shared}))
+        notices += (Notice(f"{name} direction: {text}", text.code, text.severity) for text in map_notices(maps[-1]))
+    return maps[0], maps[1], notices
+
+
+def _known(load: float, motion: Motion) -> Estimate:
+    return Estimate(load, si_unit("force", motion), fixed=True)
+
+
+def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
+    """Return the friction at the one speed that was logged."""
+    asked, sign = strokes.asked, np.sign(strokes.velocity)
+    F = strokes.force * sign
+    error: Real = np.array([point.standard_error for point in strokes.points])
+    speed = float(np.mean(np.abs(strokes.velocity)))
     within = float(np.sqrt(np.sum(error**2))) / len(F)
-    across = float(np.std(F, ddof=1)) / sqrt(len(F)) if len(F) > 1 else 0.0
-    half = max(1.96 * within, float(stdtrit(len(F) - 1, 0.975)) * across if len(F) > 1 else 0.0)
-    half = float(np.hypot(half, rounded_by(points)))
+    half = 1.96 * within
+    if len(F) > 1:
+        half = max(half, float(stdtrit(len(F) - 1, 0.975)) * float(np.std(F, ddof=1)) / sqrt(len(F)))
+    half = float(np.hypot(half, rounded_by(strokes.points)))
     at_speed = {
-        "velocity": Estimate(speed, si_unit("velocity", motion)),
-        "force": Estimate.around(value, si_unit("force", motion), half),
+        "velocity": Estimate(speed, si_unit("velocity", asked.motion)),
+        "force": Estimate.around(float(np.mean(F)), si_unit("force", asked.motion), half),
     }
-    words = readable(speed, si_unit("velocity", motion))
-    text = f"one speed alone was logged ({words}): the friction there is given, and no map."
-    return at_speed, Notice(text, "one-speed", "doubt")
+    text = f"one speed alone was logged ({asked.says(speed, 'velocity')}): the friction there is given, and no map."
+    warnings = (*amiss, *strokes.notices, Notice(text, "one-speed", "doubt"))
+    method = f"mean of the strokes; average {asked.average}"
+    first = strokes.records[0]
+    return StaticFit(
+        first.axis, asked.motion, tuple(strokes.points), None, None, at_speed, warnings, method, asked.plant
+    )

@@ -1,6 +1,7 @@
 """One point of the map from each stroke, or row of a table: its velocity, its force, how sure both are; or why none."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -8,34 +9,57 @@ from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.identify.records.chords import SHORTEST, travelled
-from fric.identify.records.flaws import SMALL, coarse_force
 from fric.identify.records.resolution import lattice_step
 from fric.identify.records.segments import Segment, steady_segments
 from fric.identify.static_map.averages import Average, average
-from fric.identify.static_map.map_fit import SpeedPoint
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.units import readable, si_unit
 
 SWINGS = 0.03
 """Root mean square of the velocity about its mean, over that mean, from which on a stroke counts as swinging."""
-
 STICKS = 0.6
 """The same from which on it comes to rest between: its mean force is that of no velocity."""
-
 UNEVEN = 0.25
 """Share by which the halves of a stroke that ripples may differ in speed."""
-
 ENOUGH = 4096
 """Samples that a swing is looked for in; of more, means are taken."""
-
 ENDS = 0.15
 """Share of the travel that is left out at either end of a stroke that ripples: its ramps."""
 
 
+@dataclass(frozen=True)
+class SpeedPoint:
+    """The friction force at one constant velocity, from one stroke or one row of a table."""
+
+    velocity: float
+    """Signed [m/s]."""
+    force: float
+    """Robust mean [N], signed, the drive's own linear damping taken off where the plant is known."""
+    standard_error: float
+    """Of the force [N], with autocorrelation."""
+    samples: int
+    """From which it was taken."""
+    record: str
+    start: float
+    """Time in the record at which the steady segment begins [s]."""
+    stop: float
+    """Time in the record at which it ends [s]."""
+    settled: bool = True
+    """False where the force had not settled by half of the stroke."""
+    swing: float = 0.0
+    """Root mean square of the velocity about its mean over that mean [1]; 0 where it does not swing."""
+    over_position: float = 0.0
+    """What was taken off the force because it comes again at the places of this stroke [N]."""
+    rounding: float = 0.0
+    """What steps in which the force was logged have of the standard error [N]."""
+    stretch: tuple[Log, Segment] | None = field(default=None, repr=False, compare=False)
+    """The record and the samples; None of a row of a table."""
+
+
 def stroke_points(
     records: Sequence[Log | ForceVelocity], *, average: Average = "robust", plant: Plant | None = None
-) -> tuple[list[SpeedPoint], list[str]]:
+) -> tuple[list[SpeedPoint], list[Notice]]:
     """Return one point for each stroke of the records, by velocity, and what there is to say of the others.
 
     A table of forces and velocities gives a point a row. A record that says it is of constant velocity, and ripples too
@@ -47,43 +71,36 @@ def stroke_points(
         When a record logged no force, or none holds a stroke.
     """
     tables = [one for one in records if isinstance(one, ForceVelocity)]
-    logs = [one for one in records if not isinstance(one, ForceVelocity)]
-    stated = [log for log in logs if log.kind == "constant-velocity"]
-    points, warnings = table_points(tables, plant)
-    without = []
-    step = _force_step(stated or logs)
-    for log in stated or logs:
+    logs = logs_of_strokes(records)
+    points, notices = table_points(tables, plant)
+    without, step = [], force_step(logs)
+    for log in logs:
         found, reason = _points_of(log, average, plant, step)
         points += found
         if reason:
             without.append(f"{log.name} ({reason})")
     if not points:
+        stated = any(log.kind == "constant-velocity" for log in logs)
         kinds = ", ".join(sorted({log.kind for log in logs if log.kind}))
-        why = f": {'; '.join(without[:3])}" if stated else ""
         raise FricError(
             "no stroke at constant velocity was found"
-            + (f" (the records say that they are {kinds})" if kinds else "") + why,
+            + (f" (the records say that they are {kinds})" if kinds else "")
+            + (f": {'; '.join(without[:3])}" if stated else ""),
             where=records[0].source,
             hint="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
-        )  # fmt: skip
+        )
     if without:
-        warnings.append(Notice(
-            f"{len(without)} of {len(stated or logs)} records give no stroke: {'; '.join(without)}",
-            "records-without-stroke", "doubt" if 4 * len(without) > len(stated or logs) else "note",
+        notices.append(Notice(
+            f"{len(without)} of {len(logs)} records give no stroke: {'; '.join(without)}",
+            "records-without-stroke", "doubt" if 4 * len(without) > len(logs) else "note",
         ))  # fmt: skip
-    if rounded_by(points) > SMALL * float(np.median([abs(p.force) for p in points])):
-        warnings += coarse_force(step, logs[0])
-    unit = si_unit("velocity", records[0].motion)
-    swinging = sorted({abs(p.velocity) for p in points if p.swing})
-    if swinging:
-        most = max(p.swing for p in points)
-        warnings.append(Notice(
-            f"the velocity of {sum(p.swing > 0 for p in points)} strokes swings by up to {most:.0%} (rms) between "
-            f"{readable(swinging[0], unit)} and {readable(swinging[-1], unit)}: what averaging over a falling "
-            "curve does to their forces is allowed for" + ("; some stick and slip" if most > STICKS else ""),
-            "strokes-swing", "doubt" if most > STICKS else "note",
-        ))  # fmt: skip
-    return sorted(points, key=lambda point: point.velocity), warnings
+    return sorted(points, key=lambda point: point.velocity), notices
+
+
+def logs_of_strokes(records: Sequence[Log | ForceVelocity]) -> list[Log]:
+    """Return the records in time that strokes are looked for in: those that say they hold some, or else all."""
+    logs = [one for one in records if isinstance(one, Log)]
+    return [log for log in logs if log.kind == "constant-velocity"] or logs
 
 
 def rounded_by(points: Sequence[SpeedPoint]) -> float:
@@ -94,7 +111,7 @@ def rounded_by(points: Sequence[SpeedPoint]) -> float:
     return float(np.sqrt(3.0) * np.median([point.rounding for point in points]))
 
 
-def _force_step(logs: Sequence[Log]) -> float:
+def force_step(logs: Sequence[Log]) -> float:
     """Return the step in which the forces of records come [N], whatever its size; 0 where there is none."""
     forces = [log.force[:: max(len(log) // ENOUGH, 1)] for log in logs if log.force is not None]
     return (lattice_step(np.concatenate(forces)) or 0.0) if forces else 0.0
@@ -118,8 +135,8 @@ def _points_of(log: Log, method: Average, plant: Plant | None, step: float) -> t
         points.append(
             SpeedPoint(
                 segment.velocity, mean.value - damping, error, len(segment), log.name, float(log.time[segment.start]),
-                float(log.time[segment.stop - 1]), segment.settled, swing, onset=float(log.time[segment.onset]),
-                rounding=mean.rounding,
+                float(log.time[segment.stop - 1]), segment.settled, swing, rounding=mean.rounding,
+                stretch=(log, segment),
             )
         )  # fmt: skip
     return points, reason
@@ -156,13 +173,6 @@ def velocity_swing(log: Log, segment: Segment) -> float:
 
     Of a logged position it is the sum of ``(2πf·Z)²`` over the lines that stand out of its noise, below the frequency
     from which on the sawtooth of whole counts would look like a swing.
-
-    Parameters
-    ----------
-    log
-        The record.
-    segment
-        Its steady segment.
     """
     part, n = slice(segment.start, segment.stop), len(segment)
     if n < 4 * SHORTEST:
@@ -213,18 +223,10 @@ def standard_errors(table: ForceVelocity) -> Real:
     return table.deviation if table.n is None else np.asarray(table.deviation / np.sqrt(table.n))
 
 
-def table_points(tables: Sequence[ForceVelocity], plant: Plant | None = None) -> tuple[list[SpeedPoint], list[str]]:
-    """Return a point for each row that moves, and what there is to say of the tables.
-
-    Parameters
-    ----------
-    tables
-        The tables.
-    plant
-        Where given, its linear damping ``K_f·(A/B)·v`` is taken off the force.
-    """
+def table_points(tables: Sequence[ForceVelocity], plant: Plant | None) -> tuple[list[SpeedPoint], list[Notice]]:
+    """Return a point for each row that moves, the plant's damping taken off, and what there is to say of the tables."""
     points: list[SpeedPoint] = []
-    notices: list[str] = []
+    notices: list[Notice] = []
     damping = plant.damping if plant else 0.0
     for table in tables:
         errors = standard_errors(table)

@@ -14,46 +14,33 @@ from fric.statistics import robust_deviation
 
 OUTLYING = 6.0
 """Standard deviations from the map beyond which a stroke is left out."""
-
 REPEATED = 0.05
 """Ratio of speeds, less one, up to which two strokes repeat each other."""
-
 SWUNG = 0.3
 """Share of what averaging over a swing does to a force that is its error: the swing is no sine."""
-
 MOST_OUTLYING = 0.15
 """Share of the strokes that may be left out: where more stand off, it is the map that is wrong."""
-
 STANDING = 5.0
 """Standard deviations from the map beyond which a stroke that is kept weighs by what it stands off."""
-
 REPEATS = 1e-3
 """Share of the force to which friction repeats at best."""
 
 
 class Fitted(NamedTuple):
-    """A fit to strokes, and how they scatter.
-
-    Parameters
-    ----------
-    problem, solution
-        What was minimised, and where the minimum is; the standard errors include all scatter.
-    between
-        Standard deviation of the strokes beyond their own errors [N].
-    own
-        The own error of each stroke that is kept [N].
-    kept
-        Which strokes had a part, shape (n,).
-    beyond
-        What single strokes stand off by beyond all that [N], 0 of most; one of each that is kept.
-    """
+    """A fit to strokes, and how they scatter."""
 
     problem: StribeckProblem
+    """What was minimised; the standard errors include all scatter."""
     solution: Solution
+    """Where the minimum is."""
     between: float
+    """Standard deviation of the strokes beyond their own errors [N]."""
     own: Real
+    """The own error of each stroke that is kept [N]."""
     kept: Mask
+    """Which strokes had a part, shape (n,)."""
     beyond: Real
+    """What single strokes stand off by beyond all that [N], 0 of most; one of each that is kept."""
 
 
 def without_outliers(problem: StribeckProblem, certain: Real, *, fixed: bool) -> Fitted:

@@ -7,7 +7,7 @@ For given v_s and delta eq. (2) is linear in the rest,
 so the sum of squares is minimised over F_c, F_s, sigma and offset in closed form (non-negative least squares), and
 only log v_s, and delta where it is free, are searched (variable projection; Golub and Pereyra 1973). That search is
 global, by NLopt's DIRECT-L, because the projected sum can have more than one minimum; Brent's method polishes it in one
-parameter, a simplex in two.
+parameter, a simplex in two. Intervals are profiles of the same sum.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 
 import nlopt
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import stdtrit
 
 from fric.arrays import Real
 from fric.friction.stribeck import STATIC_PARAMETERS, stribeck_shares
@@ -41,35 +42,25 @@ class Solution:
 
 @dataclass(frozen=True)
 class StribeckProblem:
-    """Forces at constant velocities, and which parameters of eq. (2) are free.
-
-    Parameters
-    ----------
-    v, F
-        Velocities [m/s] and forces [N], signed, shape (n,).
-    standard_error
-        Standard error of each force [N], shape (n,).
-    delta
-        The shape factor where it is fixed; None where it is free.
-    with_offset
-        False where the offset is 0 by assumption (one direction cannot tell it from Coulomb friction).
-    fall
-        False for Coulomb plus viscous friction alone, F_s = F_c.
-    swing
-        Root mean square of the velocity about its mean over that mean, of each stroke, shape (n,); the force of a
-        stroke is then the mean of eq. (2) along a sine of this size. None where no stroke swings.
-    offset
-        The offset where it is not fitted [N].
-    """
+    """Forces at constant velocities, and which parameters of eq. (2) are free."""
 
     v: Real
+    """Velocities [m/s], signed, shape (n,)."""
     F: Real
+    """Forces [N], signed, shape (n,)."""
     standard_error: Real
+    """Of each force [N], shape (n,)."""
     delta: float | None = 1.0
+    """The shape factor where it is fixed; None where it is free."""
     with_offset: bool = True
+    """False where the offset is not fitted: one direction cannot tell it from Coulomb friction."""
     fall: bool = True
+    """False for Coulomb plus viscous friction alone, F_s = F_c."""
     swing: Real | None = None
+    """Root mean square of the velocity about its mean over that mean, of each stroke, shape (n,); the force of a stroke
+    is then the mean of eq. (2) along a sine of this size. None where no stroke swings."""
     offset: float = 0.0
+    """The offset where it is not fitted [N]."""
     _weight: Real = field(init=False, repr=False)
     _size: float = field(init=False, repr=False)
     _ones: Real = field(init=False, repr=False)
@@ -228,6 +219,59 @@ class StribeckProblem:
         size[size == 0] = 1.0
         inverse = np.linalg.pinv(J / size, rcond=1e-7)  # of J, not of J'J: so no variance is negative
         return (inverse @ inverse.T) / np.outer(size, size)
+
+
+def profile_interval(
+    problem: StribeckProblem, best: Solution, name: str, scale: float, guess: float, level: float = 0.95
+) -> tuple[float, float]:
+    """Return the profile-likelihood interval of one parameter.
+
+    The parameter is held, the rest minimised again, and the limits are where the sum of squares has risen by
+    ``t²·scale`` (t: Student's quantile for the degrees of freedom; Bates and Watts 1988, ch. 6). A limit is the
+    parameter's bound where that is reached first, and infinite where the data set none.
+
+    ``scale`` is the variance of a residual in units of its standard error squared, ``guess`` the linearised standard
+    error of the parameter, from which the search begins.
+    """
+    target = float(stdtrit(problem.degrees_of_freedom, 0.5 + level / 2)) ** 2 * scale
+    best_value = best.theta[name]
+    force = 10.0 * float(np.abs(problem.F).max())
+    walls = {
+        # searched up to here, and what the limit is where the data set none
+        "F_c": ((0.0, force), (0.0, np.inf)),
+        "F_s": ((0.0, force), (0.0, np.inf)),
+        "v_s": (problem.v_s_range(), (0.0, np.inf)),
+        "delta": (DELTA_RANGE, DELTA_RANGE),
+        "sigma": ((0.0, force / float(np.abs(problem.v).max())), (0.0, np.inf)),
+        "offset": ((-force, force), (-np.inf, np.inf)),
+    }
+    searched, physical = walls[name]
+    known = {best_value: (-np.sqrt(target), best)}
+
+    def rise(value: float) -> float:
+        if value not in known:  # each starts from the nearest one solved
+            start = known[min(known, key=lambda other: abs(other - value))][1]
+            found = problem.solve({name: value}, start)
+            known[value] = (np.sqrt(max(found.cost - best.cost, 0.0)) - np.sqrt(target), found)
+        return float(known[value][0])
+
+    limits = []
+    for side in (-1, 1):
+        wall = searched[side > 0]
+        step = max(guess * np.sqrt(target), 1e-9 * abs(best_value), 1e-300)
+        inner, outer = best_value, best_value
+        for _ in range(60):
+            outer = best_value + side * step
+            if (outer - wall) * side >= 0:
+                outer = wall
+            if outer == wall or rise(outer) > 0:
+                break
+            inner, step = outer, step * 1.6
+        if rise(outer) <= 0:
+            limits.append(physical[side > 0])
+        else:
+            limits.append(float(brentq(rise, inner, outer, xtol=1e-3 * abs(outer - best_value))))
+    return limits[0], limits[1]
 
 
 Cost = Callable[[Real], float]

@@ -4,40 +4,31 @@ After a change of velocity friction follows eq. (5): while all blocks slip, ``F 
 One stroke alone tells that time badly; all of them share C. Each is fitted by a level and a fall of its own.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import stdtrit
 
 from fric.arrays import Real
 from fric.identify.plant.covariance import sandwich
-from fric.identify.records.segments import Segment
-from fric.identify.static_map.averages import Average, average
-from fric.identify.static_map.map_fit import SpeedPoint
-from fric.log import Log
+from fric.identify.static_map.averages import average
+from fric.identify.static_map.points import SpeedPoint
+from fric.identify.static_map.strokes import Correction, Strokes
 from fric.notice import Notice, Severity
-from fric.units import Motion, readable, si_unit
 
 BATCHES, FEWEST = 96, 24
 """Batches that a stroke is looked at in, and samples that it has at least."""
-
 UNLIKE = 2.0
 """Chi-squared over its freedom from which on the strokes do not settle like this."""
-
 GAIN = 20.0
 """How much more than its parameters a settling takes from chi-squared, at least."""
-
 VISIBLE = 0.5
 """Standard errors of a stroke's mean from which on what it is off by is worth taking off."""
-
 RISING = 0.1
 """Share of all that is taken off by which forces may rise: from break-away on they fall."""
-
 SMALL, LARGE = 0.01, 0.1
 """Share of friction up to which what is taken off leaves no doubt, and from which on it is wrong."""
 
@@ -72,56 +63,6 @@ class _Stroke(NamedTuple):
         return fall * self.error, self.error / power**0.5
 
 
-def settled_points(
-    points: list[SpeedPoint], strokes: Sequence[tuple[int, Log, Segment]], method: Average, motion: Motion
-) -> tuple[list[SpeedPoint], Real | None, list[Notice]]:
-    """Return the points without what is left of their settling, how they then err together, and what to say of it.
-
-    The errors [N], shape (2, n), are half a 95 % interval: of C, and of one time for all strokes in its place. Where
-    the strokes do not settle like eq. (5), or have settled, all is left as it is.
-
-    Parameters
-    ----------
-    points
-        The points of all strokes.
-    strokes
-        By the number of a point, its record and steady segment.
-    method
-        How the mean of a stroke was taken.
-    motion
-        Linear or rotary, for the units.
-    """
-    known = _batched(points, strokes)
-    if not known or (shared := _shared(known)) is None:
-        return points, None, []
-    number = np.array([one.number for one in known])
-    taken = np.array([one.off(shared.log_C) for one in known])
-    worth = np.abs(taken) > VISIBLE * np.array([points[n].standard_error for n in number])
-    rises = np.array([points[n].force for n in number]) * taken < 0.0
-    if not worth.any() or np.sum(np.abs(taken)[worth & rises]) > RISING * np.sum(np.abs(taken)[worth]):
-        return points, None, []
-    together = np.zeros((2, len(points)))
-    step = min(shared.half, 0.3)
-    moved = [np.array([one.off(shared.log_C + by) for one in known]) for by in (step, -step)]
-    together[0, number] = worth * (moved[0] - moved[1]) * shared.half / (2 * step)
-    alike = [one._replace(level=float(np.median([one.level for one in known]))) for one in known]
-    if (other := _shared(alike)) is not None:  # one time for all, as a filter or a creep has it
-        together[1, number] = worth * (np.array([one.off(other.log_C) for one in alike]) - taken)
-    found, logs = list(points), {n: (log, segment) for n, log, segment in strokes}
-    for one in compress(known, worth):
-        log, segment = logs[one.number]
-        force = log.require("force", "the friction map")[segment.start : segment.stop]
-        fall, error = one.fall(shared.log_C)
-        mean = average(force - fall * one.shape(shared.log_C), method)
-        error *= shared.scale * float(np.mean(one.shape(shared.log_C)))
-        error = float(np.linalg.norm([mean.standard_error, error, points[one.number].rounding]))
-        found[one.number] = replace(
-            points[one.number], force=points[one.number].force + mean.value - average(force, method).value,
-            standard_error=error, settled=False,
-        )  # fmt: skip
-    return found, together, [_notice(taken[worth], number[worth], shared, points, motion)]
-
-
 class _Shared(NamedTuple):
     log_C: float
     half: float
@@ -130,10 +71,56 @@ class _Shared(NamedTuple):
     """Residuals over their standard error, 1 at least."""
 
 
-def _shared(known: Sequence[_Stroke]) -> _Shared | None:
+def settling(strokes: Strokes) -> Correction | None:
+    """Take what is left of the settling off the means of strokes, with one C for all.
+
+    It errs by C, and by whether one time for all strokes takes its place. Where the strokes do not settle like eq. (5),
+    or have settled, all is left as it is.
+    """
+    points, known = strokes.points, _batched(strokes)
+    shared = _shared(known) if known else None
+    if shared is None:
+        return _unsettled(strokes)
+    number = np.array([one.number for one in known])
+    taken = np.array([one.off(shared.log_C) for one in known])
+    worth = np.abs(taken) > VISIBLE * np.array([points[n].standard_error for n in number])
+    rises = np.array([points[n].force for n in number]) * taken < 0.0
+    if not worth.any() or np.sum(np.abs(taken)[worth & rises]) > RISING * np.sum(np.abs(taken)[worth]):
+        return _unsettled(strokes)
+    found = list(points)
+    for one in compress(known, worth):
+        found[one.number] = _settled(strokes, one, shared)
+    together = np.zeros((2, len(points)))
+    together[:, number] = worth * _errors(known, taken, shared)
+    notice = _notice(strokes, np.abs(taken[worth]), [abs(points[n].velocity) for n in number[worth]], shared)
+    return Correction(points=found, together=together, notices=[notice])
+
+
+def _errors(known: list[_Stroke], taken: Real, shared: _Shared) -> Real:
+    """Return how what is taken off errs [N]: by C, and by whether strokes share it, half widths, shape (2, n)."""
+    step = min(shared.half, 0.3)
+    up, down = (np.array([one.off(shared.log_C + by) for one in known]) for by in (step, -step))
+    alike = [one._replace(level=float(np.median([one.level for one in known]))) for one in known]
+    other = _shared(alike)  # one time for all, as a filter or a creep has it
+    apart = 0.0 * taken if other is None else np.array([one.off(other.log_C) for one in alike]) - taken
+    return np.array([(up - down) * shared.half / (2 * step), apart])
+
+
+def _settled(strokes: Strokes, one: _Stroke, shared: _Shared) -> SpeedPoint:
+    """Return the point of a stroke without what is left of its settling."""
+    point, (log, segment) = strokes.points[one.number], strokes.stretches.by_number[one.number]
+    force = log.require("force", "the friction map")[segment.start : segment.stop]
+    fall, error = one.fall(shared.log_C)
+    mean = average(force - fall * one.shape(shared.log_C), strokes.asked.average)
+    error *= shared.scale * float(np.mean(one.shape(shared.log_C)))
+    error = float(np.linalg.norm([mean.standard_error, error, point.rounding]))
+    settled = point.force + mean.value - average(force, strokes.asked.average).value
+    return replace(point, force=settled, standard_error=error, settled=False)
+
+
+def _shared(known: list[_Stroke]) -> _Shared | None:
     """Return C of all strokes; None where they do not settle so, or have settled."""
     longest = float(np.log(max(one.time[-1] / one.level for one in known)))
-
     counts = np.array([len(one.time) for one in known])
     begins = np.append(0, np.cumsum(counts[:-1]))
     rate = np.concatenate([one.time / one.level for one in known])
@@ -169,27 +156,12 @@ def _shared(known: Sequence[_Stroke]) -> _Shared | None:
     return _Shared(log_C, max(plain, among) ** 0.5, chi2**0.5)
 
 
-def _notice(
-    taken: Real, number: NDArray[np.int_], shared: _Shared, points: Sequence[SpeedPoint], motion: Motion
-) -> Notice:
-    speeds = sorted(abs(points[n].velocity) for n in number)
-    unit, newton = si_unit("velocity", motion), si_unit("force", motion)
-    largest = float(np.max(np.abs(taken)))
-    share = largest / float(np.median(np.abs([point.force for point in points])))
-    severity: Severity = "note" if share < SMALL else "doubt" if share < LARGE else "wrong"
-    return Notice(
-        f"the force still settles in {len(taken)} strokes between {readable(speeds[0], unit, 2)} and "
-        f"{readable(speeds[-1], unit, 2)}: up to {readable(largest, newton, 2)} is taken off their means, by an "
-        f"exponential of C = {readable(float(np.exp(shared.log_C)), newton + '/s', 2)} that all of them share. "
-        "Log longer strokes.", "strokes-unsettled", severity,
-    )  # fmt: skip
-
-
-def _batched(points: Sequence[SpeedPoint], strokes: Sequence[tuple[int, Log, Segment]]) -> list[_Stroke]:
+def _batched(strokes: Strokes) -> list[_Stroke]:
+    points = strokes.points
     levels = [[p.force for p in points if p.velocity * sense > 0] for sense in (1, -1)]
     offset = sum(float(np.median(level)) for level in levels) / 2 if all(levels) else 0.0
     found = []
-    for number, log, segment in strokes:
+    for number, (log, segment) in strokes.stretches.by_number.items():
         n = segment.stop - segment.onset
         if n < FEWEST:
             continue
@@ -204,3 +176,22 @@ def _batched(points: Sequence[SpeedPoint], strokes: Sequence[tuple[int, Log, Seg
             late = log.time[segment.start : segment.stop] - since
             found.append(_Stroke(number, time, force / error, error, level, late))
     return found
+
+
+def _notice(strokes: Strokes, taken: Real, speeds: list[float], shared: _Shared) -> Notice:
+    says, largest = strokes.asked.says, float(np.max(taken))
+    share = largest / strokes.size
+    severity: Severity = "note" if share < SMALL else "doubt" if share < LARGE else "wrong"
+    return Notice(
+        f"the force still settles in {len(taken)} strokes between {says(min(speeds), 'velocity', 2)} and "
+        f"{says(max(speeds), 'velocity', 2)}: up to {says(largest, 'force', 2)} is taken off their means, by an "
+        f"exponential of C = {says(float(np.exp(shared.log_C)), 'force rate', 2)} that all of them share. "
+        "Log longer strokes.", "strokes-unsettled", severity,
+    )  # fmt: skip
+
+
+def _unsettled(strokes: Strokes) -> Correction | None:
+    """Return what there is to say where nothing is taken off, and a force had not settled by half of its stroke."""
+    speeds = dict.fromkeys(strokes.asked.says(p.velocity, "velocity") for p in strokes.points if not p.settled)
+    text = f"the force had not settled by half of the strokes at {', '.join(speeds)}: log longer strokes."
+    return Correction(notices=[Notice(text, "strokes-unsettled", "doubt")]) if speeds else None

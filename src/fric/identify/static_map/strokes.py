@@ -1,0 +1,171 @@
+"""Strokes of one axis on their way to a map: what was asked, their points, and what corrections did to these."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal, Self
+
+import numpy as np
+
+from fric.arrays import Real
+from fric.drive.plant import Plant
+from fric.identify.records.over_strokes import OverPlace, over_place
+from fric.identify.records.segments import Segment
+from fric.identify.static_map.averages import Average
+from fric.identify.static_map.points import SpeedPoint, stroke_points
+from fric.identify.static_map.stribeck_fit import StribeckProblem
+from fric.log import ForceVelocity, Log
+from fric.notice import Notice
+from fric.units import Motion, readable, si_unit
+
+Direction = Literal["auto", "both", "each"]
+Form = Literal["auto", "coulomb", "stribeck"]
+OverPosition = Literal["auto", "off", "on"]
+ShapeFactor = float | Literal["auto", "free"]
+Weights = Literal["error", "equal"]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What `identify_static` was asked for: its arguments, by their names."""
+
+    motion: Motion = "linear"
+    plant: Plant | None = None
+    delta: ShapeFactor = "auto"
+    direction: Direction = "auto"
+    over_position: OverPosition = "auto"
+    weights: Weights = "error"
+    average: Average = "robust"
+    form: Form = "auto"
+    load: float | None = None
+    damping_error: float = 0.0
+
+    @property
+    def damping(self) -> float:
+        """The plant's damping, which was taken off the forces [N·s/m]."""
+        return self.plant.damping if self.plant else 0.0
+
+    def says(self, value: float, dimension: str, digits: int = 3) -> str:
+        """Return a value for people, in the unit of this axis."""
+        return readable(value, si_unit(dimension, self.motion), digits)
+
+
+class Stretches:
+    """The samples of the strokes that do not swing."""
+
+    def __init__(self, points: Sequence[SpeedPoint], logs: Sequence[Log]) -> None:
+        unique = len({log.name for log in logs}) == len(logs)
+        steady = [(n, p.stretch) for n, p in enumerate(points) if unique and p.stretch is not None and not p.swing]
+        self.by_number: dict[int, tuple[Log, Segment]] = {n: stretch for n, stretch in steady if stretch is not None}
+        """Record and steady segment, by the number of the point."""
+
+    @property
+    def pairs(self) -> list[tuple[Log, Segment]]:
+        """Record and steady segment of each."""
+        return list(self.by_number.values())
+
+    @property
+    def with_position(self) -> dict[int, tuple[Log, Segment]]:
+        """Those whose position was logged, by the number of the point."""
+        return {n: one for n, one in self.by_number.items() if one[0].position is not None}
+
+    @cached_property
+    def place(self) -> OverPlace | None:
+        """What the force shows at the same places again."""
+        return over_place(self.pairs)
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What one thing that bends the forces of strokes does to them, and to the problem that is fitted to them."""
+
+    points: Sequence[SpeedPoint] | None = None
+    """The points without it; None where they stay as they are."""
+    records: Sequence[Log | ForceVelocity] | None = None
+    """The records without it, where it is taken off each sample."""
+    together: Callable[["Strokes"], Real] | Real | None = None
+    """Directions in which its error moves the forces of all points [N], half widths, shape (m, n)."""
+    notices: Sequence[Notice] = ()
+    """What there is to say of it."""
+    tried: Mapping[str, float] = field(default_factory=dict)
+    """Error at held-out strokes [N] of what was not taken, by what it is called."""
+    into: Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem] | None = None
+    """What it changes of the problem."""
+
+
+@dataclass(frozen=True)
+class Strokes:
+    """The strokes of an axis, as the corrections have left them."""
+
+    asked: Asked
+    records: Sequence[Log | ForceVelocity]
+    points: Sequence[SpeedPoint]
+    stretches: Stretches
+    together: Real
+    """Directions in which the forces of all points err together [N], half widths, shape (m, n)."""
+    notices: tuple[Notice, ...] = ()
+    tried: Mapping[str, float] = field(default_factory=dict)
+    """Errors at held-out strokes of what was tried beside the forms of the map [N], by what it is called."""
+    into: tuple[Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem], ...] = ()
+
+    @classmethod
+    def of(cls, records: Sequence[Log | ForceVelocity], asked: Asked) -> Self:
+        """Return the strokes of records."""
+        points, notices = stroke_points(records, average=asked.average, plant=asked.plant)
+        return replace(cls.at(points, asked, records), notices=tuple(notices))
+
+    @classmethod
+    def at(cls, points: Sequence[SpeedPoint], asked: Asked, records: Sequence[Log | ForceVelocity] = ()) -> Self:
+        """Return the strokes of points that are known."""
+        logs = [one for one in records if isinstance(one, Log)]
+        return cls(asked, records, points, Stretches(points, logs), np.empty((0, len(points))))
+
+    @property
+    def logs(self) -> list[Log]:
+        """The records in time."""
+        return [one for one in self.records if isinstance(one, Log)]
+
+    @property
+    def velocity(self) -> Real:
+        """Of each point [m/s], signed, shape (n,)."""
+        return np.array([point.velocity for point in self.points])
+
+    @property
+    def force(self) -> Real:
+        """Of each point [N], signed, shape (n,)."""
+        return np.array([point.force for point in self.points])
+
+    @property
+    def size(self) -> float:
+        """Median size of the forces [N]."""
+        return float(np.median(np.abs(self.force)))
+
+    @property
+    def both_directions(self) -> bool:
+        """Whether strokes of both directions were measured."""
+        return len(np.unique(np.sign(self.velocity))) == 2
+
+    @property
+    def offset(self) -> float | None:
+        """The offset [N] where it is not fitted, which takes strokes of both directions."""
+        return None if self.both_directions and self.asked.load is None else self.asked.load or 0.0
+
+    def without(self, found: Correction) -> Self:
+        """Return the strokes with a correction made."""
+        made = self if found.records is None else type(self).of(found.records, self.asked)
+        together = found.together(made) if callable(found.together) else found.together
+        return replace(
+            made, points=made.points if found.points is None else found.points,
+            together=self.together if together is None else np.vstack([self.together, together]),
+            notices=(*made.notices, *found.notices), tried={**self.tried, **found.tried},
+            into=self.into if found.into is None else (*self.into, found.into),
+        )  # fmt: skip
+
+    def one_way(self, sense: float) -> Self:
+        """Return the strokes of one direction, the negative one mirrored."""
+        chosen = self.velocity * sense > 0
+        points = [
+            replace(p, velocity=sense * p.velocity, force=sense * p.force)
+            for p, one in zip(self.points, chosen, strict=True) if one
+        ]  # fmt: skip
+        return replace(self, points=points, together=sense * self.together[:, chosen])
