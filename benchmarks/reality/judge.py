@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,6 +22,7 @@ from fric.friction.gms import GMS
 from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.identify import identify_plant
 from fric.identify.static_map.identify import identify_static
+from fric.log import Log
 from fric.notice import Notice
 
 INSIDE = 0.9
@@ -102,15 +103,8 @@ def identified(session: Session) -> Verdict:
             verdict.plant = read_document(plant_file, PlantDocument).plant("linear")
 
         def static() -> None:
-            records, known = logs["constant-velocity"], verdict.plant
-            fit = identify_static(records, plant=known)
-            tree = static_tree(fit, records)
+            tree = judged_static(steps["static"], session, logs["constant-velocity"], verdict.plant)
             write_document(friction_file, tree)
-            damping = known.K_f * known.A / known.B if known is not None else 0.0
-            each = tree.get("static_negative")
-            _enter(steps["static"], tree, tree["static"], static_truth(session, damping, 1 if each else 0))
-            if each:
-                _enter(steps["static"], tree, each, static_truth(session, damping, -1), " (-)")
             verdict.offset = float(tree["static"]["offset"]["value"]) if "offset" in tree["static"] else 0.0
 
         def gms() -> None:
@@ -128,6 +122,19 @@ def identified(session: Session) -> Verdict:
         for name, step in (("plant", plant), ("static", static), ("gms", gms)):
             _try(steps[name], step)
     return verdict
+
+
+def judged_static(
+    step: Step, session: Session, records: Sequence[Log], plant: Plant | None, **options: Any
+) -> dict[str, Any]:
+    """Identify the static map of strokes, enter what was found into a step, and return its document."""
+    tree = static_tree(identify_static(records, plant=plant, **options), records)
+    each = tree.get("static_negative")
+    damping = plant.damping if plant is not None else 0.0
+    _enter(step, tree, tree["static"], static_truth(session, damping, 1 if each else 0))
+    if each:
+        _enter(step, tree, each, static_truth(session, damping, -1), " (-)")
+    return tree
 
 
 def _try(step: Step, action: Callable[[], None]) -> None:

@@ -1,0 +1,203 @@
+"""What each correction of the static map earns: what strokes give with all of them, and with each left out.
+
+`python -m benchmarks.reality.ablation [--seeds N] [--to FOLDER] [--write PAGE.md] [MACHINE …]` adds sessions to
+FOLDER/ablation.json, and writes its section of the page anew; `python -m benchmarks.reality --write` writes both.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+from benchmarks.reality.bench import Outcome, Row
+from benchmarks.reality.judge import Step, judged_static
+from benchmarks.reality.session import Session, Sessions
+from fric.documents.plant import PlantDocument, plant_tree
+from fric.errors import FricError
+from fric.identify.plant.identify import identify_plant
+from fric.identify.static_map import corrections, forms, scatter
+from fric.output import staged
+
+MACHINES = ("base", "all", "backlash", "cogging", "direction", "drift", "dwell", "gravity", "step", "waves")
+"""Machines whose flaw strokes show, beside the one that has none."""
+
+
+def _left_out(name: str) -> AbstractContextManager[Any]:
+    for table in (corrections.AT_ANY_SPEED, corrections.OF_A_MAP):
+        if name in table:
+            kept = {key: look for key, look in table.items() if key != name}
+            return patch.dict(table, kept, clear=True)  # type: ignore[arg-type]
+    raise KeyError(name)
+
+
+OFF: Mapping[str, Callable[[], AbstractContextManager[Any]]] = {
+    **{name: lambda name=name: _left_out(name) for name in (*corrections.AT_ANY_SPEED, *corrections.OF_A_MAP)},
+    "ageing": lambda: patch.object(forms, "_with_ageing", lambda plain, solution, held_out: held_out),
+    "other speeds": lambda: patch.object(forms, "at_other_speeds", lambda *_: True),
+    "left out": lambda: patch.object(scatter, "_outlying", lambda *_: None),
+    "standing off": lambda: patch.object(scatter, "_beyond", lambda problem, solution, own: 0.0 * own),
+}
+"""What is left out, by name: the corrections, and the looks for other forms and for strokes that stand off."""
+
+OPTIONS: Mapping[str, dict[str, Any]] = {
+    "direction": {"direction": "both"}, "shape": {"delta": 1.0}, "fall": {"form": "stribeck"}
+}  # fmt: skip
+"""What is left out by an option of `identify_static`."""
+
+ALL = "nothing"
+NAMES = (ALL, *OFF, *OPTIONS)
+
+
+def steps(session: Session) -> dict[str, Step]:
+    """Return what strokes of a session give with everything, and without each."""
+    logs, found = session.logs, {}
+    try:
+        tree = plant_tree(identify_plant(logs["frequency-response"]), logs["frequency-response"])
+        plant = PlantDocument.model_validate(tree).plant("linear")
+    except FricError:
+        plant = None
+    for name in NAMES:
+        found[name] = Step()
+        with OFF.get(name, nullcontext)():
+            try:
+                judged_static(found[name], session, logs["constant-velocity"], plant, **OPTIONS.get(name, {}))
+            except FricError as error:
+                found[name].failure = str(error)
+    return found
+
+
+@dataclass(frozen=True)
+class Earned:
+    """What strokes gave without one thing, over all sessions."""
+
+    name: str
+    changed: tuple[str, ...]
+    """Machines on which a number or a warning is another than with everything."""
+    covered: tuple[int, int]
+    """Intervals that hold the truth, with everything and without it."""
+    silent: tuple[int, int]
+    """Intervals that do not, and no warning says so, with everything and without it."""
+    width: float
+    """Median ratio of the widths of the intervals, without it to with everything."""
+    codes: Mapping[str, int]
+    """Sessions by which warnings of severity wrong or doubt come more often without it, or less often."""
+
+
+def earned(sessions: Iterable[Mapping[str, Any]]) -> list[Earned]:
+    """Return what each earns, from the sessions that `main` keeps."""
+    held = [
+        (one["machine"], one["seed"], {name: Step.of(step) for name, step in one["steps"].items()}) for one in sessions
+    ]
+    found = []
+    for name in NAMES[1:]:
+        both = [(machine, seed, given[ALL], given[name]) for machine, seed, given in held if name in given]
+        counts = [[_counts(machine, seed, step) for step in pair] for machine, seed, *pair in both]
+        covered, silent = np.sum(counts, axis=0).T if counts else np.zeros((2, 2))
+        codes: Counter[str] = Counter()
+        for _, _, whole, without in both:
+            codes.update(_told(without))
+            codes.subtract(_told(whole))
+        widths = [ratio for _, _, *pair in both for ratio in _widths(*pair)]
+        found.append(Earned(
+            name, tuple(dict.fromkeys(machine for machine, _, a, b in both if a.as_dict() != b.as_dict())),
+            (int(covered[0]), int(covered[1])), (int(silent[0]), int(silent[1])),
+            float(np.median(widths)) if widths else 1.0, {code: n for code, n in codes.items() if n},
+        ))  # fmt: skip
+    return found
+
+
+def _counts(machine: str, seed: int, step: Step) -> tuple[int, int]:
+    """Return how many intervals hold the truth, and how many do not while nothing says so."""
+    steps = {"plant": Step(), "static": step}
+    row = Row(machine, (Outcome(machine, seed, steps, None),))
+    names = row.names("static")
+    covered = [row.covered("static", name) > 0 for name in names]
+    return sum(covered), sum(row.holds("static", name) == 0 for name in names)
+
+
+def _told(step: Step) -> set[str]:
+    return {notice.code for notice in step.notices if notice.severity != "note"}
+
+
+def _widths(whole: Step, without: Step) -> Iterable[float]:
+    for name in whole.numbers.keys() & without.numbers.keys():
+        a, b = whole.numbers[name], without.numbers[name]
+        if 0.0 < a.high - a.low < np.inf and b.high - b.low < np.inf:
+            yield (b.high - b.low) / (a.high - a.low)
+
+
+HEADING = "## What each correction earns"
+
+HEAD = """
+The same strokes, with one thing left out of `identify static` at a time ({seeds} seeds of {machines}): the machines on
+which a number or a warning changes; how many intervals hold the truth with everything, and without it; how many do not
+while no warning names the flaw; the median width of the intervals without it over that with everything; and in how many
+sessions more, or fewer, a warning comes of severity *doubt* or *wrong*. `python -m benchmarks.reality.ablation --write
+docs/reality.md` writes this section.
+
+| left out | changes | hold the truth | silent | width | warnings |
+|---|---|---|---|---|---|
+"""
+
+
+def section(sessions: Sequence[Mapping[str, Any]]) -> str:
+    """Return what each earns, as docs/reality.md shows it; nothing where no session was run."""
+    if not sessions:
+        return ""
+    lines = []
+    for one in earned(sessions):
+        codes = ", ".join(f"{code} {n:+d}" for code, n in sorted(one.codes.items(), key=lambda item: item[1]))
+        cells = [
+            one.name, ", ".join(f"`{machine}`" for machine in one.changed) or "none", "{} → {}".format(*one.covered),
+            "{} → {}".format(*one.silent), f"{one.width:.2f}", codes or "none",
+        ]  # fmt: skip
+        lines.append("| " + " | ".join(cells) + " |")
+    seeds = sorted(Counter(one["machine"] for one in sessions).values())
+    machines = ", ".join(f"`{name}`" for name in dict.fromkeys(one["machine"] for one in sessions))
+    shown = " to ".join(str(count) for count in dict.fromkeys((seeds[0], seeds[-1])))
+    return f"\n{HEADING}\n" + HEAD.format(seeds=shown, machines=machines) + "\n".join(lines) + "\n"
+
+
+def kept(folder: Path) -> list[dict[str, Any]]:
+    """Return the sessions that a folder holds."""
+    file = folder / "ablation.json"
+    return list(json.loads(file.read_text(encoding="utf-8"))) if file.exists() else []
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("machines", nargs="*", default=MACHINES, metavar="MACHINE")
+    parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--to", type=Path, default=Path("build/reality"), metavar="FOLDER", help="of the results")
+    parser.add_argument("--write", type=Path, metavar="PAGE.md", help="write the section of this page anew")
+    given = parser.parse_args()
+    held = kept(given.to)
+    done = {(one["machine"], one["seed"]) for one in held}
+    given.to.mkdir(parents=True, exist_ok=True)
+    sessions = {machine: Sessions(machine) for machine in given.machines}
+    for seed, machine in product(range(given.seeds), given.machines):
+        if (machine, seed) not in done:
+            found = {name: step.as_dict() for name, step in steps(sessions[machine].session(seed)).items()}
+            held.append({"machine": machine, "seed": seed, "steps": found})
+            with staged(given.to / "ablation.json", force=True) as part:
+                part.write_text(json.dumps(held), encoding="utf-8")
+    print(section(held))
+    if given.write:
+        rest = given.write.read_text(encoding="utf-8").partition(f"\n{HEADING}")[0]
+        given.write.write_text(rest + section(held), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,35 @@
+"""The bench of corrections: what it leaves out is left out, and what it counts is what sessions say."""
+
+import pytest
+
+from benchmarks.reality.ablation import ALL, NAMES, OFF, earned, section
+from benchmarks.reality.judge import Number, Step
+from fric.identify.static_map.corrections import AT_ANY_SPEED, OF_A_MAP
+from fric.notice import Notice
+
+
+@pytest.mark.parametrize("name", [*AT_ANY_SPEED, *OF_A_MAP])
+def test_a_correction_is_left_out_and_comes_back(name):
+    table = AT_ANY_SPEED if name in AT_ANY_SPEED else OF_A_MAP
+    before = dict(table)
+    with OFF[name]():
+        assert set(table) == set(before) - {name}
+    assert list(table.items()) == list(before.items())
+
+
+def session(**steps: Step) -> dict:
+    whole = Step({"F_c": Number(10.0, 9.0, 11.0, 10.5)})
+    return {"machine": "cogging", "seed": 0,
+            "steps": {name: steps.get(name, whole).as_dict() for name in (ALL, *NAMES[1:])}}  # fmt: skip
+
+
+def test_what_is_counted_is_what_the_sessions_say():
+    narrow = Step({"F_c": Number(10.0, 9.9, 10.1, 10.5)}, [Notice("", "strokes-scatter", "doubt")])
+    told = Step({"F_c": Number(10.0, 9.9, 10.1, 10.5)}, [Notice("", "force-over-position", "wrong")])
+    by_name = {one.name: one for one in earned([session(place=narrow, settling=told)])}
+    place, settling, swing = (by_name[name] for name in ("place", "settling", "swing"))
+    assert (place.covered, place.silent, place.codes) == ((1, 0), (0, 1), {"strokes-scatter": 1})
+    assert (settling.covered, settling.silent) == ((1, 0), (0, 0))  # this machine's flaw is named
+    assert place.width == pytest.approx(0.1)
+    assert (swing.changed, swing.covered, swing.width) == ((), (1, 1), 1.0)
+    assert "| place | `cogging` | 1 → 0 | 0 → 1 | 0.10 | strokes-scatter +1 |" in section([session(place=narrow)])
