@@ -27,8 +27,9 @@ WIDTH = 4.2
 class Chance:
     """A figure at each place: its median, and the interval in which 95 % of further runs lie.
 
-    The median ± 4.2 standard deviations: of normal values five tell so, with a confidence of 90 %, what holds 95 % of
-    further ones, and 98 % in the mean (Hahn and Meeker, Statistical Intervals, section 4.6, with the median as centre).
+    The median ± 4.2 standard deviations: around five normal values this holds 95 % of further ones with a confidence of
+    90 %, and 98 % of them in the mean. It is a tolerance interval (Hahn and Meeker, Statistical Intervals, chapter 4),
+    with the median as its centre.
     Least and largest of the five hold two of three.
 
     Parameters
