@@ -264,7 +264,7 @@ def learned() -> Case:
     found = learn(machine(), test, 2)
     figure = draw_learned(found)
     rounds, around = figure.axes
-    glitches = [np.abs(one.run.circularity.quadrants).max() * 1e6 for one in found.rounds]
+    glitches = [np.median([np.abs(place.glitches).max() for place in one.run.places]) * 1e6 for one in found.rounds]
 
     def deviation(run: Any) -> Wanted:
         def right(x: Any, y: Any) -> bool:

@@ -45,7 +45,7 @@ def test_two_circles_are_enough_at_100_mm_s(table):
 
 
 def test_slow_circles_are_learned_by_halves(table):
-    found = learn(table, Circle(feed=0.01), 5)
+    found = learn(table, Circle(0.01, 0.01, revolutions=1), 5)
     assert found.how == Learning(0.5, 100.0)
     assert found.glitches[-1] < found.glitches[0]
     assert found.glitches[-1] < 2e-6
@@ -54,6 +54,25 @@ def test_slow_circles_are_learned_by_halves(table):
 def test_it_does_not_grow_again(table):
     found = learn(table, Circle(radius=0.01, revolutions=1), 12)
     assert max(found.glitches[4:]) < 2 * min(found.glitches)
+
+
+def test_what_is_told_of_learning_does_not_hang_on_the_last_bit(table):
+    """Where a slow loop hunts, 1e-13 of B is another draw: medians lie within their chance, codes stay."""
+
+    def learned(n):
+        axes = {
+            name: replace(axis, plant=replace(axis.plant, B=axis.plant.B * (1 + 1e-13 * n)), nominal=axis.plant)
+            for name, axis in table.axes.items()
+        }
+        return learn(replace(table, axes=axes), Circle(0.004, 0.01, revolutions=1), 2)
+
+    first, *others = map(learned, range(3))
+    assert len(first.rounds[-1].run.places) == 5
+    for other in others:
+        assert [one.code for one in other.warnings] == [one.code for one in first.warnings]
+        for one, again in zip(first.rounds, other.rounds, strict=True):
+            chance, second = one.run.chance(), again.run.chance()
+            assert abs(chance.median - second.median) <= max(chance.half, second.half) + 1e-9
 
 
 def test_a_disturbance_is_learned_in_one_round_where_the_plant_is_linear():

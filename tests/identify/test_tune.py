@@ -26,6 +26,7 @@ from fric.identify.circle.tune_instruments import instrumented
 from fric.identify.circle.tune_intervals import tuned_estimates
 from fric.identify.circle.tune_loop import cautious, loop_warnings
 from fric.identify.circle.voltage import refined, voltage_record
+from fric.simulate.chance import Chance
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.spread import draw_machine
 
@@ -38,9 +39,15 @@ def drawn():
     return draw_machine(fric.read_machine(ROOT / "configs/xy-table.yaml"), 3)[0]
 
 
+def recorded(machine, *feeds: float):
+    """Circles as a machine records them: each is one draw of what hangs on encoder counts."""
+    runs = (run_circle(machine, F, Circle(feed=feed), accuracy=1e-8, places=1) for feed in feeds or (0.1, 0.01))
+    return [measured_from_run(run) for run in runs]
+
+
 @pytest.fixture(scope="module")
 def circles(drawn):
-    return [measured_from_run(run_circle(drawn, F, Circle(feed=feed), accuracy=1e-9)) for feed in (0.1, 0.01)]
+    return recorded(drawn)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +56,7 @@ def tuned(drawn, circles):
 
 
 def glitches(machine, **changed):
-    return run_circle(machine, F, Circle(**changed), accuracy=1e-9).circularity.glitch
+    return run_circle(machine, F, Circle(**changed), accuracy=1e-8).chance().median
 
 
 def test_two_circles_leave_a_tenth_of_the_glitch(drawn, tuned):
@@ -87,9 +94,9 @@ def test_how_sure_a_parameter_is_does_not_hang_on_what_was_kept_of_the_shape(dra
 
 def test_the_prediction_holds_the_next_circle(tuned):
     for ahead in tuned.predicted:
-        seen = run_circle(tuned.machine, PAPER_SCHEMES[ahead.scheme], Circle(feed=ahead.feed), accuracy=1e-9)
+        seen = run_circle(tuned.machine, PAPER_SCHEMES[ahead.scheme], Circle(feed=ahead.feed), accuracy=1e-8)
         low, high = ahead.ci95
-        assert low <= seen.circularity.glitch <= high
+        assert low <= seen.chance().median <= high
 
 
 def test_what_a_model_leaves_over_at_the_reversals_is_met_again(circles, tuned):
@@ -107,7 +114,7 @@ def test_what_a_model_leaves_over_at_the_reversals_is_met_again(circles, tuned):
     told = next_circles(circles[:1], axes)
     machine = replace(tuned.machine, axes=true)
     for one in told:
-        seen = run_circle(machine, PAPER_SCHEMES[one.scheme], Circle(), accuracy=1e-8).circularity.glitch
+        seen = run_circle(machine, PAPER_SCHEMES[one.scheme], Circle(), accuracy=1e-8).chance().median
         assert one.ci95[0] <= seen <= one.ci95[1]
         assert one.alone < 0.5 * seen
         assert one.glitch == pytest.approx(seen, rel=0.4)
@@ -181,21 +188,34 @@ def test_a_poor_log_serves_too(drawn, circles):
     assert glitches(found.machine, feed=0.01) < 1.5e-6
 
 
-def test_a_position_that_is_late_is_told(drawn, circles):
-    def late(test):
-        axes = {
-            name: replace(trace, position=np.interp(trace.time - 0.5e-3, trace.time, trace.position))
-            for name, trace in test.axes.items()
-        }
-        return replace(test, axes=axes)
+def late(test):
+    axes = {
+        name: replace(trace, position=np.interp(trace.time - 0.5e-3, trace.time, trace.position))
+        for name, trace in test.axes.items()
+    }
+    return replace(test, axes=axes)
 
-    rng, axis = np.random.default_rng(0), drawn.axes["x"]
-    for made in (lambda test: test, lambda test: poor(test, rng)):
-        found = tune_axis(axis, [made(late(test)) for test in circles])
-        assert "position-late" in {warning.code for warning in found.warnings}
+
+def test_a_position_that_is_late_is_told(drawn, circles):
+    axis = drawn.axes["x"]
+    found = tune_axis(axis, [late(test) for test in circles])
+    assert "position-late" in {warning.code for warning in found.warnings}
+    low, high = found.estimates.plant["T_d"].ci95
+    assert low <= axis.plant.T_d + 0.5e-3 <= high
+
+
+@pytest.mark.long(40)
+def test_a_position_that_is_late_is_told_by_most_poor_logs(drawn, circles):
+    """Of eight seeds."""
+    axis, told, held = drawn.axes["x"], 0, 0
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        found = tune_axis(axis, [poor(late(test), rng) for test in circles])
         low, high = found.estimates.plant["T_d"].ci95
-        assert low <= axis.plant.T_d + 0.5e-3 <= high
-        assert high < 1.8 * low
+        told += "position-late" in {warning.code for warning in found.warnings}
+        held += low <= axis.plant.T_d + 0.5e-3 <= high
+    assert told >= 5
+    assert held >= 7
 
 
 @pytest.mark.parametrize(
@@ -241,7 +261,7 @@ def test_directions_with_own_levels_are_found(drawn):
     static = axis.friction.static
     other = replace(static, F_c=0.93 * static.F_c, F_s=0.93 * static.F_s)
     sided = replace(drawn, axes={**drawn.axes, "x": replace(axis, friction=Directed(axis.friction, other))})
-    tests = [measured_from_run(run_circle(sided, F, Circle(feed=feed), accuracy=1e-9)) for feed in (0.1, 0.01)]
+    tests = recorded(sided)
     found = tune_axis(sided.axes["x"], tests)
     assert isinstance(found.friction, Directed)
     ratio = found.friction.negative.F_c / found.friction.model.static.F_c
@@ -251,7 +271,7 @@ def test_directions_with_own_levels_are_found(drawn):
 
 def test_friction_that_falls_while_a_circle_runs_is_told(tuned):
     machine = fric.read_machine(ROOT / "configs/reality/drift.yaml")
-    tests = [measured_from_run(run_circle(machine, F, Circle(feed=feed), accuracy=1e-8)) for feed in (0.1, 0.01)]
+    tests = recorded(machine)
     found = tune(machine, tests)
     told = [str(warning) for warning in found.warnings if warning.code == "friction-drifts"]
     # -15 % with 60 s, of which the circle at 10 mm/s takes 38: 7 %
@@ -263,21 +283,25 @@ def test_friction_that_falls_while_a_circle_runs_is_told(tuned):
     assert "tuning-refused" in {warning.code for warning in found.warnings}
 
 
-def test_instruments_take_off_what_counts_pull_the_delay_by(drawn, circles):
-    """Of both axes of two machines, where least squares makes the delay longer on average."""
-    other = draw_machine(fric.read_machine(ROOT / "configs/xy-table.yaml"), 7, seed=21)[0]
-    tests = [measured_from_run(run_circle(other, F, Circle(feed=feed), accuracy=1e-8)) for feed in (0.1, 0.01)]
-    plain, moved = [], []
-    for machine, seen in ((drawn, circles), (other, tests)):
+@pytest.mark.long(60)
+def test_instruments_take_off_what_counts_pull_the_delay_by():
+    """By 12 machines, both axes of each: in the mean the delay is nearer the truth, by more than 3.3 deviations."""
+    table, pulled = fric.read_machine(ROOT / "configs/xy-table.yaml"), []
+    for seed in range(12):
+        machine = draw_machine(table, seed, seed=21)[0]
+        seen, both = recorded(machine), []
         for name, axis in machine.axes.items():
             records = tuple(voltage_record(test, name) for test in seen)
             truth = Coordinates.of(axis.friction, axis.plant.T_d)
             K_f, plant = axis.plant.K_f, (1 / axis.plant.B, axis.plant.A / axis.plant.B, 0.0)
             finer = tuple(refined(one, axis.friction, axis.plant.T_d, plant, K_f) for one in records)
             found = fit(Balance(finer, truth, K_f), [np.zeros(4)])
-            plain.append(found.x[truth.names.index("T_d")])
-            moved.append(instrumented(instrumented(found)).x[truth.names.index("T_d")])
-    assert abs(np.mean(moved)) < abs(np.mean(plain))
+            both.append([one.x[truth.names.index("T_d")] for one in (found, instrumented(instrumented(found)))])
+        pulled.append(np.mean(both, axis=0))
+    plain, moved = np.transpose(pulled)
+    assert abs(moved.mean()) < abs(plain.mean())
+    less = plain - moved
+    assert less.mean() > 3.3 * less.std(ddof=1) / len(less) ** 0.5
 
 
 def test_intervals_hold_the_truth_of_blocks_that_slip_alike(drawn, circles):
@@ -318,14 +342,14 @@ def test_files_of_a_tuning_are_a_machine_again(drawn, tuned, tmp_path):
 
 def test_a_loop_that_does_not_hold_falling_friction_is_designed_anew(tmp_path):
     machine = draw_machine(fric.read_machine(ROOT / "configs/xy-table.yaml"), 13)[0]
-    tests = [measured_from_run(run_circle(machine, F, Circle(feed=feed), accuracy=1e-8)) for feed in (0.1, 0.01)]
+    tests = recorded(machine)
     held = tune(machine, tests, loop=True)
     assert [name for name, one in held.axes.items() if one.loop] == ["y"]
     one, own = held.axes["y"], machine.axes["y"]
     before = replace(one, axis=replace(one.axis, cascade=own.cascade, observer=own.observer), loop=False)
     assert [warning.code for warning in loop_warnings({"y": before})] == ["falling-friction"]
-    # exact knowledge leaves 1.5 µm in the loop that is there
-    assert glitches(held.machine, feed=0.01) < 1.1e-6
+    # over places, exact knowledge leaves 0.90 ± 0.84 µm in the loop that is there, and the new one 1.22 ± 0.4 of a draw
+    assert glitches(held.machine, feed=0.01) < 1.6e-6
     assert glitches(held.machine) < 0.5e-6
     write_tuned(held, ROOT / "configs/xy-table.yaml", tmp_path / "held")
     axis, made = fric.read_machine(tmp_path / "held" / "machine.yaml").axes["y"], held.machine.axes["y"]
@@ -345,26 +369,37 @@ def test_a_loop_that_does_not_hold_falling_friction_is_designed_anew(tmp_path):
 def test_what_is_fed_less_leaves_less_where_a_loop_does_not_hold_falling_friction():
     """Over 48 circles with reversals elsewhere between two counts: of 32, 0.99 ± 0.05 µm whole and 0.80 ± 0.04 less."""
     machine = draw_machine(fric.read_machine(ROOT / "configs/xy-table.yaml"), 13)[0]
-    tests = [measured_from_run(run_circle(machine, F, Circle(feed=feed), accuracy=1e-8)) for feed in (0.1, 0.01)]
+    tests = recorded(machine)
     held = tune(machine, tests, loop=True)
     one, own = held.axes["y"], machine.axes["y"]
     before = replace(one, axis=replace(one.axis, cascade=own.cascade, observer=own.observer), loop=False)
-    counts = 0.03 + np.arange(48) / 48 * 0.25e-6
+    subjects = (
+        replace(held.machine, axes={**held.machine.axes, "y": what.axis}) for what in (before, cautious(before))
+    )
     whole, less = (
-        np.mean([glitches(subject, radius=radius, feed=0.01) for radius in counts])
-        for subject in (
-            replace(held.machine, axes={**held.machine.axes, "y": what.axis}) for what in (before, cautious(before))
-        )
+        np.mean([one.glitch for one in run_circle(subject, F, Circle(feed=0.01), accuracy=1e-8, places=48).places])
+        for subject in subjects
     )
     assert less < whole
 
 
-def test_a_circle_ahead_that_may_be_worse_is_refused_by_what_can_be_trusted(circles, tuned):
-    seen = measured_glitch(circles[1])
-    ahead = [NextCircle(0.01, 0.03, scheme, 0.5 * seen, (0.0, 1.1 * seen), 0.5 * seen) for scheme in "cf"]
-    assert not worse_ahead(circles, ahead, lambda one: one.glitch)
-    assert "may have a glitch" in worse_ahead(circles, ahead, lambda one: one.drawn)
-    assert not worse_ahead(circles, tuned.predicted, lambda one: one.ci95[1])
+def test_a_circle_is_worse_where_it_should_be_by_more_than_chance(circles, tuned):
+    seen, count = measured_glitch(circles[1]), 0.25e-6
+
+    def ahead(glitch):
+        chance = Chance((glitch,) * 5)
+        return [NextCircle(0.01, 0.03, scheme, chance, (0.0, 2 * glitch), chance) for scheme in "cf"]
+
+    def again(share):
+        return lambda n: Chance(tuple(seen * (1 + share * np.linspace(-1, 1, 5))))
+
+    assert seen > 2 * count
+    assert not worse_ahead(circles, ahead(0.9 * seen), again(0.0), count)
+    assert "recorded again" in worse_ahead(circles, ahead(1.1 * seen), again(0.0), count)
+    assert not worse_ahead(circles, ahead(1.1 * seen), again(0.1), count)  # it may be so again
+    assert not worse_ahead(circles, ahead(1.1 * seen), again(0.0), 1.2 * seen)  # below a count nothing is told apart
+    assert worse_ahead(circles, ahead(0.9 * seen), again(0.0), count, doubtful=True)  # its upper end is what counts
+    assert not worse_ahead(circles, tuned.predicted, again(0.0), count)
 
 
 def test_a_ball_bar_does_not_tune(drawn):

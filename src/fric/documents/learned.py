@@ -21,8 +21,9 @@ class LearnedCircle(Document):
 class RoundPart(Part):
     """One round."""
 
-    glitch: float = Field(description="[m]")
-    quadrants: list[float] = Field(description="at +x, +y, -x, -y, outwards positive [m]")
+    glitch: float = Field(description="median over places between two counts [m]")
+    ci95: list[float] = Field(description="between what 95 % of runs lie [m]")
+    quadrants: list[float] = Field(description="at +x, +y, -x, -y, outwards positive, medians [m]")
 
 
 class CarriedPart(Part):

@@ -55,7 +55,7 @@ class OnBlocks(OnStaticMap):
                 f"{self.name} has {len(self.alpha)} alpha and {len(self.k)} k",
                 hint="Give one of each for every block.",
             )
-        if not (min(self.alpha) >= 0 and abs(sum(self.alpha) - 1) <= 1e-6):
+        if not (min(self.alpha) >= 0 and abs(sum(self.alpha) - 1) <= 1e-5):  # six digits each
             raise FricError(
                 f"alpha of {self.name} is {', '.join(f'{a:g}' for a in self.alpha)}, which sums to {sum(self.alpha):g}",
                 hint="The shares of the blocks are 0 or more and sum to 1.",

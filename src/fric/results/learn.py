@@ -55,7 +55,11 @@ class LearnResult(Result):
     def document(self) -> dict[str, Any]:
         """Glitch by round, and what is left of other circles [m]."""
         rounds = [
-            {"glitch": one.run.circularity.glitch, "quadrants": list(one.run.circularity.quadrants)}
+            {
+                "glitch": one.run.chance().median,
+                "ci95": [one.run.chance().low, one.run.chance().high],
+                "quadrants": [quadrant.median for quadrant in one.run.glitches],
+            }
             for one in self.found.rounds
         ]
         carried = [{"radius": a, "feed": b, "glitch": glitch} for a, b, glitch in self.found.carried]
@@ -63,11 +67,11 @@ class LearnResult(Result):
         return LearningDocument.made(content, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
-        """Return the glitch of each round, and of other circles."""
+        """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
         found, test = self.found, self.found.rounds[0].run.circle
         rows = [
-            [one.run.scheme.title, *(f"{q * 1e6:.2f}" for q in (*one.run.circularity.quadrants, glitch))]
-            for one, glitch in zip(found.rounds, found.glitches, strict=True)
+            [one.run.scheme.title, *(chance.text(digits=2) for chance in (*one.run.glitches, one.run.chance()))]
+            for one in found.rounds
         ]
         title = f"{found.machine.name}: {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}; glitches in µm"
         pieces: list[Piece] = [TextTable(["round", "+x", "+y", "-x", "-y", "glitch"], rows, title)]

@@ -78,6 +78,11 @@ class ContourRun(Generic[Followed, Left]):
         }
 
 
+def figures(contour: Circularity | ContourError) -> Figures:
+    """Return what is told of a contour in numbers."""
+    return Figures(*(getattr(contour, name) for name in Figures._fields))
+
+
 Run = TypeVar("Run", bound=ContourRun[Any, Any])
 
 
@@ -117,8 +122,7 @@ def at_places(
         return first
     runs = [first, *(once(machine.placed(n / places), rough) for n in range(1, places))]
     middle = sorted(runs, key=lambda run: run.contour.glitch)[places // 2]
-    told = (Figures(*(getattr(run.contour, name) for name in Figures._fields)) for run in runs)
-    return replace(middle, places=tuple(told))
+    return replace(middle, places=tuple(figures(run.contour) for run in runs))
 
 
 def follow(

@@ -1,6 +1,10 @@
-"""A repeated contour learned in simulation, round after round."""
+"""A repeated contour learned in simulation, round after round.
 
-from collections.abc import Callable, Mapping
+What does not repeat hangs on where position 0 lies between two counts of an encoder. So a contour is learned at several
+places, each from its own rounds, and medians over them are told and judged.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import pi
 
@@ -17,12 +21,11 @@ from fric.notice import Notice
 from fric.reference import Reference
 from fric.reference import circle as circle_reference
 from fric.simulate.axis import Trace, run_axis
+from fric.simulate.chance import ACCURACY, PLACES
 from fric.simulate.circle import Circle, CircleRun
-from fric.simulate.contour_run import pair, require_voltage
+from fric.simulate.contour_run import figures, pair, require_voltage
 from fric.simulate.machine import Axis, Machine
 
-ACCURACY = 1e-9
-"""To what the simulated plant is integrated [m]."""
 OTHERS = ((1.0, 0.5), (2 / 3, 1.0))
 """Circles to which what was learned is carried over, where it does not serve: shares of radius and feed."""
 VOLT = 1e-6
@@ -58,9 +61,10 @@ class Learned:
     how
         How it was learned.
     rounds
-        The rounds, the first of which feeds forward what the controllers believe.
+        The rounds at the place of the median last one, the first of which feeds forward what the controllers believe;
+        each run knows what it leaves at all places.
     carried
-        What the last feedforward leaves of other circles, by angle: radius, feed [m], [m/s], and glitch [m].
+        What the last feedforward leaves of other circles, by angle: radius, feed [m], [m/s], and median glitch [m].
     warnings
         What the user should know.
     """
@@ -73,8 +77,8 @@ class Learned:
 
     @property
     def glitches(self) -> list[float]:
-        """Glitch of each round [m]."""
-        return [one.run.circularity.glitch for one in self.rounds]
+        """Glitch of each round, the median over places [m]."""
+        return [one.run.chance().median for one in self.rounds]
 
 
 def learn(
@@ -118,41 +122,51 @@ def learn(
     references = _references(test, axes)
     for name, axis in axes.items():
         require_voltage(axis, references[name])
-    feedforward = {name: _nominal_friction(axes[name], reference) for name, reference in references.items()}
     modelled = all("gms" in axis.nominal_friction.models for axis in axes.values())
-    found: list[Round] = []
+    counts = any(axis.encoder.resolution > 0 for axis in axes.values())
+    places = [machine.placed(n / PLACES).axes for n in range(PLACES if counts else 1)]
+    fed = {name: _nominal_friction(axis, references[name]) for name, axis in axes.items()}
+    feedforwards = [fed] * len(places)
+    learned: list[list[Round]] = [[] for _ in places]
     for n in range(rounds + 1):
-        run = _run(axes, references, scheme, test, feedforward)
-        run = replace(run, scheme=_named(scheme, n, modelled))
-        found.append(Round(run, dict(feedforward)))
+        for own, placed, fed in zip(learned, places, feedforwards, strict=True):
+            run = _run({name: placed[name] for name in names}, references, scheme, test, fed)
+            own.append(Round(replace(run, scheme=_named(scheme, n, modelled)), dict(fed)))
         done()
         if n < rounds:
-            feedforward = {
-                name: _learned(axis, references[name], run.traces[name], feedforward[name], how)
-                for name, axis in axes.items()
-            }
+            feedforwards = [
+                {
+                    name: _learned(axis, references[name], own[-1].run.traces[name], own[-1].feedforward[name], how)
+                    for name, axis in axes.items()
+                }
+                for own in learned
+            ]
     carried = []
     for of_radius, of_feed in OTHERS:
         other = replace(test, radius=test.radius * of_radius, feed=test.feed * of_feed)
-        carried.append((other.radius, other.feed, _carried(axes, found[-1], references, other, scheme)))
+        glitches = [
+            _carried({name: placed[name] for name in names}, own[-1], references, other, scheme)
+            for own, placed in zip(learned, places, strict=True)
+        ]
+        carried.append((other.radius, other.feed, float(np.median(glitches))))
         done()
-    best, worst = found[-1].run.circularity.glitch, max(glitch for *_, glitch in carried)
-    warnings = [_for_one_circle(best, carried)]
-    if worst <= 1.2 * best:
-        warnings = []
-    warnings += wrong_shape((one.run.scheme, one.run.circularity.glitch) for one in found)
-    glitches = [one.run.circularity.glitch for one in found]
-    if glitches[-1] > 1.5 * min(glitches):
+    found = _middle(learned)
+    chances = [one.run.chance() for one in found]
+    best, worst = chances[-1].median, max(glitch for *_, glitch in carried)
+    warnings = [] if worst <= 1.2 * best else [_for_one_circle(best, carried)]
+    warnings += wrong_shape((one.run.scheme, chance.median) for one, chance in zip(found, chances, strict=True))
+    least = min(chances, key=lambda one: one.median)
+    if best > 1.5 * least.median and all(rise > 0 for rise in (chances[-1] - least).values):
         text = (
-            f"the glitch has risen again, from {min(glitches) * 1e6:.2f} to {glitches[-1] * 1e6:.2f} µm: what does not "
-            "repeat is learned too. Stop earlier, or lower the share or the bandwidth"
+            f"the glitch has risen again, from {least.text(digits=2)} to {chances[-1].text(digits=2)} µm: what does "
+            "not repeat is learned too. Stop earlier, or lower the share or the bandwidth"
         )
         warnings.append(Notice(text, "learning-diverges", "doubt"))
-    elif glitches[-1] > GAINS * glitches[0]:
+    elif best > GAINS * chances[0].median:
         text = (
-            f"learning leaves {glitches[-1] * 1e6:.2f} µm of {glitches[0] * 1e6:.2f}: what is left is noise and "
-            "counts, or grows by itself where the loop does not hold friction that falls with speed (fric tune tells "
-            "that, and --loop designs gains that hold it)"
+            f"learning leaves {chances[-1].text(digits=2)} µm of {chances[0].text(digits=2)}: what is left is noise "
+            "and counts, or grows by itself where the loop does not hold friction that falls with speed (fric tune "
+            "tells that, and --loop designs gains that hold it)"
         )
         warnings.append(Notice(text, "learning-gains-nothing", "doubt"))
     return Learned(machine, how, tuple(found), tuple(carried), tuple(warnings))
@@ -161,6 +175,17 @@ def learn(
 def circles_to_learn(rounds: int) -> int:
     """Return how many circles `learn` runs; for a progress bar."""
     return rounds + 1 + len(OTHERS)
+
+
+def _middle(learned: Sequence[Sequence[Round]]) -> list[Round]:
+    """Return the rounds at the place of the median last one, whose runs know what each leaves at all places."""
+    if len(learned) == 1:
+        return list(learned[0])
+    order = np.argsort([own[-1].run.circularity.glitch for own in learned], kind="stable")
+    return [
+        replace(one, run=replace(one.run, places=tuple(figures(own[n].run.contour) for own in learned)))
+        for n, one in enumerate(learned[order[len(order) // 2]])
+    ]
 
 
 def _for_one_circle(best: float, carried: list[tuple[float, float, float]]) -> Notice:

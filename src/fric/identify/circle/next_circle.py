@@ -9,19 +9,19 @@ from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
+from fric.estimate import as_filed
 from fric.identify.circle.left_over import completed
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.revolutions import fit_circle
+from fric.identify.circle.tune_bootstrap import recorded_again
 from fric.identify.circle.tuned import TunedAxis
 from fric.notice import Notice
-from fric.reference import circle
+from fric.reference import Reference
 from fric.simulate.axis import run_axis
-from fric.simulate.machine import Axis
+from fric.simulate.chance import ACCURACY, PLACES, Chance
+from fric.simulate.circle import Circle
+from fric.simulate.machine import Axis, Machine
 
-DRAWS = 6
-"""Machines that are drawn from what tuning leaves open."""
-ACCURACY = 1e-8
-"""To what the simulated plant is integrated [m]."""
 SMEARED = 4.0
 """Times what is left over adds to a glitch that it may add besides: behind a filter of 70 Hz, in the mean over strokes
 and travels, and where an axis breaks away in a jump, it is told smaller than it is. Of 18 machines with other laws of
@@ -41,25 +41,33 @@ class NextCircle:
         The circle [m/s], [m].
     scheme
         The scheme.
-    glitch
-        Its largest glitch [m].
+    chance
+        Its largest glitch at each place between two counts [m].
     ci95
-        Between what [m].
-    alone
-        The same if friction were what was found and nothing besides [m].
+        Between what it lies [m].
+    model
+        The same as `chance`, if friction were what was found and nothing besides.
+    other_law
+        Whether what is left over makes more of the circle than the model, and than the encoder explains.
     """
 
     feed: float
     radius: float
     scheme: str
-    glitch: float
+    chance: Chance
     ci95: tuple[float, float]
-    alone: float
+    model: Chance
+    other_law: bool = False
 
     @property
-    def drawn(self) -> float:
-        """The largest that drawn machines show [m]: without what another law of friction may add."""
-        return self.ci95[1] - SMEARED * max(self.glitch - self.alone, 0.0)
+    def glitch(self) -> float:
+        """Its largest glitch, the median over places [m]."""
+        return self.chance.median
+
+    @property
+    def alone(self) -> float:
+        """The same, if friction were what was found and nothing besides [m]."""
+        return self.model.median
 
 
 def next_circles(
@@ -69,7 +77,8 @@ def next_circles(
 
     The machine is taken to be what tuning found, and what that leaves of the recorded voltages is of its friction, over
     the travel since the last reversal: where the law differs from the model, the next circle meets that again.
-    The interval is that of machines drawn from the covariance of what was found, and of a part of the encoder's step.
+    Each circle is run at several places between two counts, and the median counts.
+    The interval is that of machines drawn from the covariance of what was found, each at another place.
     Above it is wider by `SMEARED` times what is left over adds, which behind the filter is told smaller than it is.
 
     Parameters
@@ -84,31 +93,32 @@ def next_circles(
     found = []
     rng = np.random.default_rng(0)
     names = list(tuned)[:2]
-    draws = [{name: _drawn(tuned[name], rng) for name in names} for _ in range(DRAWS)]
+    draws = [{name: _drawn(tuned[name], rng) for name in names} for _ in range(PLACES)]
     observers = all(tuned[name].axis.observer is not None for name in names)
     true = {name: _true(tuned[name]) for name in names}
     step = max(tuned[name].axis.encoder.resolution for name in names)
     for n, test in enumerate(tests):
-        whole = {name: _completed(n, tuned[name]) for name in names}
+        whole = {name: _completed(tuned[name], n) for name in names}
         for scheme in (PAPER_SCHEMES[name] for name in ("cf" if observers else "c")):
             try:
-                own, alone = _glitch(test, whole, scheme), _glitch(test, true, scheme)
-                around = [own, alone, *(_glitch(test, drawn, scheme) for drawn in draws)]
+                own, alone = _chance(test, whole, scheme), _chance(test, true, scheme)
+                drawn = [_glitch(test, one, scheme, place) for place, one in enumerate(draws)]
             except FricError:  # no stable loop, or more voltage than there is
                 continue
+            around = [*own.values, *alone.values, *drawn]
             # the ends of a few draws lie inside the interval
             width = 0.3 * (max(around) - min(around)) + step / 4
-            high = max(around) + width + SMEARED * max(own - alone, 0.0)
-            found.append(
-                NextCircle(test.feed, test.radius, scheme.name, own, (max(min(around) - width, 0.0), high), alone)
-            )
+            high = max(around) + width + SMEARED * max(own.median - alone.median, 0.0)
+            ci95 = max(min(around) - width, 0.0), high
+            other = _exceeds(own, alone) and _exceeds(own, _of_the_encoder(test, n, tuned, scheme))
+            found.append(NextCircle(test.feed, test.radius, scheme.name, own, ci95, alone, other))
             done()
     return found
 
 
 def law_warnings(predicted: Sequence[NextCircle]) -> list[Notice]:
     """Return that friction differs from the model, where what is left over makes more of a circle than the model."""
-    more = [one for one in predicted if one.glitch > max(DIFFERS * one.alone, one.alone + MORE)]
+    more = [one for one in predicted if one.other_law]
     if not more:
         return []
     worst = max(more, key=lambda one: one.glitch - one.alone)
@@ -124,10 +134,60 @@ def law_warnings(predicted: Sequence[NextCircle]) -> list[Notice]:
     ]  # fmt: skip
 
 
+def _exceeds(one: Chance, other: Chance) -> bool:
+    """Tell whether a glitch is clearly larger than another: in the median, and at each place (a sign test, 1/32)."""
+    larger = one.median > max(DIFFERS * other.median, other.median + MORE)
+    return larger and all(difference > 0 for difference in (one - other).values)
+
+
+def _of_the_encoder(test: MeasuredCircle, n: int, tuned: Mapping[str, TunedAxis], scheme: Scheme) -> Chance:
+    """Return what machines leave of the n-th circle whose friction is that of the model, and which record it again.
+
+    What the encoder does not show is left over too, and is added to friction as what another law leaves.
+    """
+    again = {name: recorded_again(one.after, PLACES) for name, one in tuned.items()}
+    glitches = []
+    for place in range(PLACES):
+        axes = {
+            name: _completed(replace(one, after=replace(one.after, residual=again[name][place])), n)
+            for name, one in tuned.items()
+        }
+        glitches.append(_glitch(test, axes, scheme, place))
+    return Chance(tuple(glitches), 0.0)
+
+
+def recorded_once_more(
+    test: MeasuredCircle, n: int, before: Mapping[str, Axis], tuned: Mapping[str, TunedAxis]
+) -> Chance:
+    """Return what a circle leaves that is recorded again, with what controllers believed before [m].
+
+    Parameters
+    ----------
+    test, n
+        The circle that was recorded, and its number.
+    before, tuned
+        Its axes as they were, and what was found of them.
+    """
+    axes = {}
+    for name, one in tuned.items():
+        true, old = _completed(one, n), before[name]
+        nominal = old.nominal or old.plant
+        axes[name] = replace(old, plant=true.plant, friction=true.friction, load=true.load, nominal=nominal)
+    known = test.scheme in PAPER_SCHEMES
+    found = []
+    for scheme in [test.scheme] if known else "fca":
+        try:
+            found.append(_chance(test, axes, PAPER_SCHEMES[scheme]))
+        except FricError:  # an axis without observer, or a loop that the plant found does not leave stable
+            continue
+    seen = measured_glitch(test)
+    return min(found, key=lambda one: abs(one.median - seen), default=Chance((seen,), 0.0))
+
+
 def _true(tuned: TunedAxis) -> Axis:
     """Return the axis as it truly is, if what was found holds."""
     load = float(np.mean(tuned.after.plant[2:])) * tuned.nominal.K_f
-    return replace(tuned.axis, plant=tuned.nominal, friction=tuned.friction, load=load)
+    return replace(tuned.axis, plant=tuned.nominal, friction=as_filed(tuned.friction), load=as_filed(load))
 
 
 def _drawn(tuned: TunedAxis, rng: np.random.Generator) -> Axis:
@@ -137,25 +197,37 @@ def _drawn(tuned: TunedAxis, rng: np.random.Generator) -> Axis:
         return true
     coordinates, covariance = tuned.after.balance.coordinates, tuned.estimates.coordinates
     values, vectors = np.linalg.eigh(covariance)
-    x = tuned.after.x + vectors @ (np.sqrt(np.maximum(values, 0.0)) * rng.standard_normal(len(values)))
+    root = vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T)  # no sign of an eigenvector is in it
+    x = tuned.after.x + root @ rng.standard_normal(len(values))
     x = np.clip(x, tuned.after.x - 1.5, tuned.after.x + 1.5)
     plant = true.plant
     late = max(coordinates.delay(x), hold_delay(true.cascade.sampling))
-    return replace(true, friction=coordinates.directed(x), plant=Plant(plant.A, plant.B, late, plant.K_f))
+    return replace(
+        true, friction=as_filed(coordinates.directed(x)), plant=as_filed(Plant(plant.A, plant.B, late, plant.K_f))
+    )
 
 
-def _glitch(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme) -> float:
-    """Return the glitch of one circle [m]."""
-    sampling = next(iter(axes.values())).cascade.sampling
-    references = circle(test.radius, test.feed, 1, sampling, direction=test.direction)
+def _chance(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme) -> Chance:
+    """Return the glitch of a circle at each place between two counts [m]."""
+    return Chance(tuple(_glitch(test, axes, scheme, place) for place in range(PLACES)), 0.0)
+
+
+def _glitch(test: MeasuredCircle, axes: Mapping[str, Axis], scheme: Scheme, place: int) -> float:
+    """Return the glitch of one circle, at one of `PLACES` places between two counts [m]."""
+    machine = Machine("", dict(axes)).placed(place / PLACES)
+    references = _references(test, next(iter(axes.values())).cascade.sampling)
     measured = [
         run_axis(axis, reference, scheme, accuracy=ACCURACY).position
-        for axis, reference in zip(axes.values(), references, strict=True)
+        for axis, reference in zip(machine.axes.values(), references, strict=True)
     ]
     return circularity(measured[0], measured[1], test.radius).glitch
 
 
-def _completed(n: int, tuned: TunedAxis) -> Axis:
+def _references(test: MeasuredCircle, sampling: float) -> tuple[Reference, Reference]:
+    return Circle(test.radius, test.feed, 1, test.direction).references(sampling)
+
+
+def _completed(tuned: TunedAxis, n: int) -> Axis:
     """Return the axis as it truly is where what was found leaves of the n-th circle is of its friction, by travel."""
     true, after = _true(tuned), tuned.after
     left = tuned.nominal.K_f * after.parts()[n]
@@ -163,29 +235,57 @@ def _completed(n: int, tuned: TunedAxis) -> Axis:
 
 
 def worse_ahead(
-    tests: Sequence[MeasuredCircle], predicted: Sequence[NextCircle], counted: Callable[[NextCircle], float]
+    tests: Sequence[MeasuredCircle],
+    predicted: Sequence[NextCircle],
+    again: Callable[[int], Chance],
+    count: float,
+    *,
+    doubtful: bool = False,
 ) -> str:
-    """Return that the next circle may be worse than the recorded one, for messages; empty where it should not.
+    """Return that the next circle should be worse than the recorded one, for messages; empty where it should not.
+
+    The recorded circle is one draw, and what it would leave again lies about it by the scatter of the machine that was
+    found. A glitch below a count is none to be avoided.
 
     Parameters
     ----------
     tests
-        The circle tests that were tuned with.
+        The circle tests.
     predicted
         What the next circles should show, for each the better scheme counts.
-    counted
-        What of a prediction is held against the recorded glitch [m].
+    again
+        Gives what the n-th circle leaves that is recorded again, with what controllers believed before [m].
+    count
+        A count of the encoders [m].
+    doubtful
+        Whether friction of this shape does not explain the circles: only the upper end of a prediction counts then.
     """
-    for test in tests:
+    for n, test in enumerate(tests):
         seen = measured_glitch(test)
         ahead = [one for one in predicted if (one.feed, one.radius) == (test.feed, test.radius)]
-        expected = [counted(one) for one in ahead]
-        if expected and min(expected) > seen:
+        expected = min((one.ci95[1] if doubtful else one.glitch for one in ahead), default=0.0)
+        if expected <= max(seen, count):
+            continue
+        once_more = again(n)
+        if expected > seen + once_more.half and (doubtful or expected > once_more.median):
             return (
-                f"the next circle at {test.feed * 1e3:g} mm/s may have a glitch of {min(expected) * 1e6:.2f} µm, and "
-                f"the recorded one has {seen * 1e6:.2f}"
+                f"the next circle at {test.feed * 1e3:g} mm/s may have a glitch of {expected * 1e6:.2f} µm, and the "
+                f"recorded one has {seen * 1e6:.2f}, up to {(seen + once_more.half) * 1e6:.2f} when it is "
+                "recorded again"
             )
     return ""
+
+
+def better_ahead(
+    tests: Sequence[MeasuredCircle], predicted: Sequence[NextCircle], again: Callable[[int], Chance]
+) -> bool:
+    """Tell whether a next circle should be better than the recorded one by more than chance; arguments as above."""
+    for n, test in enumerate(tests):
+        seen, once_more = measured_glitch(test), again(n)
+        ahead = [one.glitch for one in predicted if (one.feed, one.radius) == (test.feed, test.radius)]
+        if ahead and min(ahead) < min(seen, once_more.median) - once_more.half:
+            return True
+    return False
 
 
 def measured_quadrants(test: MeasuredCircle) -> tuple[float, float, float, float]:

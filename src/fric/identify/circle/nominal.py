@@ -78,6 +78,11 @@ class Coordinates:
             [PRIOR_ALPHA if n.startswith("alpha") else PRIOR_K if n.startswith("k_") else PRIORS[n] for n in self.names]
         )
 
+    @property
+    def bounds(self) -> Real:
+        """How far a coordinate is searched at most, shape (p,)."""
+        return np.minimum(6.0 * self.priors, 3.5)
+
     def delay(self, x: Real) -> float:
         """Return the delay at a point [s]."""
         return self.T_d * float(np.exp(self._value(x, "T_d")))

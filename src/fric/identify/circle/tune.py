@@ -2,16 +2,25 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
 from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
+from fric.estimate import as_filed
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
 from fric.identify.circle.measured import MeasuredCircle
-from fric.identify.circle.next_circle import NextCircle, law_warnings, next_circles, worse_ahead
+from fric.identify.circle.next_circle import (
+    NextCircle,
+    better_ahead,
+    law_warnings,
+    next_circles,
+    recorded_once_more,
+    worse_ahead,
+)
 from fric.identify.circle.nominal import Coordinates
 from fric.identify.circle.tune_bootstrap import explained
 from fric.identify.circle.tune_fit import STARTS, Balance, Fitted, at, fit
@@ -36,6 +45,12 @@ DISPLACED = 0.5e-6
 """By how much a clock that jitters may move the position [m]: more is more than what is to be compensated."""
 AGAIN, RESTS = 3, 0.01
 """How often the motion is refined and the fit repeated at most, and the move in the logarithm below which it rests."""
+
+FEWER = (
+    ("level", "stiffness", "alpha", "k"), ("level", "C", "ratio", "v_s", "delta"), ("level",),
+)  # fmt: skip
+"""What is kept of the friction that was found, where all of it should make a circle worse: all but how it falls with
+speed, which shows where a circle is slow; all but the stiffness, which shows where it is fast; the level alone."""
 
 MISFIT = "what is left is not friction of this shape"
 GROWING = "errors grow by themselves in falling friction, which the loop does not hold (--loop designs one that does)"
@@ -108,13 +123,45 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
 
 
 def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
-    """Return an axis whose controller believes a friction and a plant: feedforward with lead, and observer."""
+    """Return an axis whose controller believes a friction and a plant, as a file holds them: feedforward with lead, and
+    observer.
+    """
+    friction, plant = as_filed(friction), as_filed(plant)
     model = friction.model if isinstance(friction, Directed) else friction
     assert isinstance(model, GMS)
     static = directed(model.static, friction.negative if isinstance(friction, Directed) else None)
     models = {**axis.nominal_friction.models, "static": static, "gms": friction}
     observer = None if axis.observer is None else replace(axis.observer, A=plant.A, B=plant.B)
     return replace(axis, nominal_friction=NominalFriction(models, 1.0, "auto"), nominal=plant, observer=observer)
+
+
+def in_part(one: TunedAxis, before: Axis, names: Sequence[str]) -> TunedAxis:
+    """Return a tuned axis whose controller believes a part of the friction that was found, and the plant.
+
+    Parameters
+    ----------
+    one
+        The tuned axis.
+    before
+        The axis as it was.
+    names
+        Coordinates that are kept, those of blocks without their number; the others are as before.
+    """
+    coordinates = one.after.balance.coordinates
+    kept = np.array([name.rpartition("_")[0] in names or name in (*names, "T_d", "side") for name in coordinates.names])
+    friction = as_filed(coordinates.directed(np.where(kept, one.after.x, 0.0)))
+    assert one.estimates is not None  # of what is improved
+    part = replace(one, axis=with_belief(before, friction, one.nominal), estimates=one.estimates.at(friction))
+    return cautious(part)
+
+
+def part_warning(why: str, names: Sequence[str]) -> Notice:
+    """Return that only a part of what was found is kept, and why."""
+    words = "of what was found of friction only the level is kept"
+    if len(names) > 1:
+        left = "stiffnesses" if "C" in names else "how friction falls with speed, and C"
+        words = f"all that was found is kept but {left}"
+    return Notice(f"with all that was found {why}: {words}", "tuned-in-part", "note")
 
 
 def _again(found: Fitted, K_f: float) -> Fitted:
@@ -211,24 +258,36 @@ def tune(
                 f"is {words}, and tuning needs traces of {' and '.join(names)} in every test", where=test.where,
                 hint="Give controller traces of the same axes.",
             )  # fmt: skip
-    axes = {name: tune_axis(machine.axis(name), tests, done) for name in names}
+    before = {name: machine.axis(name) for name in names}
+    axes = {name: tune_axis(axis, tests, done) for name, axis in before.items()}
     axes = {name: cautious(holding(one) if loop else one) for name, one in axes.items()}
     logs = [log for test in tests for log in test.logs()]
     warnings = [warning for one in axes.values() for warning in one.warnings] + clock_flaws(logs, "inspect")
     better = all(one.improves for one in axes.values())
     predicted = next_circles(tests, axes, done) if better else []
+    found = axes
     # where friction of this shape, or one that stays, does not explain the circle, only the upper end of a prediction
-    # counts; where errors grow by themselves in the loop, the largest of what was drawn
+    # counts, and nothing tells what of the result may be kept
     doubtful = any(warning.code in {"circle-misfit", "friction-drifts"} for warning in warnings)
-    grows = better and not all(holds(one) for one in axes.values())
     if any(clock.lost or clock.displaced > DISPLACED for clock in map(timing, logs)):
         why = "the log's clock is wrong (see above)"
     elif better and not predicted:
         why = "with what was found no stable circle can be simulated"
     else:
-        why = worse_ahead(tests, predicted, lambda one: one.ci95[1] if doubtful else one.drawn if grows else one.glitch)
+        once_more = cache(lambda n: recorded_once_more(tests[n], n, before, found))
+        count = max(axis.encoder.resolution for axis in before.values())
+        why = worse_ahead(tests, predicted, once_more, count, doubtful=doubtful)
+        if why and not doubtful:
+            for kept in FEWER:
+                some = {name: in_part(one, before[name], kept) for name, one in axes.items()}
+                ahead = next_circles(tests, some)
+                if ahead and not worse_ahead(tests, ahead, once_more, count) and better_ahead(tests, ahead, once_more):
+                    axes, predicted = some, ahead
+                    warnings.append(part_warning(why, kept))
+                    why = ""
+                    break
         if why:
-            why += f": {GROWING if grows else MISFIT}"
+            why += f": {MISFIT if all(map(holds, axes.values())) else GROWING}"
     if why:
         text = f"{why}: the result is refused, and the nominal parameters are kept"
         warnings.append(Notice(text, "tuning-refused", "wrong"))

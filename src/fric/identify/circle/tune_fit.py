@@ -189,7 +189,7 @@ def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: in
 
 def _searched(search: Search, x: Real, steps: int) -> Real:
     """Return the point that so many steps of Levenberg and Marquardt lead to within the bounds."""
-    bounds = np.minimum(6.0 * search.priors, 3.5)
+    bounds = search.balance.coordinates.bounds
     x = np.clip(x, -0.99 * bounds, 0.99 * bounds)
     damping, cost = 1e-2, search.cost(x)
     gradient, curvature = search.normal(x)

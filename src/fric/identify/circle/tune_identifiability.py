@@ -72,7 +72,7 @@ def identifiability_warnings(
             "direction of motion: each has its own map",
             "direction", "note",
         )  # fmt: skip
-    bounds = np.minimum(6.0 * found.balance.coordinates.priors, 3.5)
+    bounds = found.balance.coordinates.bounds
     at_end = [
         name
         for name, value, bound in zip(found.balance.coordinates.names, found.x, bounds, strict=True)

@@ -88,7 +88,7 @@ def instrumented(found: Fitted) -> Fitted:
     x, plant = found.x + step[:p], found.plant + step[p:]
     left = search.left(x) - search.columns @ plant
     moved = replace(found, x=x, plant=plant, residual=left / of.weights)
-    if not moved.rms < GROWN * found.rms:
+    if not moved.rms < GROWN * found.rms or np.any(np.abs(x) > found.balance.coordinates.bounds):
         return found
     gradient = np.hstack([search.derivatives(x), -search.columns])
     return replace(moved, gradient=gradient / of.weights[:, None])

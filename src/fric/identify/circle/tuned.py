@@ -1,11 +1,19 @@
 """What circles say of an axis, and how sure it is."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
 
 from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.estimate import Covariance, Estimate
 from fric.friction import FrictionModel
+from fric.friction.directed import Directed
+from fric.friction.gms import GMS
 from fric.identify.circle.tune_fit import Fitted
 from fric.notice import Notice
 from fric.simulate.machine import Axis
@@ -32,6 +40,29 @@ class TunedEstimates:
     plant: dict[str, Estimate]
     covariance: Covariance
     coordinates: Real
+
+    def at(self, friction: FrictionModel) -> TunedEstimates:
+        """Return the estimates where a controller believes another friction: what differs is fixed there."""
+        negative = friction.negative if isinstance(friction, Directed) else None
+        model = friction.model if isinstance(friction, Directed) else friction
+        assert isinstance(model, GMS)  # what circles tune
+
+        def fixed(section: dict[str, Estimate], values: Mapping[str, Any]) -> dict[str, Estimate]:
+            return {
+                name: one if np.allclose(one.value, values.get(name, one.value), 1e-5)
+                else Estimate(values[name], one.unit, fixed=True)
+                for name, one in section.items()
+            }  # fmt: skip
+
+        static, gms = fixed(self.static, vars(model.static)), fixed(self.gms, vars(model))
+        free = {name for name, one in (static | gms).items() if not one.fixed}
+        kept = [n for n, name in enumerate(self.covariance.names) if name in free or name.rpartition("_")[0] in free]
+        rows = np.array(self.covariance.matrix)[np.ix_(kept, kept)]
+        return replace(
+            self, static=static, gms=gms,
+            negative=None if self.negative is None else fixed(self.negative, vars(negative)),
+            covariance=Covariance.of([self.covariance.names[n] for n in kept], rows, "log"),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
