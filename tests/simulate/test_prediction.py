@@ -8,6 +8,7 @@ import pytest
 
 import fric
 from fric.control.scheme import PAPER_SCHEMES
+from fric.documents.contours import prediction_of, prediction_tree
 from fric.documents.discrepancy import FORM, discrepancies
 from fric.documents.friction import FrictionDocument
 from fric.documents.identified import Identified
@@ -20,7 +21,6 @@ from fric.notice import Notice
 from fric.results.verdict import evidence_of
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.prediction import predicted as predicted_of
-from fric.simulate.prediction import prediction_of
 from fric.simulate.spread import draw_machine
 
 CIRCLE = Circle(0.03, 0.1)
@@ -122,7 +122,7 @@ def test_the_interval_holds_the_true_machine_where_a_circle_was_measured(identif
 
 def test_a_prediction_reads_as_it_was_written(predicted):
     for one in predicted.values():
-        assert prediction_of(one.as_dict()).as_dict() == one.as_dict()
+        assert prediction_of(prediction_tree(one)) == one
     assert predicted["held"].schemes["c"].under <= predicted["held"].schemes["c"].ci95[1]
     assert predicted["held"].measured
     assert predicted["held"].widened["x"]

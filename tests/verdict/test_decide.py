@@ -176,7 +176,7 @@ def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with()
     warned = Notice("F_c varies", "friction-over-position", "wrong"), Notice("it lags", "force-lags", "wrong")
     made = {"warnings_coded": [one.as_dict() for one in warned]}
     apart = {"/there/one.h5": ["one.h5 shows 33 µm"], "two.h5": ["two.h5 shows 9 µm"]}
-    prediction = Prediction(0.03, 0.1, ("x", "y"), 24, 0.1 * UM, {}, measured=("/here/one.h5, test 'circle'",))
+    prediction = Prediction(0.03, 0.1, ("x", "y"), 24, 0.1 * UM, ("/here/one.h5, test 'circle'",), {})
     table = leaves("a", 20, 20 * LEVEL), leaves("c", 4, 4 * LEVEL)
     given = evidence_of(made, table, prediction, disagreements=apart)
     assert given.compared

@@ -1,11 +1,15 @@
 """What schemes leave of a contour, as `--json` prints it: ``fric: circle-result/1`` and ``fric: path-result/1``."""
 
-from typing import ClassVar, Literal
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
 from fric.documents.base import CodedWarning, Document
-from fric.documents.quantity import Part
+from fric.documents.generated import PartOf, again
+from fric.documents.quantity import Known, Part
+from fric.simulate.prediction import Predicted, Prediction
 from fric.simulate.spread import Distribution
 
 
@@ -78,31 +82,34 @@ class VerdictPart(Part):
     next: list[str] = Field(description="what to type next")
 
 
-class PredictedScheme(Part):
+class PredictedScheme(PartOf[Predicted]):
     """What one scheme should leave, on machines drawn from all that is open about the one that was identified."""
 
-    glitch: float | None = Field(description="median [m]")
-    ci95: list[float | None] = Field(description="[m]; null where a loop is not stable")
-    under: float | None = Field(description="what 95 % of the machines stay under [m]")
-    quadrants: dict[str, list[float | None]] = Field(description="95 % interval of the signed glitch [m]")
-    axes: dict[str, list[float | None]] = Field(description="95 % interval of the largest glitch of an axis [m]")
-    unstable: float = Field(description="share of the machines on which the loop is not stable")
+    glitch: Known = Field(description="median [m]")
+    under: Known = Field(description="what 95 % of the machines stay under [m]")
     trusted: bool
     why: list[CodedWarning] = Field(description="why it must not be trusted")
 
 
-class PredictionPart(Part):
+class PredictionPart(PartOf[Prediction]):
     """What schemes should leave of the circle, and whether that may be trusted."""
 
-    radius: float
-    feed: float
-    axes: list[str]
-    machines: int
-    resolution: float = Field(description="step of the coarsest encoder [m]")
-    measured: list[str] = Field(description="measured circles that every machine was made to agree with")
     schemes: dict[str, PredictedScheme]
-    widened: dict[str, list[CodedWarning]] = Field(description="by axis, what widened the intervals")
-    distrust: list[CodedWarning] = Field(description="why no interval must be trusted")
+
+
+def prediction_tree(found: Prediction) -> dict[str, Any]:
+    """Return a prediction as plain values."""
+    return PredictionPart.model_validate(found, from_attributes=True).model_dump(exclude_unset=True)
+
+
+def prediction_of(tree: Mapping[str, Any]) -> Prediction:
+    """Return the prediction of such values."""
+    found: Prediction = again(Prediction, tree)
+    schemes = {
+        name: replace(one, distrust=tuple(why for why in one.why if why not in found.distrust))
+        for name, one in found.schemes.items()
+    }
+    return replace(found, schemes=schemes)
 
 
 class CircleResultDocument(Document):

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache, reduce
 from inspect import cleandoc, getdoc
+from math import inf
 from operator import or_
 from pathlib import Path
 from types import UnionType
@@ -19,8 +20,8 @@ import pydantic
 from pydantic import AliasChoices
 
 from fric.documents.base import CodedWarning
-from fric.documents.quantity import CovarianceBlock, Physical, Quantity
-from fric.estimate import Covariance, Estimate
+from fric.documents.quantity import CovarianceBlock, Known, Physical, Quantity
+from fric.estimate import Covariance, Estimate, Interval
 from fric.notice import Notice
 from fric.units import Motion
 
@@ -56,6 +57,8 @@ class PartOf(Physical, Generic[T]):
         """Return the type by which a document holds something of a type."""
         if isinstance(kind, type) and is_dataclass(kind) and kind not in HELD:
             return _part(cls, kind)
+        if kind == Interval:
+            return list[Known]
         origin, given = get_origin(kind), tuple(map(cls.of_type, get_args(kind)))
         if origin is Annotated:
             return Annotated[Quantity, *kind.__metadata__]
@@ -141,3 +144,21 @@ def described_fields(kind: type[Any]) -> tuple[str, dict[str, str]]:
             sentence = re.split(r"\.(?: |$)", " ".join(body.split()))[0]
             told |= {name: sentence[0].lower() + sentence[1:] for name in names.split(", ")}
     return text.partition("\n\n")[0], told
+
+
+def again(kind: Any, given: Any) -> Any:
+    """Return what a dataclass, or a type within it, was before a `PartOf` made plain values of it; null is infinite."""
+    inner = get_args(kind)
+    if is_dataclass(kind):
+        types = get_type_hints(kind)
+        made: Any = kind
+        return made(**{one.name: again(types[one.name], given[one.name]) for one in fields(kind) if one.name in given})
+    if kind is float:
+        return inf if given is None else float(given)
+    if kind is Notice:
+        return Notice.of(given)
+    if get_origin(kind) is tuple:
+        return tuple(again(inner[0], one) for one in given)
+    if get_origin(kind) in {dict, Mapping}:
+        return {key: again(inner[1], one) for key, one in given.items()}
+    return given

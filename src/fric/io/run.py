@@ -12,6 +12,7 @@ import numpy as np
 
 from fric.contour import Circularity, ContourError, Figures, Reversal
 from fric.control.scheme import Scheme
+from fric.documents.contours import prediction_of, prediction_tree
 from fric.input import foreign
 from fric.io.safe_hdf5 import check_type, column, open_file, text
 from fric.io.staged_hdf5 import staged_hdf5, write_column
@@ -20,7 +21,7 @@ from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
 from fric.simulate.path import PathRun, PointPath, RecordedPath
-from fric.simulate.prediction import Prediction, prediction_of
+from fric.simulate.prediction import Prediction
 
 FORMAT = "run/1"
 AGAIN = "Make it again with `fric simulate`."
@@ -76,7 +77,7 @@ def write_runs(
         if many is not None:
             _write_monte_carlo(file.create_group(MONTE_CARLO), many)
             if prediction is not None:
-                file[f"{MONTE_CARLO}/prediction"] = json.dumps(prediction.as_dict())
+                file[f"{MONTE_CARLO}/prediction"] = json.dumps(prediction_tree(prediction))
         for run in runs:
             group = file.create_group(run.scheme.name)
             group.attrs.update({f"scheme_{key}": value for key, value in run.scheme.plain().items()})

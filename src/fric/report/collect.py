@@ -14,6 +14,7 @@ from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
 from fric.documents.bundled import located
 from fric.documents.circle_map import CircleMapDocument
+from fric.documents.contours import prediction_of, prediction_tree
 from fric.documents.machine_files import NOMINAL_DOCUMENTS
 from fric.documents.yaml import read_document
 from fric.errors import FricError
@@ -29,7 +30,7 @@ from fric.report.report_input import KINDS, Contour, ContourTest, Item, Measured
 from fric.results.diagnose import diagnose
 from fric.simulate.circle import CircleRun
 from fric.simulate.path import PathRun
-from fric.simulate.prediction import Prediction, prediction_of
+from fric.simulate.prediction import Prediction
 from fric.verdict.candidates import candidates_of
 
 T = TypeVar("T", Item, ContourTest)
@@ -230,7 +231,7 @@ def _test_data(test: ContourTest) -> dict[str, Any]:
                 "places": list(one.places),
             }
         )  # fmt: skip
-    head |= {"prediction": test.prediction.as_dict() if test.prediction else None}
+    head |= {"prediction": prediction_tree(test.prediction) if test.prediction else None}
     return head | {"provenance": dict(test.provenance), "labels": list(test.labels), "contours": contours}
 
 

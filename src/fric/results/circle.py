@@ -79,7 +79,7 @@ class CircleResult(Result):
         """Glitch and radial error by scheme [m]."""
         content = circle_document(self.runs) | {"verdict": self.verdict.as_dict()}
         content |= {"monte_carlo": monte_carlo_document(self.many)} if self.many else {}
-        content |= {"prediction": self.prediction.as_dict()} if self.prediction else {}
+        content |= {"prediction": self.prediction} if self.prediction else {}
         return CircleResultDocument.made(content, notices=self.warnings).tree()
 
     @cached_property

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import inf, isfinite
-from typing import TYPE_CHECKING, Any
+from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fric.arrays import Real
 from fric.contour import QUADRANTS
-from fric.estimate import Interval
+from fric.estimate import STAYS, Interval
 from fric.notice import Notice
 from fric.simulate.contour_run import pair
 
@@ -34,60 +34,45 @@ SETTLED = frozenset(
 
 @dataclass(frozen=True)
 class Predicted:
-    """What one scheme should leave of a circle.
+    """What one scheme should leave, on machines drawn from all that is open about the one that was identified.
 
-    Parameters
-    ----------
-    scheme
-        Its name.
-    glitch
-        Median of the largest glitch over the machines that were drawn [m].
-    ci95
-        Between what it lies on 95 % of them, the encoder's step taken in [m].
-    under
-        What it stays under on 95 % of them [m].
-    quadrants
-        Interval of the signed glitch at each quadrant [m].
-    axes
-        Interval of the largest glitch at the two reversals of each axis that was run [m].
-    unstable
-        Share of the machines on which the scheme's loop is not stable [1].
-    distrust
-        Why this scheme's interval must not be trusted, besides what holds for all schemes.
+    glitch: median of the largest glitch over the machines that were drawn [m]
+    ci95: between what it lies on 95 % of them, the encoder's step taken in; null where a loop is not stable [m]
+    under: what 95 % of the machines stay under [m]
+    quadrants: 95 % interval of the signed glitch [m]
+    axes: 95 % interval of the largest glitch at the two reversals of an axis that was run [m]
+    unstable: share of the machines on which the loop is not stable
+    why: why it must not be trusted
+    distrust: which of these reasons hold for this scheme alone
     """
 
-    scheme: str
     glitch: float
     ci95: Interval
     under: float
     quadrants: Mapping[str, Interval]
     axes: Mapping[str, Interval]
     unstable: float = 0.0
-    distrust: tuple[Notice, ...] = ()
+    why: tuple[Notice, ...] = field(default=(), metadata=STAYS)
+    distrust: tuple[Notice, ...] = field(default=(), metadata=STAYS)
+
+    @property
+    def trusted(self) -> bool:
+        """Whether it may be trusted."""
+        return not self.why
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """What schemes should leave of one circle, on machines drawn from all that is open about one.
+    """What schemes should leave of the circle, and whether that may be trusted.
 
-    Parameters
-    ----------
-    radius, feed
-        The circle [m], [m/s].
-    axes
-        The axes that were run; another follows its reference exactly.
-    machines
-        Machines that were drawn.
-    resolution
-        Step of the coarsest encoder [m]: no smaller difference is seen.
-    schemes
-        By scheme.
-    widened
-        By axis, what widened the intervals beyond those of the parameters.
-    measured
-        Measured circles that every machine was made to agree with.
-    distrust
-        Why no interval must be trusted; empty where all may be.
+    radius, feed: the circle [m], [m/s]
+    axes: that were run; another follows its reference exactly
+    machines: that were drawn
+    resolution: step of the coarsest encoder: no smaller difference is seen [m]
+    measured: measured circles that every machine was made to agree with
+    schemes: by name
+    widened: by axis, what widened the intervals beyond those of the parameters
+    distrust: why no interval must be trusted
     """
 
     radius: float
@@ -95,46 +80,18 @@ class Prediction:
     axes: tuple[str, ...]
     machines: int
     resolution: float
+    measured: tuple[str, ...]
     schemes: Mapping[str, Predicted]
     widened: Mapping[str, tuple[Notice, ...]] = field(default_factory=dict)
-    measured: tuple[str, ...] = ()
     distrust: tuple[Notice, ...] = ()
 
     def why_not(self, scheme: str) -> tuple[Notice, ...]:
         """Return why the interval of a scheme must not be trusted; nothing where it may be."""
-        own = self.schemes[scheme].distrust if scheme in self.schemes else ()
-        return tuple(dict.fromkeys([*self.distrust, *own]))
+        return self.schemes[scheme].why if scheme in self.schemes else self.distrust
 
     def trusted(self, scheme: str) -> bool:
         """Tell whether the interval of a scheme may be trusted."""
-        return scheme in self.schemes and not self.why_not(scheme)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the prediction as a plain document, for programs; every number in SI."""
-        return {
-            "radius": self.radius,
-            "feed": self.feed,
-            "axes": list(self.axes),
-            "machines": self.machines,
-            "resolution": self.resolution,
-            "measured": list(self.measured),
-            "schemes": {
-                name: {
-                    "glitch": _known(one.glitch), "ci95": list(map(_known, one.ci95)), "under": _known(one.under),
-                    "quadrants": {key: list(map(_known, limits)) for key, limits in one.quadrants.items()},
-                    "axes": {key: list(map(_known, limits)) for key, limits in one.axes.items()},
-                    "unstable": one.unstable, "trusted": self.trusted(name),
-                    "why": [why.as_dict() for why in self.why_not(name)],
-                }
-                for name, one in self.schemes.items()
-            },
-            "widened": {axis: [why.as_dict() for why in reasons] for axis, reasons in self.widened.items()},
-            "distrust": [why.as_dict() for why in self.distrust],
-        }  # fmt: skip
-
-
-def _known(value: float) -> float | None:
-    return value if isfinite(value) else None
+        return scheme in self.schemes and self.schemes[scheme].trusted
 
 
 ENDS = 0.1
@@ -181,13 +138,13 @@ def predicted(
         ends = {name: size[:, k::2].max(axis=1) for k, name in enumerate(names) if name in axes}
         low, high = _between(glitch, step)
         schemes[scheme.name] = Predicted(
-            scheme.name, float(np.median(glitch)), (max(low, 0.0), high), min(_quantile(glitch, 0.95) + step / 2, high),
+            float(np.median(glitch)), (max(low, 0.0), high), min(_quantile(glitch, 0.95) + step / 2, high),
             {name: _between(ran[:, k], step) for k, name in enumerate(QUADRANTS)},
             {name: (max(found[0], 0.0), found[1]) for name, found in ((a, _between(s, step)) for a, s in ends.items())},
-            failed, tuple(why),
+            failed, tuple(dict.fromkeys([*distrust, *why])), tuple(why),
         )  # fmt: skip
     return Prediction(
-        study.circle.radius, study.circle.feed, axes, len(many), step, schemes, dict(widened or {}), tuple(measured),
+        study.circle.radius, study.circle.feed, axes, len(many), step, tuple(measured), schemes, dict(widened or {}),
         tuple(distrust),
     )  # fmt: skip
 
@@ -209,31 +166,3 @@ def _between(values: Real, step: float) -> Interval:
 
 def _quantile(values: Real, share: float) -> float:
     return float(np.quantile(values, share)) if np.all(np.isfinite(values)) else inf
-
-
-def prediction_of(tree: Mapping[str, Any]) -> Prediction:
-    """Return the prediction that `Prediction.as_dict` wrote."""
-
-    def notices(given: Any) -> tuple[Notice, ...]:
-        return tuple(map(Notice.of, given))
-
-    def limits(given: Mapping[str, Any]) -> dict[str, Interval]:
-        return {key: (number(low), number(high)) for key, (low, high) in given.items()}
-
-    def number(given: float | None) -> float:
-        return inf if given is None else float(given)
-
-    general = notices(tree["distrust"])
-    schemes = {
-        name: Predicted(
-            name, number(one["glitch"]), limits({"": one["ci95"]})[""], number(one["under"]),
-            limits({key: one["quadrants"][key] for key in QUADRANTS if key in one["quadrants"]}), limits(one["axes"]),
-            float(one["unstable"]), tuple(why for why in notices(one["why"]) if why not in general),
-        )
-        for name, one in tree["schemes"].items()
-    }  # fmt: skip
-    return Prediction(
-        float(tree["radius"]), float(tree["feed"]), tuple(tree["axes"]), int(tree["machines"]),
-        float(tree["resolution"]), schemes, {axis: notices(reasons) for axis, reasons in tree["widened"].items()},
-        tuple(tree["measured"]), general,
-    )  # fmt: skip
