@@ -72,15 +72,46 @@ def plain(text: str) -> str:
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
-def alike(printed: str, shown: str, also: float = 0.0) -> bool:
-    """Tell whether two outputs have the same words, and numbers that differ in their last digits alone, or by ``also``.
+INTERVAL = re.compile(rf"(?:{NUMBER.pattern} +\(?)?({NUMBER.pattern}) … ({NUMBER.pattern})")
+"""An interval as it is printed, with the value in front of it: the three are in one unit."""
 
-    On another machine the last digit of a fit may round the other way; what the example says stays true.
+HALF_WIDTH = re.compile(rf"({NUMBER.pattern})(?: ([^\s\d]\S*))? +± ({NUMBER.pattern})(?: ([^\s\d]\S*))?")
+"""A value with half the width of its interval, each with its own prefix of a unit."""
+
+PREFIXES = {"n": 1e-9, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
+
+
+def alike(printed: str, shown: str, also: float = 0.0, share: float = 0.02) -> bool:
+    """Tell whether two outputs have the same words, and numbers that differ by no more than chance and rounding allow.
+
+    On another machine the last digit of a fit may round the other way, and where a drive hunts from count to count the
+    fit is of another record: numbers may differ by two of their last digits and a share, by ``also``, and by half the
+    interval that is printed with them; what the example says stays true.
     """
     if NUMBER.sub("#", " ".join(printed.split())) != NUMBER.sub("#", " ".join(shown.split())):
         return False
-    pairs = zip(NUMBER.findall(printed), NUMBER.findall(shown), strict=True)
-    return all(abs(float(a) - float(b)) <= 0.02 * abs(float(b)) + 2 * _last_digit(b) + also for a, b in pairs)
+    pairs = zip(NUMBER.findall(printed), NUMBER.findall(shown), _by_intervals(shown), strict=True)
+    return all(
+        abs(float(a) - float(b)) <= max(share * abs(float(b)) + 2 * _last_digit(b) + also, half) for a, b, half in pairs
+    )
+
+
+def _by_intervals(shown: str) -> list[float]:
+    """Return by how much each number of an output may differ: half of the interval that is printed with it, or 0."""
+    found = {number.start(): 0.0 for number in NUMBER.finditer(shown)}
+    for interval in INTERVAL.finditer(shown):
+        half = 0.5 * abs(float(interval[2]) - float(interval[1]))
+        found |= {at: half for at in found if interval.start() <= at < interval.end()}
+    for one in HALF_WIDTH.finditer(shown):
+        found[one.start(1)] = float(one[3]) * _prefix(one[4], one[2]) / _prefix(one[2], one[4])
+    return list(found.values())
+
+
+def _prefix(unit: str | None, other: str | None) -> float:
+    """Return the factor of a unit's prefix; a letter that another form of the unit begins with is none."""
+    if not unit or not other or unit == other or unit[0] not in PREFIXES:
+        return 1.0
+    return PREFIXES[unit[0]] if unit[1:] in {other, other[1:]} else 1.0
 
 
 def _last_digit(number: str) -> float:

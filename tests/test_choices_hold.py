@@ -1,7 +1,7 @@
 """Choices do not hang on the last bit: blocks, forms, orders and winners are the same in logs that differ by rounding.
 
 A difference of 1e-13 in B becomes one of whole counts, so that these are draws of a random quantity. With six blocks
-the criterion was 184 ± 6 on `base`, 284 ± 12 with five: the chance that their order turns is below 1e-9, and so is that
+the criterion was 186 ± 5 on `base`, 292 ± 14 with five: the chance that their order turns is below 1e-9, and so is that
 of a second mass. Samples moved by one unit in the last place move scores by 1e-9, and no two here are that near.
 """
 
