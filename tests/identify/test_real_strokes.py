@@ -12,7 +12,7 @@ from fric.friction.stribeck import StaticMap
 from fric.identify.static_map.identify import StaticFit, identify_static
 from fric.log import Log
 from fric.notice import Notice
-from tests.chance import fewest
+from tests.chance import fewest, most
 from tests.identify.constant_velocity import TABLE_1, both_directions, stroke
 
 MASS = 121.0
@@ -59,15 +59,20 @@ def test_a_fall_that_only_the_two_slowest_of_one_direction_show_is_kept() -> Non
     assert float(fit.static.estimates["F_c"]) == pytest.approx(80, rel=0.01)
 
 
+few_and_many = pytest.mark.parametrize("draws", [4, pytest.param(20, marks=pytest.mark.long(15))])
+"""Of statistics a few draws at once, and as many as tell a share in the tests' long part."""
+
+
+@few_and_many
 @pytest.mark.parametrize("sigma", [400.0, 3000.0])
-def test_coulomb_plus_viscous_friction_is_told_as_such(sigma: float) -> None:
+def test_coulomb_plus_viscous_friction_is_told_as_such(sigma: float, draws: int) -> None:
     """Where nothing falls, F_c is no 0 with a v_s of the fastest stroke, but that of the simpler map.
 
-    Of 20 draws up to two more may see a fall than are bound to hold F_c: chance of failing 3 in 10,000.
+    A draw in twenty may see a fall, and is passed over. Chance of failing: below one in a thousand.
     """
     map_ = StaticMap(F_c=60.0, F_s=60.0, v_s=1e-3, sigma=sigma)
     covered = 0
-    for seed in range(20):
+    for seed in range(draws):
         rng = np.random.default_rng([seed, 2])
         logs = [stroke(v, rng, friction=map_) for v in both_directions(np.geomspace(2e-3, 60e-3, 8))]
         logs = [replace(log, force=log.force + rng.normal(0, 0.5)) for log in logs]
@@ -80,20 +85,21 @@ def test_coulomb_plus_viscous_friction_is_told_as_such(sigma: float) -> None:
         assert codes(fit)["fall-not-seen"] == "doubt"
         low, high = limits(fit, "F_c")
         covered += low <= 60.0 <= high
-    assert covered >= fewest(20) - 2
+    assert covered >= fewest(draws, 0.9)
     assert "Coulomb plus viscous" in identify_static(logs, form="coulomb").method
     forced = identify_static(logs, form="stribeck")
     assert forced.static is not None
     assert forced.static.problem.fall
 
 
-def test_swings_over_a_falling_curve_do_not_lift_it() -> None:
+@few_and_many
+def test_swings_over_a_falling_curve_do_not_lift_it(draws: int) -> None:
     """16 % (rms) between 0.3 and 1.2 mm/s: F_s stays within its interval, and the swing is measured and said.
 
-    Chance of failing: 3 in 10,000 for each of three numbers, which go together.
+    Chance of failing: below one in a thousand for each of three numbers, which go together.
     """
     covered = {"F_c": 0, "F_s": 0, "v_s": 0}
-    for seed in range(20):
+    for seed in range(draws):
         rng = np.random.default_rng([seed, 3])
         logs = [
             swung(v, rng, swing=0.35 if 0.3e-3 < abs(v) < 1.2e-3 else 1e-4, friction=TABLE_1)
@@ -106,7 +112,7 @@ def test_swings_over_a_falling_curve_do_not_lift_it() -> None:
             low, high = limits(fit, name)
             covered[name] += low <= getattr(TABLE_1, name) <= high
     assert codes(fit)["strokes-swing"] == "note"
-    assert min(covered.values()) >= fewest(20), covered
+    assert min(covered.values()) >= fewest(draws), covered
 
 
 def test_a_stroke_that_ripples_too_much_for_a_steady_stretch_is_used() -> None:
@@ -190,13 +196,15 @@ def test_directions_that_differ_are_told_and_a_stated_load_parts_them_from_an_of
             assert low - slack <= getattr(truth, name) <= high + slack  # type: ignore[operator]
 
 
-def test_directions_that_are_alike_raise_no_alarm() -> None:
+@pytest.mark.parametrize("draws", [4, pytest.param(12, marks=pytest.mark.long(10))])
+def test_directions_that_are_alike_raise_no_alarm(draws: int) -> None:
+    """One in two hundred may be told to differ; more than this are in one of a thousand such tests."""
     told = 0
-    for seed in range(12):
+    for seed in range(draws):
         rng = np.random.default_rng([seed, 10])
         fit = identify_static([stroke(v, rng) for v in both_directions(SLOW)])
         told += "directions-differ" in codes(fit) or fit.negative is not None
-    assert told == 0
+    assert told <= most(draws, 0.005)
 
 
 def test_the_error_of_the_plant_s_damping_is_in_the_intervals() -> None:
