@@ -127,16 +127,17 @@ def _open_ended(limits: Any) -> Any:
     return None if isinf(limits) else limits
 
 
-def estimate_rows(section: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str, str, str]]:
-    """Return the parameters of a document's section as rows for people: name, value, interval, unit.
+def estimate_rows(section: Mapping[str, Estimate | Mapping[str, Any]]) -> list[tuple[str, str, str, str]]:
+    """Return estimates, or the parameters of a document's section, as rows for people: name, value, interval, unit.
 
     Value and interval stand in the same unit, with the prefix that suits the larger of them, and with as many digits
     as the interval can tell; a vector is one row an element, all in one unit.
     """
     rows, sizes = [], dict[int, float]()
-    for _, value, interval, entry in elements(section):
+    entries = {name: one.as_dict() if isinstance(one, Estimate) else one for name, one in section.items()}
+    for _, value, interval, entry in elements(entries):
         sizes[id(entry)] = max(_size(value, interval), sizes.get(id(entry), 0.0))
-    for name, value, interval, entry in elements(section):
+    for name, value, interval, entry in elements(entries):
         scale, unit = prefixed(sizes[id(entry)], str(entry["unit"]))
         shown, text = in_digits(value, interval, scale)
         rows.append((name, shown, text or note_of(entry), unit))

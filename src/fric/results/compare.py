@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from fric.results.base import Result
 from fric.results.given import Advance, logs_of, silent
 from fric.results.given_models import friction_of, plant_of
 from fric.results.text import Piece, Table
-from fric.units import readable
+from fric.units import readable, si_unit
 from fric.verb import verb
 
 
@@ -43,28 +44,24 @@ class ComparisonResult(Result):
 
     def report(self) -> list[Piece]:
         """Return a line a model, and whether one of them is the best."""
-        unit = self.document["unit"]
+        unit = si_unit("force", self.comparison.records[0].log.motion)
         rows = [
             (
-                name,
-                readable(score["rms"], unit),
-                "–" if score["rms_near_reversals"] is None else readable(score["rms_near_reversals"], unit),
-                readable(score["rms_fitted"], unit),
-                str(score["parameters"]),
-                f"{score['bits_per_parameter']:.0f}",
-                f"{score['ns_per_step']:.0f} ns",
+                one.name, readable(one.rms, unit), readable(one.rms_near, unit) if isfinite(one.rms_near) else "–",
+                readable(one.rms_fitted, unit), str(one.parameters), f"{one.bits_per_parameter:.0f}",
+                f"{one.nanoseconds:.0f} ns",
             )
-            for name, score in self.document["models"].items()
-        ]
+            for one in self.comparison.scores
+        ]  # fmt: skip
         columns = ("", "rms scored", "near reversals", "rms fitted", "parameters", "bits per parameter", "a step")
         return [Table(columns, rows), self._verdict()]
 
     def _verdict(self) -> str:
-        if self.document["winner"]:
-            return f"best: {self.document['winner']}, by more than the error of the difference to any other"
-        leads, best = self.document["leads"], next(iter(self.document["models"]))
-        tied = [name for name, lead in leads.items() if lead["error"] is None or lead["lead"] <= lead["error"]]
-        return f"no winner: the lead of {best} over {', '.join(tied) or 'nothing'} is within its error"
+        found = self.comparison
+        if found.winner:
+            return f"best: {found.winner}, by more than the error of the difference to any other"
+        tied = [name for name, (lead, error) in found.leads.items() if not lead > error]
+        return f"no winner: the lead of {found.scores[0].name} over {', '.join(tied) or 'nothing'} is within its error"
 
     def by_row(self) -> dict[str, dict[str, Any]]:
         """Return the scores by model, forces in SI."""

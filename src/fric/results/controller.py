@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fric.control.cascade import Cascade
 from fric.design.cascade import CascadeDesign, Requirement, check_cascade, design_cascade
-from fric.documents.controller import controller_tree
+from fric.documents.controller import ControllerPart, controller_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.results.design import Design
@@ -59,10 +59,9 @@ class ControllerResult(Design):
 
     def report(self) -> list[Piece]:
         """Return gains and margins."""
-        tree = self.document
-        names = ("K_p", "K_i", "K_v")
+        names, given = ("K_p", "K_i", "K_v"), ControllerPart.of(self.design.cascade, self.motion)
         gains = (
-            f"{name}  {readable(tree[name]['value'], tree[name]['unit'], 4)}  {plain}"
+            f"{name}  {readable(float(given[name]), given[name].unit, 4)}  {plain}"
             for name, plain in zip(names, plain_names(names), strict=True)
         )
         return [*gains, self.margins()]

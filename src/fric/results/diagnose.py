@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fric.documents.circle_findings import diagnosis_tree
 from fric.documents.identified import machine_to_predict
-from fric.estimate import in_digits
+from fric.estimate import Estimate, in_digits
 from fric.identify.circle.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
 from fric.identify.circle.diagnose import Diagnosis, both_directions
 from fric.identify.circle.diagnose import diagnose as take_apart
@@ -87,16 +88,16 @@ class DiagnosisResult(Result):
         return Table(columns, rows, f"{of}, {sense}, {sum(one.count for one in found.tests)} revolutions")
 
     def _geometry(self) -> Table:
-        document, found = self.document, self.found
+        found, geometry = self.found, self.found.geometry
         rows = []
         for what, unit, offset in (("centre", "µm", 0.0), ("scale", "ppm", 1.0), ("backlash", "µm", 0.0)):
-            rows += [_row(f"{what} {name}", document[what][name], unit, offset) for name in found.test.names]
-        rows.append(_row("mismatch of the loops", document["mismatch"], "µm"))
-        rows.append(_row("squareness", document["squareness"], "µrad"))
-        rows += [_row(f"lag {name}", lag, "µs") for name, lag in document["lag"].items()]
-        for one in document["pitch"]:
-            pitch = readable(one["pitch"]["value"], "m")
-            rows.append(_row(f"repeats every {pitch} of {one['axis']}", one["amplitude"], "µm"))
+            rows += [_row(f"{what} {name}", geometry[f"{what}.{name}"], unit, offset) for name in found.test.names]
+        rows.append(_row("mismatch of the loops", geometry["mismatch"], "µm"))
+        rows.append(_row("squareness", geometry["squareness"], "µrad"))
+        rows += [_row(f"lag {name}", lag, "µs") for name, lag in found.lag.items()]
+        for line, amplitude in found.periodic:
+            text = f"repeats every {readable(line.pitch, 'm')} of {found.test.names[line.axis]}"
+            rows.append(_row(text, amplitude, "µm"))
         figures = found.figures
         plain: list[tuple[str, float | None, int]] = [("the rest, rms", found.rest, 3)]
         plain += [("between revolutions", found.scatter, 3)]
@@ -125,12 +126,11 @@ class DiagnosisResult(Result):
         return rows
 
 
-def _row(label: str, quantity: dict[str, Any], unit: str, offset: float = 0.0) -> list[str]:
-    limits = quantity.get("ci95")
-    if limits and None in limits:
-        return [label, f"{(quantity['value'] - offset) * 1e6:.2f}", "not told", unit]
-    moved = [limit - offset for limit in limits] if limits else None
-    shown, text = in_digits(quantity["value"] - offset, moved, 1e6)
+def _row(label: str, found: Estimate, unit: str, offset: float = 0.0) -> list[str]:
+    value, limits = float(found) - offset, [float(limit) - offset for limit in found.ci95 or ()]  # type: ignore[arg-type]
+    if not all(map(isfinite, limits)):
+        return [label, f"{value * 1e6:.2f}", "not told", unit]
+    shown, text = in_digits(value, limits or None, 1e6)
     return [label, shown, text, unit]
 
 

@@ -1,6 +1,6 @@
 """An identified GMS model."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -12,6 +12,7 @@ from fric.errors import FricError
 from fric.estimate import estimate_rows
 from fric.identify.gms.fit import GMSFit
 from fric.identify.gms.identify import identify_gms as fit_gms
+from fric.identify.replay.measured import Replay
 from fric.log import Log
 from fric.plausibility.bounds import Finding, settled
 from fric.plausibility.findings import of_amplitudes, of_friction, of_level, of_logs
@@ -19,7 +20,7 @@ from fric.results.friction import IdentifiedFriction
 from fric.results.given import logs_of, several, where_of
 from fric.results.given_models import friction_of, plant_of
 from fric.results.text import Piece, Table, parameters
-from fric.units import readable
+from fric.units import readable, si_unit
 from fric.verb import verb
 
 
@@ -48,26 +49,25 @@ class GMSResult(IdentifiedFriction):
 
     def report(self) -> list[Piece]:
         """Return alpha, k and C, why there are so many blocks, and what a replay leaves of each record."""
-        document = self.document
-        fit = document["gms_fit"]
-        pieces: list[Piece] = [parameters(document["gms"]), fit["blocks"], *map(_replayed, fit["records"])]
-        if "assumed" in document["static"]["F_c"]:
-            plateau = parameters({"F_s": document["static"]["F_s"]})
-            pieces.append(Table(("plateau", *plateau.columns[1:]), plateau.rows))
-        else:
-            pieces.append(f"alpha summed to {fit['alpha_sum']['value']:.4f} before it was normalised")
-        return pieces
+        fit = self.fit
+        pieces: list[Piece] = [parameters({"alpha": fit.alpha, "k": fit.k, "C": fit.C}), fit.reason]
+        pieces += [_replayed(record, si_unit("force", fit.motion)) for record in fit.records]
+        if "assumed" in self.document["static"]["F_c"]:
+            plateau = parameters({"F_s": self.document["static"]["F_s"]})
+            return [*pieces, Table(("plateau", *plateau.columns[1:]), plateau.rows)]
+        return [*pieces, f"alpha summed to {float(fit.alpha_sum):.4f} before it was normalised"]
 
 
-def _replayed(record: Mapping[str, Any]) -> str:
-    text = f"{record['record']}: rms of measured less replayed force {readable(**record['rmse'])}"
-    if "rmse_held_out" in record:
-        text += f", {readable(**record['rmse_held_out'])} over the cycles held out"
-    if "energy" in record:
-        ((_, value, interval, unit),) = estimate_rows({"": record["energy"]})
+def _replayed(record: Replay, force: str) -> str:
+    text = f"{record.name}: rms of measured less replayed force {readable(record.rmse, force)}"
+    if record.rmse_held_out is not None:
+        text += f", {readable(record.rmse_held_out, force)} over the cycles held out"
+    if record.energy is not None:
+        ((_, value, interval, unit),) = estimate_rows({"": record.energy})
         text += f"; energy lost per cycle {value} ({interval}) {unit}"
-    if "inertia_share" in (done := record["prepared"]):
-        text += f"; inertia {done['inertia_share']:.1%}, damping {done['damping_share']:.1%} of the force"
+    done = record.record.done
+    if done.inertia_share is not None:
+        text += f"; inertia {done.inertia_share:.1%}, damping {done.damping_share:.1%} of the force"
     return text
 
 

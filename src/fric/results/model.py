@@ -17,7 +17,7 @@ from fric.results.friction import IdentifiedFriction
 from fric.results.given import logs_of
 from fric.results.given_models import friction_of, plant_of
 from fric.results.text import Piece, parameters
-from fric.units import Motion, parse, readable
+from fric.units import Motion, parse, readable, si_unit
 from fric.verb import refused, verb
 
 CLIPPED = 0.1
@@ -46,12 +46,12 @@ class ModelResult(IdentifiedFriction):
 
     def report(self) -> list[Piece]:
         """Return the parameters, and what a replay leaves."""
-        name = self.fit.model.name
-        text: list[Piece] = [
-            parameters(self.document[key], key) for key in dict.fromkeys(("static", name)) if key in self.document
-        ]
-        fit = self.document[f"{name}_fit"]
-        return [*text, f"{fit['samples']} samples, rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}"]
+        fit, sections = self.fit, self.sections()
+        names = dict.fromkeys(("static", fit.model.name))
+        text: list[Piece] = [parameters(sections[name], name) for name in names if name in sections]
+        samples = sum(int(record.used.sum()) for record in fit.records)
+        error = readable(fit.rmse, si_unit("force", fit.motion))
+        return [*text, f"{samples} samples, rmse {error}, R² {fit.r2:.4f}"]
 
 
 @verb

@@ -19,7 +19,7 @@ from fric.results.friction import IdentifiedFriction
 from fric.results.given import in_si, records_of
 from fric.results.given_models import document_of, plant_of
 from fric.results.text import Piece, parameters
-from fric.units import readable
+from fric.units import readable, si_unit
 from fric.verb import verb
 
 
@@ -45,13 +45,12 @@ class StaticResult(IdentifiedFriction):
 
     def report(self) -> list[Piece]:
         """Return the map, and how well it fits."""
-        titles = {"static": "", "static_negative": "negative direction", "at_speed": "at one speed"}
-        text: list[Piece] = [
-            parameters(self.document[key], title) for key, title in titles.items() if key in self.document
-        ]
-        fit = self.document["fit"]
-        quality = f", rmse {readable(**fit['rmse'])}, R² {fit['r2']:.4f}" if "rmse" in fit else ""
-        return [*text, f"{fit['points']} strokes{quality}"]
+        fit, unit = self.fit, si_unit("force", self.fit.motion)
+        maps = {"": fit.static, "negative direction": fit.negative}
+        text: list[Piece] = [parameters(one.estimates, title) for title, one in maps.items() if one is not None]
+        text += [parameters(fit.at_speed, "at one speed")] if fit.at_speed else []
+        quality = f", rmse {readable(fit.static.rmse, unit)}, R² {fit.static.r2:.4f}" if fit.static else ""
+        return [*text, f"{len(fit.points)} strokes{quality}"]
 
 
 @verb

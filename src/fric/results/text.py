@@ -9,7 +9,7 @@ from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 from fric.errors import printable
-from fric.estimate import estimate_rows
+from fric.estimate import Estimate, estimate_rows
 from fric.results.names import plain_names
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ class Table:
 Piece = Table | str
 
 
-def parameters(section: Mapping[str, Mapping[str, Any]], title: str = "") -> Table:
-    """Return the table of a document's section: symbol, value, 95 % interval, unit, plain name."""
+def parameters(section: Mapping[str, Estimate | Mapping[str, Any]], title: str = "") -> Table:
+    """Return the table of estimates, or of a document's section: symbol, value, 95 % interval, unit, plain name."""
     return named(("", "value", "95 % interval", "unit"), estimate_rows(section), title)
 
 

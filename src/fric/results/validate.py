@@ -20,7 +20,7 @@ from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.machine import unique
 from fric.results.text import Piece, Table
 from fric.simulate.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
-from fric.units import readable
+from fric.units import readable, si_unit
 from fric.verb import verb
 
 if TYPE_CHECKING:
@@ -59,13 +59,13 @@ class ValidationResult(Result):
         """Return relative and rms error of each signal."""
         rows = [
             (
-                f"{found['record']}, {found['loop']} loop, {found['friction']}",
+                f"{found.log.name}, {found.loop} loop, {found.friction.name}",
                 name,
-                f"{100 * signal['relative']:.4g} %",
-                readable(signal["rms"], signal["unit"]),
+                f"{100 * signal.relative:.4g} %",
+                readable(signal.rms, si_unit(name, found.log.motion)),
             )
-            for found in self.document["validations"]
-            for name, signal in found["signals"].items()
+            for found in self.validations
+            for name, signal in found.signals.items()
         ]
         return [Table(("", "signal", "relative error", "rms error"), rows)]
 
