@@ -60,6 +60,8 @@ def tuned(seed: int):
     first = drawn(rng)
     second = replace(drawn(rng), count=first.count, observer=first.observer)
     axes, radius = (first, second), float(rng.uniform(0.012, 0.03))
+    if seed % 2:  # all that is wrong is that nothing is fed ahead: at 10 mm/s little is left
+        axes = tuple(replace(axis, believed=replace(axis.believed, gain=1.0)) for axis in axes)
     machine = Machine("clean", {name: as_axis(name, axis) for name, axis in zip("xy", axes, strict=True)})
     tests = []
     for feed in FEEDS:
@@ -90,15 +92,13 @@ def test_a_clean_machine_is_tuned():
 
 @pytest.mark.long(200)
 def test_no_clean_machine_is_refused():
-    """Of 20 machines, some of which leave no more than a count at 10 mm/s before they are tuned."""
-    refused, helped, floor = [], [], 0
+    """Of 20 machines, half of which leave little at 10 mm/s before they are tuned."""
+    refused, helped = [], []
     for seed in range(20):
         found, axes, radius = tuned(seed)
         codes = {warning.code for warning in found.warnings}
         refused += [seed] if "tuning-refused" in codes else []
         (fast, fast_after), (slow, slow_after) = better(found, axes, radius)
         helped.append(fast_after < fast and slow_after < max(1.5 * slow, axes[0].count))
-        floor += slow < axes[0].count
     assert not refused
-    assert floor >= 3
     assert sum(helped) >= 18
