@@ -247,9 +247,9 @@ def circle(
     given: dict[str, Any] = {} if spreads is None else {"spreads": spreads}
     evidence = None
     if identified:
-        from fric.results.evidence import Evidence  # with SciPy's signal processing, which a table needs not
+        from fric.results.evidence import KnownMachine  # with SciPy's signal processing, which a table needs not
 
-        evidence = Evidence.of(identified, measured, [axis] if axis else None, seed)
+        evidence = KnownMachine.of(identified, measured, [axis] if axis else None, seed)
         given |= evidence.drawn()
     given["accuracy"] = in_si(accuracy, "position")
     study = Study(subject, tuple(chosen), test, seed, only=axis, **given)

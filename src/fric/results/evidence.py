@@ -19,7 +19,7 @@ from fric.simulate.prediction import Prediction, predicted
 
 
 @dataclass(frozen=True)
-class Evidence:
+class KnownMachine:
     """What machines are drawn from, and what they are made to agree with.
 
     Parameters
@@ -40,7 +40,7 @@ class Evidence:
     unused: tuple[Notice, ...] = ()
 
     @classmethod
-    def of(cls, identified: Identified, measured: Any, axes: Sequence[str] | None, seed: int) -> Evidence:
+    def of(cls, identified: Identified, measured: Any, axes: Sequence[str] | None, seed: int) -> KnownMachine:
         """Return what is known, of measured circles or their files.
 
         Raises
