@@ -56,7 +56,7 @@ def test_every_target_writes_its_files_and_a_manifest_that_holds_their_digests(t
 def test_a_friction_that_makes_the_circle_worse_is_not_exported_unless_forced(tmp_path: Path) -> None:
     (tmp_path / "f.yaml").write_text(SPOILING)
     found = fric.export_axis("c", MACHINE, axis="x", scheme="b", nominal_files=[f"x={tmp_path / 'f.yaml'}"])
-    with pytest.raises(FricError, match=r"not to be trusted: axis x at 100 mm/s: scheme b leaves"):
+    with pytest.raises(FricError, match=r"not to be trusted: axis x at 100 mm/s: Scheme b leaves"):
         found.save(tmp_path / "out")
     assert not (tmp_path / "out").exists()
     found.save(tmp_path / "out", force=True)
@@ -76,9 +76,9 @@ def test_a_measured_circle_that_is_not_as_predicted_forbids_the_export(tmp_path:
         run = fric.circle(machine, "a")
         run.save(tmp_path / "circle.h5", force=True)
         found = fric.export_axis("csv", MACHINE, axis="x", scheme="c", circles=[tmp_path / "circle.h5"])
-        assert {one.code for one in found.against} == (set() if agrees else {"model-disagrees"})
+        assert {one.code for one in found.against} == (set() if agrees else {"not-as-predicted"})
         assert "no-measured-circle" not in [one.code for one in found.distrust]
-    with pytest.raises(FricError, match=r"not to be trusted: .*circle.h5 shows .*the level"):
+    with pytest.raises(FricError, match=r"not to be trusted: .*circle.h5: .* shows .*the level"):
         found.save(tmp_path / "out")
 
 

@@ -36,10 +36,10 @@ def test_a_clipped_record_beside_a_whole_one_is_left_out_and_told() -> None:
     mixed = fric.identify_gms(small, replace(large, force=np.clip(large.force, -60.0, 60.0)), blocks=3, refine=False)
     alone = fric.identify_gms(small, blocks=3, refine=False)
     assert mixed.document["gms"]["k"]["value"] == alone.document["gms"]["k"]["value"]
-    assert "force-clipped" in {one["code"] for one in mixed.document["warnings_coded"]}
+    assert "clipped-unused" in {one["code"] for one in mixed.document["warnings_coded"]}
     few = replace(small, force=np.minimum(small.force, np.quantile(small.force, 0.92)))
     found = fric.identify_model("dahl", few, large, fix={"n": 1.0})
-    assert any(one["code"] == "force-clipped" for one in found.document["warnings_coded"])
+    assert any(one["code"] == "clipped-unused" for one in found.document["warnings_coded"])
 
 
 def test_coarse_counts_of_a_force_are_no_clipping() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,14 +20,14 @@ def cycles(level: np.ndarray, noise: float = 0.3, seed: int = 1) -> Log:
     return Log(t, 1e-7 * np.round(z / 1e-7), force=force, kind="presliding-sine")
 
 
-def told(log: Log) -> dict[str, str]:
-    return {one["code"]: one["text"] for one in fric.inspect(log).document["records"][0]["warnings_coded"]}
+def told(log: Log) -> dict[str, dict[str, Any]]:
+    return {one["code"]: one["values"] for one in fric.inspect(log).document["records"][0]["warnings_coded"]}
 
 
 def test_cycles_that_are_alike_are_told_nothing_of_and_their_energy_is_that_of_coulomb() -> None:
     for seed in range(8):
         found = fric.inspect(cycles(np.full(6000, 50.0), seed=seed)).document["records"][0]
-        assert not {"friction-drifts", "energy-in-one-segment"} & {one["code"] for one in found["warnings_coded"]}
+        assert not {"energy-drifts", "energy-in-one-segment"} & {one["code"] for one in found["warnings_coded"]}
         low, high = found["energy"]["ci95"]
         assert found["energy"]["value"] == pytest.approx(4e-3 * 50.0, rel=0.03)
         assert low < found["energy"]["value"] < high
@@ -35,19 +36,18 @@ def test_cycles_that_are_alike_are_told_nothing_of_and_their_energy_is_that_of_c
 def test_a_contact_that_was_unloaded_for_a_while_is_told_with_its_time() -> None:
     level = np.full(6000, 50.0)
     level[4500:] = 20.0  # from 90 s on
-    text = told(cycles(level))["energy-in-one-segment"]
-    begin = float(text.partition("from ")[2].split()[0])
-    assert 80.0 < begin < 100.0
-    assert "200 mJ elsewhere" in text  # 4 mm times 50 N
-    assert 80.0 < float(text.partition("cycle is ")[2].split()[0]) < 120.0  # 80 mJ, and the cycle that it began in
+    found = told(cycles(level))["energy-in-one-segment"]
+    assert 80.0 < found["begin"] < 100.0
+    assert found["elsewhere"] == {"value": pytest.approx(0.2, rel=0.01), "unit": "J"}  # 4 mm times 50 N
+    assert 0.08 < found["there"]["value"] < 0.12  # 80 mJ, and the cycle that it began in
 
 
 def test_a_drift_is_told_with_its_size() -> None:
-    text = told(cycles(np.linspace(50.0, 55.0, 6000)))["friction-drifts"]
-    assert float(text.partition("changes by ")[2].split("%")[0]) == pytest.approx(9.5 * 9 / 10, abs=1.5)
+    found = told(cycles(np.linspace(50.0, 55.0, 6000)))["energy-drifts"]
+    assert found["change"] == pytest.approx(0.095 * 9 / 10, abs=0.015)
 
 
 def test_cycles_of_other_amplitudes_are_not_compared() -> None:
     log = cycles(np.full(6000, 50.0))
     grown = replace(log, position=log.position * np.linspace(1.0, 2.0, len(log)))
-    assert not {"friction-drifts", "energy-in-one-segment"} & set(told(grown))
+    assert not {"energy-drifts", "energy-in-one-segment"} & set(told(grown))

@@ -13,6 +13,7 @@ from fric.documents.discrepancy import FORM, discrepancies
 from fric.documents.friction import FrictionDocument
 from fric.documents.identified import Identified
 from fric.documents.plant import PlantDocument
+from fric.flaws import CATALOGUE
 from fric.friction.completed import PLAY, since_reversal
 from fric.identify.circle.left_over import LeftOver
 from fric.identify.circle.measured import measured_from_run
@@ -166,7 +167,7 @@ def _contradicted(stated, test):
     left = LeftOver.of([test], stated, ["x", "y"])
     records = [one for own in left.records.values() for one in own]
     codes = [why.code for why in distrusts(left(stated), (), [test], records, CIRCLE)]
-    return next((code for code in codes if code != "model-disagrees"), codes[0] if codes else None)
+    return next((code for code in codes if not CATALOGUE[code].disagrees), codes[0] if codes else None)
 
 
 def test_warnings_that_a_circle_settles_are_no_reason_and_others_are(identified, test_of_risen):

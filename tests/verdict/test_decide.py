@@ -10,6 +10,8 @@ import pytest
 import fric
 from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
+from fric.estimate import Estimate
+from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.results.verdict import evidence_of
 from fric.simulate.circle import Circle, run_circle
@@ -79,6 +81,11 @@ def test_a_difference_below_the_encoder_s_step_is_not_spoken_of():
     assert not any("(f)" in text and " µm less" in text for text in coarse.effort)
 
 
+def apart(file: str) -> Notice:
+    measured, predicted = Estimate(33e-6, "m"), Estimate(3e-6, "m")
+    return NOT_AS_PREDICTED.found(file, quadrant="+x", measured=measured, predicted=predicted, cause="the level")
+
+
 def test_with_a_tolerance_the_first_that_keeps_it_else_the_best_that_fails():
     table = [leaves("a", 20, 20 * LEVEL), leaves("c", 6, 6 * LEVEL), leaves("f", 3, 3 * LEVEL)]
     loose, tight = (decide(evidence(*table, tolerance=limit * UM)) for limit in (8, 1))
@@ -88,11 +95,11 @@ def test_with_a_tolerance_the_first_that_keeps_it_else_the_best_that_fails():
 
 
 def test_no_scheme_is_recommended_against_a_measured_circle():
-    given = evidence(leaves("a", 20, 20 * LEVEL), leaves("f", 1, LEVEL), disagreements=["c.h5 at +x (the level)"])
+    given = evidence(leaves("a", 20, 20 * LEVEL), leaves("f", 1, LEVEL), disagreements=[apart("c.h5")])
     found = decide(replace(given, machine="m.yaml", circle="c.h5"))
     assert found.choice is None
     assert not found.trusted
-    assert "c.h5 at +x" in found.headline
+    assert "c.h5: +x shows 33" in found.headline
     assert found.next[-1] == "fric tune m.yaml c.h5 -o tuned"
     assert found.as_dict()["scheme"] is None
 
@@ -161,7 +168,7 @@ def test_nothing_passes_above_a_warning_or_against_a_circle():
     assert (warned.kept, warned.passes, warned.result[0]) == (True, None, "not decided")
     assert warned.why == tuple(wrong)  # each axis is named
     assert decide(replace(limit, compared=False)).result[0] == "not decided"
-    assert decide(replace(limit, disagreements=["c.h5 shows 33 µm"])).result[0] == "not decided"
+    assert decide(replace(limit, disagreements=[apart("c.h5")])).result[0] == "not decided"
     assert decide(replace(limit, tolerance=3 * UM)).result[0] == "fail"
     assert decide(replace(limit, measured={"a": 22 * UM, "c": 7 * UM})).result[0] == "pass"
     seen = decide(replace(limit, measured={"c": 9 * UM}))
@@ -175,16 +182,16 @@ def test_nothing_passes_above_a_warning_or_against_a_circle():
 def test_a_circle_settles_only_what_the_drawn_machines_were_made_to_agree_with():
     warned = Notice("F_c varies", "friction-over-position", "wrong"), Notice("it lags", "force-lags", "wrong")
     made = {"warnings_coded": [one.as_dict() for one in warned]}
-    apart = {"/there/one.h5": ["one.h5 shows 33 µm"], "two.h5": ["two.h5 shows 9 µm"]}
+    seen = {"/there/one.h5": [apart("one.h5")], "two.h5": [apart("two.h5")]}
     prediction = Prediction(0.03, 0.1, ("x", "y"), 24, 0.1 * UM, ("/here/one.h5, test 'circle'",), {})
     table = leaves("a", 20, 20 * LEVEL), leaves("c", 4, 4 * LEVEL)
-    given = evidence_of(made, table, prediction, disagreements=apart)
+    given = evidence_of(made, table, prediction, disagreements=seen)
     assert given.compared
-    assert given.disagreements == ["two.h5 shows 9 µm"]
-    assert [one.code for one in given.settled] == ["model-disagrees", "friction-over-position"]
+    assert given.disagreements == [apart("two.h5")]
+    assert [one.code for one in given.settled] == ["not-as-predicted", "friction-over-position"]
     assert [one.code for one in given.notices] == ["force-lags"]
-    found = decide(evidence_of(made, table, prediction, disagreements={"one.h5": apart["/there/one.h5"]}))
+    found = decide(evidence_of(made, table, prediction, disagreements={"one.h5": seen["/there/one.h5"]}))
     assert found.choice is not None
     assert [one.code for one in found.why] == ["force-lags"]
     assert any(line.startswith("settled by the measured circle: one.h5") for line in found.lines())
-    assert decide(evidence_of(made, table, disagreements=apart, compared=True)).choice is None
+    assert decide(evidence_of(made, table, disagreements=seen, compared=True)).choice is None

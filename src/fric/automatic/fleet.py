@@ -12,6 +12,7 @@ from fric.automatic.session import Run, Session, identify_axes, run_apart
 from fric.automatic.sources import find_sources
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
+from fric.flaws.files import CIRCLE_FAILED, NO_LOG, UNIT_FAILED
 from fric.notice import Notice
 from fric.results.diagnose import diagnose
 from fric.simulate.processes import run_all
@@ -101,9 +102,9 @@ class FleetStudy:
         try:
             found = find_sources([unit.folder], self.mapping, self.output / unit.machine / unit.date / "mappings")
         except FricError as error:
-            return UnitOutcome(unit, {}, (Notice(str(error), "unit-failed", "doubt"),))
+            return UnitOutcome(unit, {}, (UNIT_FAILED.found(why=str(error)),))
         if not (found.logs or found.circles):
-            return UnitOutcome(unit, {}, (Notice("there is no log", "no-log", "doubt"), *found.description))
+            return UnitOutcome(unit, {}, (NO_LOG.found(), *found.description))
         session = Session(self.output / unit.machine / unit.date, self.run, lambda _: None)
         axes: dict[str, dict[str, Any]] = {}
         for name, one in identify_axes(session, found, lean=True).items():
@@ -114,7 +115,7 @@ class FleetStudy:
             try:
                 glitches = _glitches(diagnose(path).document)
             except FricError as error:
-                found.warn(f"{path}: {error.what}", "circle-failed", "doubt")
+                found.description.append(CIRCLE_FAILED.found(str(path), why=error.what))
                 continue
             for name, one in glitches.items():
                 known = axes.setdefault(name, {"done": [], "missing": [], "documents": {}, "glitches": {}})

@@ -48,13 +48,9 @@ class FleetResult(Result):
         return list(dict.fromkeys((one.machine, one.axis) for one in self.drifts if one.changed))
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What was guessed, left out, or could not be read, by machine and date."""
-        return [
-            Notice(f"{one.unit.machine}/{one.unit.date}: {notice}", notice.code, notice.severity)
-            for one in self.outcomes
-            for notice in one.description
-        ]
+        return [notice.at(f"{one.unit.machine}/{one.unit.date}") for one in self.outcomes for notice in one.description]
 
     @cached_property
     def document(self) -> dict[str, Any]:

@@ -15,7 +15,8 @@ from fric.documents.automatic import AutoDocument
 from fric.documents.bundled import located
 from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
-from fric.notice import Notice
+from fric.flaws.files import GAINS_DESIGNED, STEP_FAILED, TUNED
+from fric.notice import Notice, once
 from fric.report.summary import Report, make_report
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
@@ -56,7 +57,7 @@ class AutoResult(Result):
     rotary: bool = False
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What was guessed or left out."""
         return self.description
 
@@ -174,8 +175,8 @@ def auto(
     words = {name: {"done": one["done"], "missing": one["missing"]} for name, one in axes.items()}
     for name, text in session.failed.items():
         if name.partition(":")[0] not in axes:
-            found.warn(f"{name}: {text}", "step-failed", "doubt")
-    described = list(dict.fromkeys(found.description))
+            found.description.append(STEP_FAILED.found(name, why=text))
+    described = list(once(found.description))
     rotary = bool(axes) and all(one["motion"] == "rotary" for one in axes.values())
     return AutoResult(folder, words, described, session.steps, session.made, page, rotary)
 
@@ -220,16 +221,12 @@ def _circles(
         more += [word for path in found.circles for word in ("--measured", path)]
         reads += found.circles
     if found.circles and not given:
-        found.warn(
-            "no log tells the controller's gains: the machine file holds ones that were designed here, and a circle of "
-            "others differs from what it predicts. Give a machine file with yours (--machine)",
-            "gains-designed", "doubt",
-        )  # fmt: skip
+        found.description.append(GAINS_DESIGNED.found())
     session.take(circle_step(machine, session.folder, *more, reads=reads))
     for circle in found.circles:
         session.take(diagnosis_step(circle, machine, session.folder, reads))
     if found.circles and session.take(tune_step(found.circles, machine, session.folder, reads)):
-        found.warn(f"what the controllers believe was refitted to the circles: {session.folder / 'tuned'}", "tuned")
+        found.description.append(TUNED.found(folder=str(session.folder / "tuned")))
 
 
 def _known(axis: dict[str, Any]) -> bool:

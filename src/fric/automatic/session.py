@@ -10,6 +10,7 @@ from fric.automatic.sources import Sources
 from fric.automatic.steps import PARTS, Step, axis_steps, ingest_steps
 from fric.documents.yaml import dump, plain, read_tree, write_document
 from fric.errors import FricError
+from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.output import staged
 from fric.reproduce.step_cache import StepCache
 
@@ -90,19 +91,14 @@ def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> di
         if session.take(one):
             logs.append(left)
         else:
-            found.warn(f"{one.name}: {session.failed.get(one.name, 'failed')}", "step-failed", "doubt")
+            found.description.append(STEP_FAILED.found(one.name, why=session.failed.get(one.name, "failed")))
     axes: dict[str, dict[str, Any]] = {}
     for name in sorted({one.axis for one in logs}):
         own = [one for one in logs if one.axis == name]
         plan = axis_steps(own, session.folder / name, lean=lean)
         read = {path for one in plan.steps for path in one.reads}
         for unused in (log for log in own if log.path not in read):
-            found.warn(
-                f"{unused.path} ({', '.join(sorted(unused.kinds))}) is used by no step of axis {name}: it adds nothing "
-                "to its other records, or lacks what a step asks for. Logs of another machine go into a run of their "
-                "own.",
-                "file-unused",
-            )
+            found.description.append(FILE_UNUSED.found(str(unused.path), kinds=sorted(unused.kinds), axis=name))
         done = [one.name.partition(": ")[2] for one in plan.steps if session.take(one)]
         of_axis = [(key.partition(": "), why) for key, why in session.failed.items()]
         broken = [f"{what}: {why}" for (whose, _, what), why in of_axis if whose == name]

@@ -11,6 +11,7 @@ import numpy as np
 
 from fric.documents.bundled import bundled
 from fric.errors import FricError
+from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BUNDLED, MAPPING_PROPOSED
 from fric.identify.records.inspection import inspect
 from fric.input import regular
 from fric.io.hdf5 import read_records
@@ -19,7 +20,7 @@ from fric.io.propose import sure_proposal
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
-from fric.notice import Notice, Severity
+from fric.notice import Notice
 from fric.output import staged
 from fric.results.ingest import ingest
 from fric.units import Motion
@@ -90,10 +91,6 @@ class Sources:
     refused: dict[str, list[Path]] = field(default_factory=dict)
     proposed: dict[str, tuple[Path, list[Path]]] = field(default_factory=dict)
 
-    def warn(self, text: str, code: str, severity: Severity = "note") -> None:
-        """Add to what was guessed, left out, or cannot be read."""
-        self.description.append(Notice(text, code, severity))
-
 
 def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: Path | None = None) -> Sources:
     """Look into files, and the files of folders.
@@ -125,19 +122,17 @@ def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: P
         elif kind is None and path.suffix.lower() in endings():
             _foreign(path, mapping, proposals, found, seen)
     if found.copies:
-        found.warn(f"left out, since other files hold the same samples: {_first(found.copies)}", "file-copies")
+        found.description.append(FILE_COPIES.found(files=_first(found.copies)))
     for why, files in found.refused.items():
         propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
-        hint = f". `{propose}` writes a mapping to look at and fill in, for --map" if "column" in why else ""
-        found.warn(f"left out: {_first(files)}: {why}{hint}", "file-left-out", "doubt")
+        propose = propose if "column" in why else ""
+        found.description.append(FILE_LEFT_OUT.found(_first(files), why=why, propose=propose))
     for name, files in found.guessed.items():
-        found.warn(
-            f"read with the bundled mapping '{name}', the only one that fits: {_first(files)}", "mapping-bundled"
-        )
+        found.description.append(MAPPING_BUNDLED.found(mapping=name, files=_first(files)))
     for mapped, (file, files) in found.proposed.items():
         columns = re.findall(r"^  (\w+): {column: (.*?), unit", mapped, re.MULTILINE)
         means = ", ".join(f"{channel} is {column}" for channel, column in columns)
-        found.warn(f"read with a mapping that was proposed, {file} ({means}): {_first(files)}", "mapping-proposed")
+        found.description.append(MAPPING_PROPOSED.found(mapping=str(file), columns=means, files=_first(files)))
     return found
 
 
@@ -206,8 +201,7 @@ def _foreign(path: Path, mapping: str | None, proposals: Path | None, found: Sou
                 why = fit(str(file))
     if len(fitting) != 1:
         if fitting:
-            text = f"{path} is left out: {', '.join(fitting)} all fit: give one of them with --map"
-            found.warn(text, "mapping-ambiguous", "doubt")
+            found.description.append(MAPPING_AMBIGUOUS.found(str(path), mappings=list(fitting)))
         else:
             found.refused.setdefault(why, []).append(path)
         return

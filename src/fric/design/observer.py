@@ -16,6 +16,8 @@ from fric.design.margins import Loop, Margins, OpenLoop, border, decibel, grid, 
 from fric.design.perturbation import SURE, Perturbation, RobustLimit, model_perturbation, robust_limit
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
+from fric.flaws.response import RESPONSE_BEGINS, RESPONSE_ENDS, RESPONSE_WITHOUT_CONFIDENCE
+from fric.notice import Notice
 
 Blocks = tuple[ControlBlock, ...]
 
@@ -59,7 +61,7 @@ class ObserverDesign:
     input: Margins
     without: Margins
     reason: str
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
     assumed: bool = False
 
     def loops(self) -> dict[str, Loop]:
@@ -264,17 +266,14 @@ def largest_that_keeps(keeps: Callable[[float], bool], tried: Real, precision: f
     return border(keeps, below, above, precision) if below else 0.0
 
 
-def _warnings(Delta: Perturbation, q: QFilter) -> tuple[str, ...]:
+def _warnings(Delta: Perturbation, q: QFilter) -> tuple[Notice, ...]:
     found = []
     if Delta.measured:
         first, last = Delta.frequency[0], Delta.frequency[-1]
         if last < 4 * q.bandwidth:
-            found.append(
-                f"the response ends at {last:.4g} Hz; what is unmodelled above is not seen, and Q, with a bandwidth of "
-                f"{q.bandwidth:.4g} Hz, still passes a part of it"
-            )
+            found.append(RESPONSE_ENDS.found(last=last, bandwidth=q.bandwidth))
         if not Delta.radius.any():
-            found.append("the response has no coherence and no deviation: its confidence is not taken in")
+            found.append(RESPONSE_WITHOUT_CONFIDENCE.found())
         if first > q.bandwidth:
-            found.append(f"the response begins at {first:.4g} Hz, above the bandwidth of Q")
+            found.append(RESPONSE_BEGINS.found(first=first))
     return tuple(found)

@@ -16,6 +16,7 @@ from fric.documents.quantity import Quantity, in_units, quantities
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.log import Record
+from fric.notice import Notice
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def block_tree(
     axis: str,
     motion: Motion,
     logs: Sequence[Record] = (),
-    warnings: Sequence[str] = (),
+    warnings: Sequence[Notice] = (),
     cascade: Cascade | None = None,
 ) -> dict[str, Any]:
     """Return a control block with the margins of the loop as a block document."""

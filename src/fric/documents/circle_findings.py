@@ -10,6 +10,7 @@ from pydantic import Field
 from fric.documents.base import Document
 from fric.documents.quantity import Part, Quantity
 from fric.estimate import Estimate
+from fric.notice import Notice
 
 if TYPE_CHECKING:
     from fric.identify.circle.agreement import Agreement
@@ -106,7 +107,7 @@ class TuningDocument(Document):
     files: list[str] | None = None
 
 
-def diagnosis_tree(found: Diagnosis, held: Agreement | None, notices: Iterable[str]) -> dict[str, Any]:
+def diagnosis_tree(found: Diagnosis, held: Agreement | None, notices: Iterable[Notice]) -> dict[str, Any]:
     """Return a measured circle that was taken apart, and how it agrees with a prediction, ready to be printed."""
     test, figures, geometry = found.test, found.figures, found.geometry
     names = test.names

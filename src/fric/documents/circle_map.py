@@ -10,6 +10,7 @@ from pydantic import Field
 
 from fric.documents.base import Document
 from fric.documents.quantity import Known, Part
+from fric.notice import Notice
 from fric.units import readable
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ class CircleMapDocument(Document):
         return text + (f"; more on {np.count_nonzero(worse)}, by {at(np.nanargmin(less))}" if worse.any() else "")
 
 
-def circle_map_tree(found: CircleMap, notices: Iterable[str]) -> dict[str, Any]:
+def circle_map_tree(found: CircleMap, notices: Iterable[Notice]) -> dict[str, Any]:
     """Return what schemes leave of all circles, ready to be written or printed."""
     grid = found.grid
     schemes = {

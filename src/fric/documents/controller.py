@@ -11,6 +11,7 @@ from fric.control.cascade import Cascade
 from fric.documents.base import AxisDocument
 from fric.documents.generated import FilePart
 from fric.documents.quantity import Part, Quantity
+from fric.notice import Notice
 from fric.units import Motion
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ class ControllerDocument(AxisDocument, ControllerPart):
     )
 
 
-def controller_tree(design: CascadeDesign, axis: str, motion: Motion, notices: Iterable[str] = ()) -> dict[str, Any]:
+def controller_tree(design: CascadeDesign, axis: str, motion: Motion, notices: Iterable[Notice] = ()) -> dict[str, Any]:
     """Return a cascade with its margins as a controller document."""
     content: dict[str, Any] = {"axis": axis, "motion": motion, **ControllerPart.of(design.cascade, motion)}
     content["margins"] = {name: loop.margins.as_dict() for name, loop in design.loops().items()}

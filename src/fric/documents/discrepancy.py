@@ -7,7 +7,9 @@ from typing import Any
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.documents.quantity import Quantity
-from fric.notice import Notice
+from fric.flaws import flaw_of
+from fric.flaws.prediction import INTERVAL_OPEN, PREDICTION_WIDENED
+from fric.notice import Notice, once
 from fric.simulate.spread import Spread
 
 CROSSED = 50.0
@@ -18,36 +20,6 @@ AT_LEAST = 1e-3
 """Errors under this share are none to speak of."""
 FORM: Mapping[str, float] = {"k": 0.1, "alpha": 0.05, "C": 0.2, "v_s": 0.1, "T_d": 0.05, "B": 0.01}
 """What a real axis differs by, at least, from a model of a few blocks and one mass, whatever the intervals."""
-BY_WARNING: Mapping[str, Mapping[str, float]] = {
-    "force-over-position": {"level": 0.05},
-    "friction-over-position": {"level": 0.05},
-    "directions-differ": {"level": 0.05},
-    "force-drifts": {"level": 0.08},
-    "strokes-unsettled": {"v_s": 0.3},
-    "level-differs": {"B": 0.03},
-    "force-lags": {"C": 0.3},
-    "force-clipped": {"level": 0.1},
-    "sampling-jitters": {"T_d": 0.1, "C": 0.5},
-    "samples-lost": {"T_d": 0.1, "C": 0.5},
-    "A-holds-friction": {"A": 0.3, "level": 0.05},
-    "damping-too-large": {"A": 0.2, "level": 0.05},
-    "A-open": {"A": 0.5},
-    "fall-not-seen": {"v_s": 0.5},
-    "encoder-errs": {"resolution": 2.0},
-    "friction-drifts": {"level": 0.08},
-    "T_d-at-bound": {"T_d": 0.3},
-    "T_d-assumed": {"T_d": 0.5},
-    "F_c-at-bound": {"level": 0.2, "v_s": 0.5},
-    "C-without-plant": {"C": 1.0},
-    "first-block-unresolved": {"k": 0.5},
-    "stiffness-unresolved": {"k": 1.0},
-    "K_f-differs": {"K_f": 0.1},
-    "mass-differs": {"B": 0.1},
-    "dead-zone": {"K_f": 0.05, "B": 0.05},
-    "force-response-missing": {"K_f": 0.1},
-    "residuals-follow-speed": {"v_s": 0.2, "C": 0.2},
-}
-"""By the code of a warning: what may be off, 95 % between the share less and more that stands here."""
 
 
 def discrepancies(
@@ -73,14 +45,13 @@ def discrepancies(
     for name, share, why in found:
         if share >= AT_LEAST:
             shares[name] = (shares.get(name, 0.0) ** 2 + share**2) ** 0.5
-            reasons.append(Notice(f"{name} ± {share:.2g}: {why}", "prediction-widened", "note"))
+            reasons.append(PREDICTION_WIDENED.found(name=name, share=share, why=why))
     spreads = {name: Spread(1 / (1 + share), 1 + share, "log-normal") for name, share in shares.items()}
     for name in refused:
         if name != "offset":
             spreads[name] = Spread(1 / OPEN, OPEN, "log-normal")
-            text = f"{name} × {1 / OPEN:g} … {OPEN:g}: its interval is open, or does not hold the estimate"
-            reasons.append(Notice(text, "prediction-widened", "note"))
-    return spreads, tuple(dict.fromkeys(reasons))
+            reasons.append(INTERVAL_OPEN.found(name=name, low=1 / OPEN, high=OPEN))
+    return spreads, once(reasons)
 
 
 Found = Iterator[tuple[str, float, str]]
@@ -130,11 +101,10 @@ def _of_plant(plant: PlantPart, delay: float) -> Found:
 
 def _of_warnings(friction: FrictionDocument, plant: PlantPart) -> Found:
     parts = [friction, *([plant] if isinstance(plant, PlantDocument) else [])]
-    codes = {notice.code: notice for part in parts for notice in part.notices() if notice.severity != "note"}
-    for code, widened in BY_WARNING.items():
-        if code in codes:
-            for name, share in widened.items():
-                yield name, share, f"{codes[code]}"
+    coded = {notice.code: notice for part in parts for notice in part.notices() if notice.severity != "note"}
+    for notice in coded.values():
+        for name, share in flaw_of(notice).widens.items():
+            yield name, share, str(notice)
 
 
 def _number(given: Quantity | None) -> float:

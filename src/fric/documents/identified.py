@@ -12,6 +12,7 @@ from fric.documents.machine_files import read_machine, read_machine_document
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
+from fric.flaws.prediction import NOT_DRAWN
 from fric.notice import Notice
 from fric.simulate.intervals import Intervals, closed_intervals, friction_intervals
 from fric.simulate.machine import Machine
@@ -47,7 +48,7 @@ class Identified:
     covariances: Mapping[str, Sequence[Covariance]]
     discrepancies: Mapping[str, Mapping[str, Spread]]
     widened: Mapping[str, tuple[Notice, ...]]
-    warnings: tuple[str, ...]
+    warnings: tuple[Notice, ...]
 
     def drawn(self) -> dict[str, Any]:
         """Return what a study draws its machines from."""
@@ -96,10 +97,7 @@ def read_identified(path: Path | str, *, nominal_files: Iterable[str] = (), **in
             found |= closed
             refused += open_ended
         if refused:
-            warnings.append(
-                f"axis {name}: {', '.join(refused)} cannot be drawn from the interval, which is open or does not hold "
-                "the estimate: the spread holds, where there is one"
-            )
+            warnings.append(NOT_DRAWN.found(f"axis {name}", names=refused))
         if found:
             intervals[name] = found
             covariances[name] = [*_together(own or part.friction), *_of_plant(part.nominal or part.plant)]

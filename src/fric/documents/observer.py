@@ -15,6 +15,7 @@ from fric.documents.controller import MarginsPart
 from fric.documents.quantity import Part, Physical, Quantity
 from fric.estimate import Estimate
 from fric.log import Record
+from fric.notice import Notice
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def observer_tree(
     axis: str,
     motion: Motion,
     logs: Sequence[Record] = (),
-    notices: Iterable[str] = (),
+    notices: Iterable[Notice] = (),
 ) -> dict[str, Any]:
     """Return an observer with its limits and margins as an observer document."""
     observer, robust = design.observer, design.robust

@@ -10,6 +10,7 @@ from fric.documents.generated import FilePart
 from fric.documents.quantity import Known, Part, Quantity, in_units, known
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.notice import Notice
 from fric.planning.plan import Limits, Plan, Planned, Setting
 from fric.simulate.experiment import EXPERIMENTS
 from fric.units import Motion
@@ -110,7 +111,7 @@ def plan_tree(
     *,
     prior: str,
     blocks: int | None,
-    notices: Iterable[str],
+    notices: Iterable[Notice],
     narrowing: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Return a plan, ready to be written or printed.

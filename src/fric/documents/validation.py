@@ -10,6 +10,7 @@ from pydantic import Field
 from fric.documents.base import Document
 from fric.documents.quantity import Part, Quantity
 from fric.log import Log
+from fric.notice import Notice
 from fric.units import si_unit
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ class ValidationDocument(Document):
 
 
 def validation_tree(
-    validations: Sequence[Validation], logs: Sequence[Log], notices: Iterable[str] = ()
+    validations: Sequence[Validation], logs: Sequence[Log], notices: Iterable[Notice] = ()
 ) -> dict[str, Any]:
     """Return the scores of validations, ready to be printed."""
     records = []

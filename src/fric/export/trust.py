@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from fric.control.scheme import NONE, Scheme
 from fric.errors import FricError
-from fric.notice import Notice
+from fric.flaws.prediction import NOTHING_SIMULATED, SCHEME_SATURATES
+from fric.notice import Notice, once
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
@@ -19,7 +20,7 @@ def trust_of(
     name: str,
     scheme: Scheme,
     notices: Iterable[Notice],
-    disagreements: Sequence[str] = (),
+    disagreements: Sequence[Notice] = (),
     *,
     compared: bool = False,
     drawn: Sequence[Evidence] = (),
@@ -62,12 +63,12 @@ def trust_of(
         exact = machine.is_nominal([scheme.friction], [name])
         given = replace(given, candidates=(alone, with_it), exact=exact)
         where = f"axis {name} at {1e3 * feed:g} mm/s"
-        against += [Notice(f"{where}: {one}", one.code, one.severity) for one in reasons_against(with_it, given)]
+        against += [one.at(where) for one in reasons_against(with_it, given)]
         if with_it.warnings and not alone.warnings:
-            against.append(Notice(f"{where}: {with_it.warnings[0]}", "scheme-saturates", "wrong"))
+            against.append(SCHEME_SATURATES.found(where, how=str(with_it.warnings[0])))
     for one in drawn:
         against += reasons_against(next(c for c in one.candidates if not c.scheme.bare), one)
     reasons = [notice for one in drawn or (given,) for notice in decide(one).why]
-    why = [one for one in dict.fromkeys(reasons) if on_circle or one.code != "nothing-simulated"]
+    why = [one for one in once(reasons) if on_circle or one.code != NOTHING_SIMULATED.code]
     wrong = [one for one in why if one.severity == "wrong"]
-    return list(dict.fromkeys([*wrong, *against])), [one for one in why if one.severity != "wrong"]
+    return list(once([*wrong, *against])), [one for one in why if one.severity != "wrong"]

@@ -5,13 +5,19 @@ Whatever depends on a flaw asks here: what it widens in a prediction, whether a 
 
 import re
 from collections.abc import Mapping
+from importlib import import_module
 from types import ModuleType
 
-from fric.flaws import unit
 from fric.flaws.base import Flaw
 from fric.notice import Notice
 
-FAMILIES: tuple[ModuleType, ...] = (unit,)
+FAMILIES: tuple[ModuleType, ...] = tuple(
+    import_module(f"{__name__}.{name}")
+    for name in (
+        "clock", "channel", "encoder", "unit", "place", "drift", "static_map", "response", "blocks", "fit", "circle",
+        "prediction", "files", "plan",
+    )
+)  # fmt: skip
 """The families, in the order of the page."""
 
 
@@ -55,7 +61,12 @@ def entry(flaw: Flaw, head: str = "##") -> str:
 def _template(text: str) -> str:
     """Return a sentence with its values as names: ``{size:2}`` is *size*, ``{rate:rises|falls}`` is rises/falls."""
     text = re.sub(r"{(\w+)(?::[^{}|]*)?}", r"*\1*", text)
-    return re.sub(r"{\w+:([^{}|]*)\|([^{}]*)}", lambda one: one[1] + (f"/{one[2]}" if one[2] else ""), text)
+    return re.sub(r"{\w+:([^{}|]*)\|([^{}]*)}", _choice, text)
+
+
+def _choice(found: re.Match[str]) -> str:
+    shown = [text for text in found.groups() if text]
+    return "/".join(shown) if len(shown) > 1 else f"[{shown[0]}]"
 
 
 def page() -> str:

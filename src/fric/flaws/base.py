@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, field
+from math import inf
 from string import Formatter
 from types import SimpleNamespace
 from typing import Any
@@ -16,13 +17,28 @@ LISTED = 8
 """Elements of a list that a sentence names at most."""
 
 
+SMALL = 0.01
+"""Share of the friction up to which what varies over place or time is no more than good to know."""
+HALF_WIDTHS = 1.0
+"""Half-widths of the tightest interval of a level from which on an estimate is wrong by what varies."""
+
+
+def by_size(size: float, level: float, half_width: float) -> Severity:
+    """Return how bad it is that a force varies by a size, where a level with an interval was identified [N]."""
+    if level == inf:
+        return "doubt"
+    if size <= SMALL * abs(level):
+        return "note"
+    return "wrong" if size > HALF_WIDTHS * half_width else "doubt"
+
+
 @dataclass(frozen=True)
 class Flaw:
     """What can be wrong with records, or with what is made of them. A new flaw is one more of these, in its family.
 
     Sentences are templates of `str.format`. ``{size}`` and ``{size:2}`` give an `Estimate` with its unit, to 3 and to
-    2 digits; ``{rate:rises|falls}`` the first where the value is true, of a number where it is positive; a list is
-    given with commas.
+    2 digits; ``{share:.2g%}`` percent to two digits; ``{rate:rises|falls}`` the first where the value is true, of a
+    number where it is positive; a list is given with commas.
     """
 
     code: str
@@ -65,11 +81,15 @@ class _Words(Formatter):
         if "|" in format_spec:
             true = value > 0 if isinstance(value, int | float) else bool(value)
             return format_spec.split("|")[not true]
+        if value is None:
+            return ""
         if isinstance(value, list | tuple):
             shown = [self.format_field(one, format_spec) for one in value[:LISTED]]
             return ", ".join([*shown, "…"] if len(value) > LISTED else shown)
         if isinstance(value, Estimate):
             return readable(float(value), value.unit, int(format_spec or 3))
+        if format_spec.endswith("g%"):
+            return f"{format(100 * value, format_spec[:-1])} %"
         return str(format(value, format_spec))
 
 

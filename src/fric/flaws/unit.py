@@ -52,7 +52,7 @@ BOUNDS: Mapping[str, Bound] = {
     ),
     "following": Bound(
         "the travel of the position over that of its reference", "ratio", (5e-3, 200.0), (5e-3, 200.0),
-        "an axis goes where it is told to, more or less", "position and reference",
+        "an axis goes where it is asked to, more or less", "position and reference",
     ),
     "scale": Bound(
         "the slope of the position over its reference, which it follows,", "ratio", (0.2, 5.0), (0.2, 5.0),

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from fric.arrays import Real
 from fric.errors import FricError
+from fric.flaws.files import SAMPLES_MISSING
+from fric.notice import Notice
 
 WINDOW = 32
 """Samples that a sampling period is taken over."""
@@ -90,7 +92,7 @@ class Clock:
         self._periods.append(np.stack([windows.mean(axis=1), windows[:, fifth], windows[:, -1 - fifth], once]))
         self._rows.append(rows[: cut : self._window].copy())
 
-    def stop(self) -> str:
+    def stop(self) -> list[Notice]:
         """End the record; return what the user should know of its clock.
 
         Raises
@@ -99,11 +101,11 @@ class Clock:
             When the record was sampled at two rates: a tenth of it or more, or its beginning or end.
         """
         if not self._rows:
-            return ""
+            return []
         mean, short, long, windows = np.concatenate(self._periods, axis=1)
         rows = np.concatenate(self._rows)
         if windows.sum() < 4:  # too short to tell
-            return ""
+            return []
         order = np.argsort(mean)
         upto = np.cumsum(windows[order])
         usual = float(mean[order][np.searchsorted(upto, upto[-1] / 2)])
@@ -123,8 +125,8 @@ class Clock:
                     f"two sampling rates in one record: {text}", where=f"{self._place(edge)} (about)",
                     hint="Split the file there, one record a rate.",
                 )  # fmt: skip
-            return f"{self._place(edge)} (about): samples are missing at a regular pace, {text}"
-        return ""
+            return [SAMPLES_MISSING.found(f"{self._place(edge)} (about)", rates=text)]
+        return []
 
 
 class Signs:

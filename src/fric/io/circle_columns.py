@@ -9,6 +9,7 @@ from fric.arrays import Real
 from fric.columns import BALL_BAR
 from fric.documents.mapping import Channel, MappingDocument
 from fric.errors import FricError
+from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE
 from fric.identify.circle.revolutions import fit_circle
 from fric.io.channels import Origin, Plan, origin_of
 from fric.io.readers.base import Table
@@ -81,8 +82,7 @@ def circle_plan(
                 hint="Say the rate: --sampling \"4 kHz\", or in a mapping `time: {rate: 4 kHz}`.",
             )  # fmt: skip
         if not any(name.endswith(".reference") for name in origins):
-            text = f"{where}: no reference was found: lag is not told, and a glitch is placed by the measured circle"
-            warnings.append(Notice(text, "no-reference", "note"))
+            warnings.append(NO_REFERENCE.found(where))
     wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
     stated = frozenset(name for name, channel in channels.items() if channel.sign is not None)
     return Plan("linear", origins, wanted, tuple(column.name for column in table.columns), "time", stated), warnings
@@ -164,12 +164,10 @@ def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice
             origins[f"{axis}.reference"] = Origin(reference[k], 1e-3)
         origins[f"{axis}.position"] = Origin(position[k], 1e-3)
     wanted = tuple(dict.fromkeys(origin.column for origin in origins.values() if origin.column is not None))
-    taken = f"columns {reference[0]} and {reference[1]} are taken for the reference of x and y, " if reference else ""
-    notice = Notice(
-        f"{table.path}: there is no header: {taken}columns {position[0]} and {position[1]} for the position, in mm, "
-        "counted from 0. Say otherwise in a mapping, and where the voltage stands",
-        "columns-by-content", "doubt",
-    )  # fmt: skip
+    of_reference = " and ".join(map(str, reference)) if reference else ""
+    notice = COLUMNS_BY_CONTENT.found(
+        str(table.path), reference=of_reference, position=" and ".join(map(str, position))
+    )
     return Plan("linear", origins, wanted, names, "time", frozenset()), [notice]
 
 

@@ -14,6 +14,7 @@ from fric.io.hdf5 import header_of, log_writer
 from fric.io.ingest_session import IngestedRecord, Progress, Session, StatedLog
 from fric.io.readers import tables
 from fric.io.readers.base import Table
+from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
 from fric.units import Motion
 
@@ -41,7 +42,7 @@ class Ingested:
     motion: Motion
     records: tuple[IngestedRecord, ...]
     skipped: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Notice, ...]
 
     @property
     def samples(self) -> int:

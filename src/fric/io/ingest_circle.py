@@ -13,6 +13,8 @@ from fric.columns import BALL_BAR
 from fric.documents.mapping import MappingDocument
 from fric.documents.provenance import provenance
 from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.flaws.files import RADIUS_ASSUMED, THERE_ALREADY
 from fric.identify.circle.measured import AxisTrace, Instrument, MeasuredCircle
 from fric.identify.circle.revolutions import FoundCircle, find_circles, rounded
 from fric.io.audit import Clock
@@ -111,7 +113,7 @@ def ingest_circles(
     for source in sources:
         digest = digest_of(source)
         if digest in known:
-            warnings.append(Notice(f"{source} is there already: skipped", "there-already", "note"))
+            warnings.append(THERE_ALREADY.found(str(source), record=""))
             continue
         for table in tables(source, mapping.format if mapping else None):
             fields = {"stem": source.stem, "name": source.name, **table.constants}
@@ -207,8 +209,4 @@ def _ball_bar(channels: dict[str, Real], stated: StatedCircle, source: str, dige
 def _guesses(test: MeasuredCircle, stated: StatedCircle) -> Iterator[Notice]:
     if test.is_ball_bar or stated.radius is not None or all(t.reference is not None for t in test.axes.values()):
         return
-    yield Notice(
-        f"{test.source}: without a reference the nominal radius is taken to be {test.radius * 1e3:g} mm, the roundest "
-        "within 0.2 % of that measured. Say --radius if it is another: both scales hang on it",
-        "radius-assumed", "doubt",
-    )  # fmt: skip
+    yield RADIUS_ASSUMED.found(test.source, radius=Estimate(test.radius, "m"))

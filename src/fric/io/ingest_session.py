@@ -12,6 +12,7 @@ from fric.arrays import Real
 from fric.columns import FORCE_VELOCITY, KINDS, Kind
 from fric.documents.mapping import MappingDocument, filled
 from fric.errors import FricError
+from fric.flaws.files import CELLS_DROPPED
 from fric.io.audit import Clock, Signs
 from fric.io.channels import Form, Plan, plan
 from fric.io.digest import FileDigest, digest_of_all
@@ -19,6 +20,7 @@ from fric.io.hdf5 import LogWriter
 from fric.io.join import joined
 from fric.io.readers.base import Table
 from fric.io.rows import WholeRows
+from fric.notice import Notice
 from fric.units import Motion
 
 KIND_OF_FORM: dict[Form, Kind] = {"response": "frequency-response", "means": FORCE_VELOCITY}
@@ -86,7 +88,7 @@ class Session:
         self.known: dict[str, str] = {}
         self.records: list[IngestedRecord] = []
         self.skipped: list[tuple[str, str]] = []
-        self.warnings: list[str] = []
+        self.warnings: list[Notice] = []
 
     def of_axis(self, table: Table, held: tuple[str, Motion] | None) -> tuple[str, Motion]:
         """Return name and motion of the axis: as said, as in the file that is added to, or as the units tell."""
@@ -188,7 +190,7 @@ class Session:
                 dropped[0] += len(block.columns[0]) - len(rows)
                 yield channels
                 self._progress(block.size)
-            self.warnings += [*table.notices, *filter(None, [clock.stop()])]
+            self.warnings += [*table.notices, *clock.stop()]
 
         return blocks(), dropped
 
@@ -213,7 +215,7 @@ class Session:
         sha256 = sha256_of()
         record.close(sha256=sha256, dropped=total or None)
         if dropped:
-            self.warnings.append(f"{table.path}: {dropped} of {samples + dropped} samples dropped: a cell is no number")
+            self.warnings.append(CELLS_DROPPED.found(str(table.path), dropped=dropped, samples=samples + dropped))
         left_out = tuple(column.name for n, column in enumerate(table.columns) if n not in chosen.wanted)
         return IngestedRecord(record.name, source, sha256, kind, samples, total, chosen.description(), left_out)
 

@@ -216,8 +216,8 @@ def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
         for axis, recorded in (group["axes"].items() if with_traces else ())
     }
     coded = json.loads(str(attributes.get("warnings_coded", "[]")))
-    warnings: tuple[str, ...] = tuple(map(Notice.of, coded))
-    warnings = warnings or tuple(line for line in str(attributes["warnings"]).splitlines() if line)
+    warnings: tuple[Notice, ...] = tuple(map(Notice.of, coded))
+    warnings = warnings or tuple(Notice.of(line) for line in str(attributes["warnings"]).splitlines() if line)
     rows = column(group, "places", ndim=2).tolist() if "places" in group else ()
     at_places = tuple(
         Figures(tuple(glitches), *others) for *glitches, others in ((*row[:-3], row[-3:]) for row in rows)

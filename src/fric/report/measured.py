@@ -38,7 +38,7 @@ class MeasuredView:
     agrees: bool | None
     glitch: float
     tables: Sequence[Table]
-    warnings: Sequence[str]
+    warnings: Sequence[Notice]
     picture: Drawn
     further: Sequence[Drawn]
 

@@ -13,6 +13,7 @@ from fric.documents.bundled import bundled
 from fric.documents.circle_map import CircleMapDocument
 from fric.documents.friction import FrictionDocument
 from fric.estimate import Estimate
+from fric.flaws import flaw_of
 from fric.log import Record
 from fric.notice import Notice
 from fric.results.diagnose import DiagnosisResult
@@ -126,7 +127,7 @@ class Measured:
         """The largest glitch that was measured [m]."""
         return max(abs(one.value) for one in self.result.found.glitches.values())
 
-    def disagreements(self) -> list[str]:
+    def disagreements(self) -> list[Notice]:
         """Return where the circle is not as predicted, with the likely cause."""
         return self.result.disagreements(self.source)
 
@@ -268,13 +269,13 @@ class ReportInput:
         """Return what files, a run and the circles warn of; a circle that is not as predicted is told apart."""
         own = [notice for item in self.items for notice in item.warnings]
         circles = [notice for one in self.circles for notice in map(Notice.of, one.result.warnings)]
-        return own + self.warned(test) + [one for one in circles if one.code != "model-disagrees"]
+        return own + self.warned(test) + [one for one in circles if not flaw_of(one).disagrees]
 
     def warned(self, test: ContourTest) -> list[Notice]:
         """Return what a run warns of, less what it tells again of the files that were given."""
-        own = [notice for item in self.items for notice in item.warnings]
+        known = {(notice.code, notice.says) for item in self.items for notice in item.warnings}
         again = map(Notice.of, test.provenance.get("warnings_coded", ()))
-        return [one for one in again if not any(one.endswith(text) for text in own)]
+        return [one for one in again if (one.code, one.says) not in known]
 
     def axes(self) -> list[str]:
         """Return the axes that documents tell of."""

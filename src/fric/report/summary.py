@@ -8,6 +8,7 @@ from typing import Any
 
 from fric.documents.report_summary import ReportDocument
 from fric.io.report import write_report
+from fric.notice import Notice
 from fric.report.advice import observations
 from fric.report.collect import collect
 from fric.report.curves import presliding
@@ -48,7 +49,7 @@ class Report(Result):
         return [*verdicts, *drifts]
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What the files warn of, and the measured circles."""
         return [*self.document["warnings"], *(text for one in self.inputs.circles for text in one.result.warnings)]
 
@@ -111,7 +112,7 @@ def report_document(inputs: ReportInput) -> dict[str, Any]:
         for before, after in inputs.test_pairs
     ]
     drift = [{"of": of, "told": description(found), "changes": found} for of, found in changes]
-    warnings: list[str] = [text for item in inputs.items for text in item.warnings]
+    warnings: list[Notice] = [text for item in inputs.items for text in item.warnings]
     warnings += [text for test in inputs.tests for one in test.contours for text in one.warnings]
     circles = [{"file": one.source} | one.result.document for one in inputs.circles]
     content = {"axes": list(inputs.axes()), "advice": advice, "drift": drift, "circles": circles}

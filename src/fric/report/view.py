@@ -9,6 +9,7 @@ from fric.design.perturbation import Perturbation, model_perturbation
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.figures.contours import scheme_look
+from fric.flaws import flaw_of
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
 from fric.report.advice import observations
@@ -131,14 +132,13 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
     for test in inputs.tests:
         texts = inputs.warned(test)
         for one in test.contours:
-            for text in map(Notice.of, one.warnings):
-                texts.append(Notice(f"scheme ({one.scheme.name}): {text}", text.code, text.severity))
+            texts += [notice.at(f"scheme ({one.scheme.name})") for notice in map(Notice.of, one.warnings)]
         found.append((f"run {test.source}", texts))
     found += [(f"circle {one.source}", list(map(Notice.of, one.result.warnings))) for one in inputs.circles]
     settled = {str(text) for one in verdicts for text in one.settled}
     settled |= {
         str(text) for one in inputs.circles for text in map(Notice.of, one.result.warnings)
-        if text.code == "model-disagrees" and settled.issuperset(one.disagreements())
+        if flaw_of(text).disagrees and settled.issuperset(one.disagreements())
     }  # fmt: skip
     settled -= {str(text) for one in verdicts for text in one.why}
     return [
@@ -149,7 +149,7 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
 
 
 def _settled(text: Notice) -> Notice:
-    return Notice(f"settled, for the machines that were drawn show the measured circle: {text}", text.code, "note")
+    return text.at("settled, for the machines that were drawn show the measured circle", severity="note")
 
 
 def _axis(inputs: ReportInput, axis: str) -> AxisView:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from fric.errors import FricError
 from fric.estimate import elements, note_of
+from fric.notice import Notice
 from fric.results.text import Piece, html, plain
 from fric.verb import verb
 
@@ -54,9 +55,9 @@ class Result(ABC):
         return pd.DataFrame.from_dict(self.by_row(), orient="index")
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What the data cannot tell."""
-        return tuple(self.document.get("warnings", ()))
+        return tuple(map(Notice.of, self.document.get("warnings_coded") or self.document.get("warnings", ())))
 
     def views(self) -> list[str]:
         """Return the names of the figures that can be drawn of what is in the result."""

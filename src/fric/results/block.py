@@ -15,11 +15,13 @@ from fric.documents.machine import nominal_models
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.estimate import elements
+from fric.flaws.response import CONTROLLER_BY_DEFAULT
 from fric.friction import FrictionModel
 from fric.log import Record
+from fric.notice import Notice
 from fric.results.design import Design, perturbation_of
 from fric.results.given_models import cascade_of, document_of, friction_of
-from fric.results.observer import BY_DEFAULT, measured_record
+from fric.results.observer import measured_record
 from fric.results.text import Piece, Table, named
 from fric.units import Motion, parse_gain, readable
 from fric.verb import verb
@@ -47,7 +49,7 @@ class BlockResult(Design):
     of: str
     motion: Motion
     logs: Sequence[Record] = ()
-    description: Sequence[str] = field(default_factory=tuple)
+    description: Sequence[Notice] = field(default_factory=tuple)
     joint: JointDesign | None = None
 
     @property
@@ -135,11 +137,11 @@ def design_block(
         raise FricError(f"'{name}' has a design of its own", hint=f"Use fric design {other}.")
     document = document_of("design_block", PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
-    warnings: list[str] = []
+    warnings: list[Notice] = []
     cascade = cascade_of("design_block", controller, axis, motion, "plant")
     if cascade is None:
         cascade = design_cascade(linear).cascade
-        warnings.append(BY_DEFAULT)
+        warnings.append(CONTROLLER_BY_DEFAULT.found())
     models: Mapping[str, FrictionModel] = {}
     K_f, spans = float("nan"), dict[str, tuple[float, float]]()
     if (given := friction_of("design_block", friction, axis, motion)) is not None:

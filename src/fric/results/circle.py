@@ -14,9 +14,10 @@ from fric.documents.contours import CircleResultDocument
 from fric.documents.identified import Identified
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
+from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
-from fric.results.machine import machine_of, schemes_of, unique
+from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.results.verdict import evidence_of, facts
 from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
@@ -68,11 +69,11 @@ class CircleResult(Result):
         return self.many is not None and len(self.many) < self.many.asked
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What the user should know of machine, runs and distributions."""
-        text = [f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings]
+        text = [notice.at(f"scheme {run.scheme.name}") for run in self.runs for notice in run.warnings]
         before = self.identified.warnings if self.identified else ()
-        return unique([*self.machine.warnings, *before, *text, *(self.many.warnings() if self.many else ())])
+        return once([*self.machine.warnings, *before, *text, *(self.many.warnings() if self.many else ())])
 
     @cached_property
     def document(self) -> dict[str, Any]:

@@ -11,9 +11,11 @@ import numpy as np
 
 from fric.documents.circle_map import CircleMapDocument, circle_map_tree
 from fric.errors import FricError
+from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
+from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
-from fric.results.machine import machine_of, schemes_of, unique
+from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import pair
 from fric.simulate.over_circles import CircleMap, Grid
@@ -49,20 +51,18 @@ class CircleMapResult(Result):
         return self.done < len(self.found.cells)
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What the machine's files warn of, and where schemes could not run."""
-        notices: list[str] = []
+        notices: list[Notice] = []
         if self.cut_short:
-            notices.append(
-                f"interrupted: {self.done} of {len(self.found.cells)} circles were run, the others are empty"
-            )
+            notices.append(INTERRUPTED.found(done=self.done, circles=len(self.found.cells)))
         for scheme in self.found.grid.schemes:
             failed = [cell for cell in self.found.cells[: self.done] if scheme.name in cell.failures]
             if failed:
                 why = failed[0].failures[scheme.name]
-                of = f"{len(failed)} of {len(self.found.cells)} circles"
-                notices.append(f"scheme {scheme.name} could not run on {of}: {why}")
-        return unique([*self.found.grid.machine.warnings, *notices])
+                counts = {"failed": len(failed), "runs": len(self.found.cells), "of": "circles"}
+                notices.append(SCHEME_FAILED.found(f"scheme {scheme.name}", **counts, why=why))
+        return once([*self.found.grid.machine.warnings, *notices])
 
     @cached_property
     def document(self) -> dict[str, Any]:

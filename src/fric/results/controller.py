@@ -13,6 +13,7 @@ from fric.design.cascade import CascadeDesign, Requirement, check_cascade, desig
 from fric.documents.controller import ControllerPart, controller_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
+from fric.notice import Notice
 from fric.results.design import Design
 from fric.results.given import in_si, quantity
 from fric.results.given_models import document_of
@@ -45,7 +46,7 @@ class ControllerResult(Design):
     of: str
     motion: Motion
     view: str = "bode"
-    description: Sequence[str] = ()
+    description: Sequence[Notice] = ()
 
     @property
     def belief(self) -> Cascade:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from fric.design.perturbation import Perturbation, measured_perturbation
 from fric.drive.plant import LinearPlant
 from fric.log import FrequencyResponse, Log
+from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.text import Table
 
@@ -25,7 +26,7 @@ MARGINS = (
 
 def perturbation_of(
     record: Log | FrequencyResponse, plant: LinearPlant, averages: int = 1
-) -> tuple[Perturbation, tuple[str, ...]]:
+) -> tuple[Perturbation, tuple[Notice, ...]]:
     """Return the perturbation of a plant by a measured response, or by one that a record shows, and its warnings."""
     from fric.identify.plant.frequency_response import measure_response  # with SciPy's signal processing
 

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Any
 from fric.documents.circle_findings import diagnosis_tree
 from fric.documents.identified import machine_to_predict
 from fric.estimate import Estimate, in_digits
+from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.identify.circle.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
 from fric.identify.circle.diagnose import Diagnosis, both_directions
 from fric.identify.circle.diagnose import diagnose as take_apart
 from fric.identify.circle.model_shape import LEARNED
+from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, quantity, silent
 from fric.results.given_models import CIRCLES, circles_of
@@ -44,7 +46,7 @@ class DiagnosisResult(Result):
     held: Agreement | None = None
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What the circle cannot tell, and what does not agree."""
         return [*self.found.warnings, *(self.held.warnings if self.held else ())]
 
@@ -57,14 +59,19 @@ class DiagnosisResult(Result):
         """Return the glitches, beside those predicted, and the geometry."""
         return [self._glitches(), "", self._geometry()]
 
-    def disagreements(self, source: str) -> list[str]:
+    def disagreements(self, source: str) -> list[Notice]:
         """Return where the circle of a file is not as predicted, with the likely cause."""
         if self.held is None:
             return []
         seen, said = self.found.glitches, self.held.predicted.glitches
         return [
-            f"{source} shows {seen[name].value * 1e6:+.1f} µm at {name}, predicted are "
-            f"{said[name].value * 1e6:+.1f} µm ({CAUSES[cause]})"
+            NOT_AS_PREDICTED.found(
+                source,
+                quadrant=name,
+                measured=Estimate(seen[name].value, "m"),
+                predicted=Estimate(said[name].value, "m"),
+                cause=CAUSES[cause],
+            )
             for name, cause in self.held.causes.items()
         ]
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from fric.documents.identified import Identified
 from fric.errors import FricError
+from fric.flaws.prediction import CIRCLE_UNUSED
 from fric.identify.circle.left_over import LeftOver
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.trust import distrusts, observers_distrust
@@ -54,8 +55,7 @@ class KnownMachine:
             try:  # one that lacks a channel still judges, and completes nothing
                 left = LeftOver.of([*(left.tests if left else ()), test], machine, axes or pair(machine), seed)
             except FricError as error:
-                text = f"{error}: no machine was made to agree with this circle"
-                unused.append(Notice(text.replace("\n", " "), "circle-unused", "doubt"))
+                unused.append(CIRCLE_UNUSED.found(why=str(error).replace("\n", " ")))
         return cls(identified, tests, left, tuple(unused))
 
     def drawn(self) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
+from fric.flaws.plan import PLAN_LEFT_OVER, PLAN_NOT_ENOUGH, PLAN_PLANT_UNSURE
 from fric.log import Log
 from fric.notice import Notice
 from fric.planning.plan import Expected, Planned
@@ -221,9 +222,7 @@ def expected(
             for result in identified(logs, blocks or "auto"):
                 results.append(result)
         except FricError as error:
-            notices.append(
-                Notice(f"of these records no more can be identified: {error.what}", "plan-not-enough", "doubt")
-            )
+            notices.append(PLAN_NOT_ENOUGH.found(why=error.what))
         if blocks is None and results and "gms" in results[-1].document:
             blocks = len(results[-1].document["gms"]["k"]["value"])
         if results and known is not None and "static" in results[-1].document:
@@ -244,15 +243,7 @@ def expected(
         least, most = one.between
         parameters[name] = replace(one, half_width=factor * one.half_width, between=(factor * least, factor * most))
     if uncertain := [name for name, factor in wider.items() if factor > NOTABLE]:
-        text = (
-            f"what was identified left more over than its models make: {', '.join(uncertain)} will be no better known "
-            "by more records of the same kind than they are"
-        )
-        notices.append(Notice(text, "plan-left-over", "note"))
+        notices.append(PLAN_LEFT_OVER.found(names=uncertain))
     if plant is None and {"A", "B"} & parameters.keys() and {"F_c", "F_s"} & set(uncertain):
-        text = (
-            "A and B are expected as if friction were that of its model all along the way, which its strokes deny: a "
-            "response of this drive may tell them several times less surely; give the plant of its last with --plant"
-        )
-        notices.append(Notice(text, "plan-plant-unsure", "doubt"))
+        notices.append(PLAN_PLANT_UNSURE.found())
     return Expectation(parameters, blocks, tuple(dict.fromkeys(notices)))

@@ -25,12 +25,12 @@ from fric.export.manifest import manifest, manifest_text
 from fric.export.select import compensation_of, machine_of
 from fric.export.trust import trust_of
 from fric.io.run import read_drawn, read_prediction, read_run_provenance, read_runs
-from fric.notice import Notice
+from fric.notice import Notice, once
 from fric.output import write_folder
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
 from fric.results.given import Advance, path_of, silent
-from fric.results.machine import schemes_of, unique
+from fric.results.machine import schemes_of
 from fric.results.text import Piece, Table
 from fric.results.verdict import evidence_of
 from fric.simulate.machine import Machine
@@ -127,9 +127,9 @@ class ExportResult(Result):
         return content
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What the machine's files say of themselves, and what speaks against the export."""
-        return unique([*self.notices, *self.against])
+        return once([*self.notices, *self.against])
 
     def report(self) -> list[Piece]:
         """Return what is in which file, and how LinuxCNC and simulation compare."""

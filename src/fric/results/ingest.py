@@ -15,9 +15,11 @@ from fric.documents.mapping import MappingDocument
 from fric.documents.records import IngestDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
+from fric.flaws.files import COLUMNS_LEFT_OUT, THERE_ALREADY
 from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_session import BadCells
+from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
 from fric.results.text import Piece
@@ -50,11 +52,11 @@ class IngestResult(Result):
         return IngestDocument.made(self.done, notices=self.warnings).tree()
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What was skipped, left out or wrong."""
-        skipped = [f"{source} is there already, as record '{name}': skipped" for source, name in self.done.skipped]
+        skipped = [THERE_ALREADY.found(source, record=name) for source, name in self.done.skipped]
         left_out = [
-            f"{record.source}: left out are the columns {', '.join(record.left_out)}"
+            COLUMNS_LEFT_OUT.found(record.source, columns=record.left_out)
             for record in self.done.records
             if record.left_out and not self.mapped
         ]

@@ -21,6 +21,7 @@ from fric.identify.circle.measured_inverse import Learning, Table, learn_from
 from fric.io.circle import choose_circles
 from fric.io.feedforward import read_feedforward, write_feedforward
 from fric.io.run import read_run_provenance, write_runs
+from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, quantity, silent
 from fric.results.text import Piece
@@ -47,7 +48,7 @@ class LearnResult(Result):
     found: Learned
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """That it is for one circle, and whether it grows again."""
         return self.found.warnings
 
@@ -106,7 +107,7 @@ class LearnedTable(Result):
     table: Table
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """That it is for one circle."""
         return self.table.warnings
 

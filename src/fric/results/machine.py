@@ -1,6 +1,6 @@
 """Machines from their files, and what else a run takes."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -50,8 +50,3 @@ def schemes_of(verb: str, asked: Any, known: Any = None) -> list[Scheme]:
     for one in asked:
         found += schemes_of(verb, one, known)
     return found
-
-
-def unique(warnings: Iterable[str]) -> Sequence[str]:
-    """Return warnings in their order, each once."""
-    return tuple(dict.fromkeys(warnings))

@@ -6,7 +6,7 @@ from typing import Any
 from fric.documents.friction import FrictionDocument
 from fric.documents.plan import experiment_entry
 from fric.errors import FricError
-from fric.notice import Notice
+from fric.flaws.plan import PLAN_FRICTION_ALONE
 from fric.planning.next_record import Narrowing, narrowing
 from fric.planning.plan import Limits, Plan
 from fric.results.given import Advance, in_si, silent
@@ -111,8 +111,7 @@ def plan_next(
     found = narrowing(subject, axis, limits, covariances, between, chosen, advance)
     axis = replace(axis, name=document.axis)
     best = found.candidates[0]
-    text = f"what errs of the plant is not in it: the glitch of scheme {chosen.name} is narrowed by friction alone here"
-    notices.append(Notice(text, "plan-friction-alone", "note"))
+    notices.append(PLAN_FRICTION_ALONE.found(scheme=chosen.name))
     made = Plan(axis, limits, (best.planned,), [best.lasting], {})
     entry = _entry(found, chosen.name, axis.name)
     return NextRecordResult(made, None, f"axis {axis.name} as identified last", notices, entry)

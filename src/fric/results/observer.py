@@ -21,6 +21,7 @@ from fric.design.perturbation import (
 from fric.documents.observer import observer_tree
 from fric.documents.plant import PlantDocument
 from fric.errors import FricError
+from fric.flaws.response import CONTROLLER_BY_DEFAULT, OBSERVER_ASSUMED
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.notice import Notice
 from fric.results.design import Design, perturbation_of
@@ -38,8 +39,6 @@ FIRST_MODE = 50.0
 MODE_DAMPING = 0.01
 """And its damping."""
 Filter = Literal["binomial2", "binomial3", "binomial4", "butterworth2", "butterworth3", "umeno-hori"]
-BY_DEFAULT = "no controller was given: taken is the one that `fric design controller` gives by default"
-"""What is told where the user gave none."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,7 +68,7 @@ class ObserverResult(Design):
     motion: Motion
     nyquist: float
     logs: Sequence[Log | FrequencyResponse]
-    description: Sequence[str]
+    description: Sequence[Notice]
     asked: float | str
     view: str = "q"
 
@@ -163,11 +162,11 @@ def design_observer(
     """
     document = document_of("design_observer", PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
-    warnings: list[str] = [*document.passed_on()]
+    warnings: list[Notice] = [*document.passed_on()]
     cascade = cascade_of("design_observer", controller, axis, motion, "plant")
     if cascade is None:
         cascade = design_cascade(linear).cascade
-        warnings.append(BY_DEFAULT)
+        warnings.append(CONTROLLER_BY_DEFAULT.found())
     modes = [_resonance(one) if isinstance(one, str) else one for one in resonances]
     if log is None:
         logs, Delta = [], model_perturbation(linear, cascade.sampling / 2, modes)
@@ -190,9 +189,10 @@ def design_observer(
     try:
         design = find_observer(linear, cascade, filter, cutoff=wanted, peak_sensitivity=allowed, perturbation=Delta)
     except FricError as error:
-        if BY_DEFAULT not in warnings:
+        default = [one for one in warnings if one.code == CONTROLLER_BY_DEFAULT.code]
+        if not default:
             raise
-        hint = f"{error.hint} {BY_DEFAULT[0].upper()}{BY_DEFAULT[1:]}."  # which the user is not to blame for
+        hint = f"{error.hint} {default[0]}"  # which the user is not to blame for
         raise FricError(error.what, where=error.where, hint=hint) from None
     if log is None and not modes and wanted is None:
         design = _below_a_mode(design, quantity(first_mode, "frequency") or FIRST_MODE, Delta)
@@ -207,11 +207,7 @@ def _unseen(first_mode: float | str | None, given: float | str | None) -> Notice
         taken = "Q is as it was given, and what the axis has beyond its delay is not known"
     else:
         taken = f"Q is held below a first mode that is assumed at {FIRST_MODE:g} Hz: a guess, and no recommendation"
-    again = "" if first_mode else ", or --first-mode '80 Hz'"
-    return Notice(
-        f"no response was measured, or none given: {taken}. Give the log of one (LOG.h5){again}",
-        "observer-assumed", "doubt",
-    )  # fmt: skip
+    return OBSERVER_ASSUMED.found(taken=taken, given=bool(first_mode))
 
 
 def _below_a_mode(design: ObserverDesign, frequency: float, Delta: Perturbation) -> ObserverDesign:

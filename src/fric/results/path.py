@@ -9,9 +9,10 @@ from typing import Any
 
 from fric.documents.contours import PathResultDocument
 from fric.io.path import read_path
+from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
-from fric.results.machine import machine_of, schemes_of, unique
+from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.results.verdict import facts
 from fric.simulate.contour_run import reduction
@@ -40,10 +41,10 @@ class PathResult(Result):
     name: str
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What the user should know."""
-        text = [f"scheme {run.scheme.name}: {warning}" for run in self.runs for warning in run.warnings]
-        return unique([*self.machine.warnings, *text])
+        text = [notice.at(f"scheme {run.scheme.name}") for run in self.runs for notice in run.warnings]
+        return once([*self.machine.warnings, *text])
 
     @cached_property
     def document(self) -> dict[str, Any]:

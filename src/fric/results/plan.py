@@ -13,6 +13,7 @@ from fric.documents.plant import PlantDocument, PlantPart
 from fric.documents.yaml import dump
 from fric.errors import FricError, near
 from fric.export.motion import DIALECTS, Arc, Move
+from fric.flaws.plan import PLAN_ACCURACY
 from fric.friction import models
 from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.notice import Notice
@@ -260,10 +261,7 @@ def _more(wanted: Mapping[str, tuple[float, bool]], found: Expectation, times: M
 
 def _missed(wanted: Mapping[str, tuple[float, bool]], found: Expectation) -> list[Notice]:
     return [
-        Notice(
-            f"{name} is told to {lack:.2g} times the half-width asked for, with {MOST} times the usual records: what "
-            "limits it is not their number", "plan-accuracy", "doubt",
-        )
+        PLAN_ACCURACY.found(name=name, lack=lack, times=MOST)
         for name, lack in _lacks(wanted, found)
         if lack > 1.0
     ]  # fmt: skip

@@ -10,6 +10,7 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
+from fric.flaws.plan import PLAN_TYPICAL
 from fric.friction.directed import Directed
 from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.identify.records.resolution import lattice_step
@@ -64,11 +65,7 @@ def prior_axis(
     name = axis if known is None else known.axis
     if machine is None:
         found = replace(subject.axis("x"), name=name)
-        text = (
-            f"plant, controller, encoder and noise are those of the bundled {TYPICAL}: give --machine, or --like with "
-            "a typical log of the drive"
-        )
-        notices.append(Notice(text, "plan-typical", "doubt" if like is None else "note"))
+        notices.append(PLAN_TYPICAL.found(machine=TYPICAL, like=like is not None))
     else:
         found = subject.axis(name)
     if known is not None:

@@ -148,10 +148,7 @@ class InspectionResult(Result):
     def warnings(self) -> tuple[Notice, ...]:
         """What is amiss with each record, after its name."""
         return tuple(
-            Notice(f"{one.name}: {text}", text.code, text.severity)
-            for one in self.found
-            if isinstance(one, Inspection)
-            for text in one.warnings
+            notice.at(one.name) for one in self.found if isinstance(one, Inspection) for notice in one.warnings
         )
 
     def report(self) -> list[Piece]:

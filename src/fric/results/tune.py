@@ -14,6 +14,7 @@ from fric.documents.tuned import tuned_files, write_tuned
 from fric.estimate import estimate_rows
 from fric.identify.circle.tune import Tuned, steps_of_tuning
 from fric.identify.circle.tune import tune as refit
+from fric.notice import Notice
 from fric.output import refuse_existing, together
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, silent
@@ -52,7 +53,7 @@ class TuneResult(Result):
         return self.found.machine
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What the circles cannot tell, and what was refused."""
         return self.found.warnings
 

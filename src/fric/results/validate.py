@@ -11,13 +11,14 @@ from fric.documents.plant import PlantDocument
 from fric.documents.validation import validation_tree
 from fric.drive.plant import hold_delay
 from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.flaws.prediction import INVERSE_LEFT_OUT, T_D_BELOW_HOLD
 from fric.identify.records.timing import even_sampling as sampling_of
 from fric.log import Log
-from fric.notice import Notice
+from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import in_si, logs_of
 from fric.results.given_models import cascade_of, document_of, friction_of
-from fric.results.machine import unique
 from fric.results.text import Piece, Table
 from fric.simulate.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
 from fric.units import readable, si_unit
@@ -46,9 +47,9 @@ class ValidationResult(Result):
     notices: Sequence[Notice] = ()
 
     @property
-    def warnings(self) -> Sequence[str]:
+    def warnings(self) -> Sequence[Notice]:
         """What the files warn of, and what the records show of controller and voltage."""
-        return unique([*self.notices, *(text for one in self.validations for text in one.warnings)])
+        return once([*self.notices, *(text for one in self.validations for text in one.warnings)])
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -127,11 +128,7 @@ def validate(
         try:
             done.append(validate_inverse(log, measured, law, weight))
         except FricError as error:
-            short.append(Notice(f"no force along the motion of {log.name}: {error.what}", "inverse-left-out", "note"))
+            short.append(INVERSE_LEFT_OUT.found(log.name, why=error.what))
         if identified.T_d < hold_delay(sampling_of(log)):
-            less = (
-                f"{log.where}: T_d is {identified.T_d * 1e3:.3g} ms, less than half a sample of this record, the hold "
-                "alone: half a sample is taken"
-            )
-            short.append(Notice(less, "T_d-below-hold", "doubt"))
+            short.append(T_D_BELOW_HOLD.found(log.where, T_d=Estimate(identified.T_d, "s")))
     return ValidationResult(done, records, (*document.passed_on(), *short))

@@ -7,10 +7,12 @@ from typing import Any
 
 from fric.documents.bundled import bundled
 from fric.documents.provenance import provenance
+from fric.flaws import flaw_of
+from fric.flaws.prediction import NO_MEASURED_CIRCLE
 from fric.notice import Notice
 from fric.simulate.contour_run import ContourRun
 from fric.simulate.machine import Machine
-from fric.simulate.prediction import SETTLED, Prediction
+from fric.simulate.prediction import Prediction
 from fric.verdict.evidence import Candidate, Evidence
 
 Runs = Sequence[ContourRun[Any, Any]]
@@ -35,7 +37,7 @@ def evidence_of(
     prediction: Prediction | None = None,
     *,
     compared: bool = False,
-    disagreements: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    disagreements: Mapping[str, Sequence[Notice]] = MappingProxyType({}),
     **more: Any,
 ) -> Evidence:
     """Return the evidence of candidates whose run file keeps `facts`; of an older file what it has of them.
@@ -61,20 +63,18 @@ def evidence_of(
     distrust = prediction.distrust if prediction else ()
     seen = {Path(where.partition(", test ")[0]).name for where in (prediction.measured if prediction else ())}
     compared = compared or bool(seen)
-    against = [str(one) for one in distrust if one.code == "model-disagrees"]
-    explained = {"model-disagrees", "no-measured-circle"} if compared else {"model-disagrees"}
-    distrust = tuple(one for one in distrust if one.code not in explained)
+    against = [one for one in distrust if flaw_of(one).disagrees]
+    distrust = tuple(
+        one for one in distrust if one not in against and not (compared and one.code == NO_MEASURED_CIRCLE.code)
+    )
     settled = list[Notice]()
-    for file, texts in disagreements.items():
-        if Path(file).name in seen:
-            settled += [Notice(text, "model-disagrees", "wrong") for text in texts]
-        else:
-            against += texts
+    for file, found in disagreements.items():
+        (settled if Path(file).name in seen else against).extend(found)
     coded = [*map(Notice.of, made.get("warnings_coded", ()))]
     notices = more.pop("notices", coded)
     if seen:
-        settled += [one for one in notices if one.code in SETTLED and one.severity == "wrong"]
-        notices = [one for one in notices if one.code not in SETTLED]
+        settled += [one for one in notices if flaw_of(one).circle_settles and one.severity == "wrong"]
+        notices = [one for one in notices if not flaw_of(one).circle_settles]
     file = str(made.get("origin", {}).get("path", ""))
     names = {"machine": machine_name(file) if file else "MACHINE.yaml", "command": str(made.get("command", ""))}
     names |= {"circle": min(seen)} if seen else {}

@@ -11,6 +11,7 @@ from fric.contour import Circularity, ContourError, Figures
 from fric.control.feedforward import inverse_model
 from fric.control.scheme import Scheme
 from fric.errors import FricError
+from fric.flaws.prediction import NOT_LINEAR, SATURATES
 from fric.notice import Notice
 from fric.reference import Reference
 from fric.simulate.axis import Trace, run_axis
@@ -54,7 +55,7 @@ class ContourRun(Generic[Followed, Left]):
     test: Followed
     traces: Mapping[str, Trace]
     contour: Left
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
     places: tuple[Figures, ...] = ()
 
     def chance(self, name: Literal["glitch", "rms", "range", "oscillation"] = "glitch") -> Chance:
@@ -208,21 +209,15 @@ def require_voltage(axis: Axis, reference: Reference) -> None:
         )
 
 
-def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[str, ...]:
+def run_warnings(scheme: Scheme, traces: Mapping[str, Trace]) -> tuple[Notice, ...]:
     """Return what to know of a run: a voltage that was limited, a loop that no poles judge."""
     warnings = [
-        Notice(
-            f"axis {name} saturates in {trace.saturated / len(trace.time):.1%} of the samples: "
-            "the feed asks for more voltage than its limit",
-            "saturates",
-            "doubt",
-        )
+        SATURATES.found(f"axis {name}", share=trace.saturated / len(trace.time))
         for name, trace in traces.items()
         if trace.saturated
     ]
     if names := scheme.not_linear:
-        text = f"{' and '.join(names)} is not linear: stability was not judged by poles, only by this run"
-        warnings.append(Notice(text, "not-linear", "note"))
+        warnings.append(NOT_LINEAR.found(blocks=list(names)))
     return tuple(warnings)
 
 

@@ -16,6 +16,8 @@ from fric.arrays import Mask, Real
 from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.estimate import Covariance
+from fric.flaws.prediction import DRIVE_SATURATES, SCHEME_FAILED, SPREAD_UNUSED
+from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.intervals import Intervals
 from fric.simulate.machine import Machine
@@ -215,29 +217,28 @@ class MonteCarlo:
             )
         return found
 
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[Notice, ...]:
         """Return what the user should know: machines that could not run, drives that saturate, spreads without use."""
         warnings = []
         for name, found in self.distributions().items():
             if found.failed:
                 why = next(outcome.failures[name] for outcome in self.outcomes if name in outcome.failures)
-                warnings.append(
-                    f"scheme {name} could not run on {found.failed} of {len(self)} machines, which its quantiles leave "
-                    f"out: {why}"
-                )
+                counts = {"failed": found.failed, "runs": len(self), "of": "machines"}
+                warnings.append(SCHEME_FAILED.found(f"scheme {name}", **counts, why=why))
             if found.saturated:
-                warnings.append(f"scheme {name}: the drive saturates on {found.saturated} of {len(self)} machines")
+                counts = {"saturated": found.saturated, "machines": len(self)}
+                warnings.append(DRIVE_SATURATES.found(f"scheme {name}", **counts))
         return (*warnings, *_unused(self))
 
 
-def _unused(found: MonteCarlo) -> Iterator[str]:
+def _unused(found: MonteCarlo) -> Iterator[Notice]:
     if found.study.spreads is DEFAULT_SPREADS:  # nobody asked for them
         return
     ran = [outcome for outcome in found.outcomes if len(outcome.failures) < len(found.study.schemes)]
     drawn = {key.partition(".")[2] for outcome in ran for key in outcome.drawn}
     for name in found.study.spreads if ran else ():
         if name not in drawn:
-            yield f"the spread of {name} has no effect: no axis has such a parameter that is not drawn otherwise"
+            yield SPREAD_UNUSED.found(name=name)
 
 
 def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> MonteCarlo:

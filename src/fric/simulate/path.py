@@ -12,6 +12,7 @@ from fric.arrays import Mask, Real
 from fric.contour import ContourError, contour_error
 from fric.control.scheme import Scheme
 from fric.errors import FricError
+from fric.flaws.prediction import NO_REVERSAL
 from fric.kernels.spline import spline_slopes
 from fric.reference import Reference, instants, smooth_step
 from fric.simulate.chance import PLACES
@@ -220,7 +221,7 @@ def run_path(
         error = contour_error(asked[full], velocity[full], np.column_stack(motion)[full], references[0].sampling)
         warnings = run_warnings(scheme, traces)
         if not error.reversals:
-            warnings += ("no axis reverses on this path at full feed: there is no glitch",)
+            warnings += (NO_REVERSAL.found(),)
         return PathRun(scheme, path, traces, error, warnings)
 
     return at_places(machine, path.feed, once, accuracy=accuracy, places=places)

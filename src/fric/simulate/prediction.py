@@ -12,24 +12,12 @@ import numpy as np
 from fric.arrays import Real
 from fric.contour import QUADRANTS
 from fric.estimate import STAYS, Interval
+from fric.flaws.prediction import SCHEME_UNSTABLE
 from fric.notice import Notice
 from fric.simulate.contour_run import pair
 
 if TYPE_CHECKING:
     from fric.simulate.monte_carlo import MonteCarlo, Study
-
-SETTLED = frozenset(
-    {
-        "force-over-position",
-        "friction-over-position",
-        "directions-differ",
-        "force-drifts",
-        "level-differs",
-        "strokes-unsettled",
-        "F_c-at-bound",
-    }
-)
-"""Warnings of friction's level, which a measured circle settles: every drawn machine has the level of that one."""
 
 
 @dataclass(frozen=True)
@@ -129,8 +117,7 @@ def predicted(
         failed = 1 - len(ran) / len(many)
         why = list((of_schemes or {}).get(scheme.name, ()))
         if failed > UNSTABLE or not len(ran):
-            text = f"scheme {scheme.name} is not stable on {failed:.0%} of the machines that agree with what is known"
-            why.append(Notice(text, "scheme-unstable", "wrong"))
+            why.append(SCHEME_UNSTABLE.found(scheme=scheme.name, share=failed))
         if not len(ran):
             ran = np.full((1, 4), np.inf)
         size = np.abs(ran)

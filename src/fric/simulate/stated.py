@@ -8,6 +8,7 @@ from fric.arrays import Real
 from fric.control.base import Setting
 from fric.control.cascade import Cascade
 from fric.drive.plant import LinearPlant
+from fric.flaws.circle import ADDED_VOLTAGE_FOUND, CONTROLLER_DIFFERS, FEEDFORWARD_FOUND
 from fric.kernels.block import Commands, Sample
 from fric.log import Log
 from fric.notice import Notice
@@ -71,7 +72,7 @@ class StatedController:
             "" if abs(self.K_p - (self.K_i or self.K_p)) > GAIN else " (as another K_v or a scaled voltage shows too)"
         )
         why = f"; it shows that {gains} what is stated{alike}" if self.explained < 0.5 * self.apart else ""
-        return f"the stated controller misses the recorded voltage by {self.apart:.0%} of what is fed back{why}"
+        return f"The stated controller misses the recorded voltage by {self.apart:.0%} of what is fed back{why}"
 
 
 def stated_voltage(
@@ -212,19 +213,12 @@ def controller_behind(
     ahead = fed.missed < FED * plain.missed
     held, warnings = fed if ahead else plain, []
     if ahead:
-        text = "the recorded voltage shows that velocity and inverse model are fed forward: so they are here"
-        warnings.append(Notice(f"{log.where}: {text}", "feedforward-found", "note"))
+        warnings.append(FEEDFORWARD_FOUND.found(log.where))
     added = np.zeros(len(voltage)) if given is None else given
     if held.added is not None:
         added = added + held.added
-        share = float(np.mean(held.added != 0.0))
-        text = (
-            f"{log.where}: the recorded voltage is that of the controller but for {share:.1%} of the samples, by "
-            f"{float(np.abs(held.added).max()):.3g} V at most: taken for a voltage that was added, and added again"
-        )
-        warnings.append(Notice(text, "added-voltage-found", "note"))
+        share, most = float(np.mean(held.added != 0.0)), float(np.abs(held.added).max())
+        warnings.append(ADDED_VOLTAGE_FOUND.found(log.where, share=share, most=most))
     if not held.as_stated:
-        warnings.append(
-            Notice(f"{log.where}: {held.describe()}; no error here tells of friction", "controller-differs", "wrong")
-        )
+        warnings.append(CONTROLLER_DIFFERS.found(log.where, how=held.describe(), friction=True))
     return ahead, added, tuple(warnings)

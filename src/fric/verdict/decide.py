@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from fric.estimate import Estimate
+from fric.flaws import flaw_of, prediction
 from fric.notice import Notice
 from fric.units import readable
 from fric.verdict.evidence import Candidate, Evidence, Verdict, bare, upper
@@ -47,7 +49,7 @@ def decide(evidence: Evidence) -> Verdict:
     refused = [(one, text) for one in evidence.candidates for text in forbidden(one, evidence)]
     usable = [one for one in evidence.candidates if all(one is not other for other, _ in refused)]
     kept = None if evidence.tolerance is None else False
-    said = tuple(f"{one.named} must not be used: {text}." for one, text in refused)
+    said = tuple(f"{one.named} must not be used: {text}" for one, text in refused)
     if evidence.disagreements or not usable:
         return Verdict(
             choice=None, headline=nothing(evidence), why=why, effort=said, next=tuple(steps(evidence, None)), kept=kept,
@@ -59,8 +61,7 @@ def decide(evidence: Evidence) -> Verdict:
         seen = evidence.measured.get(chosen.scheme.name, 0.0)
         kept = max(chosen.stays_under, seen) <= evidence.tolerance
         if seen > evidence.tolerance:
-            text = f"with {chosen.named} switched on the measured circle shows {readable(seen, 'm', 2)}"
-            why += (Notice(text, "measured-beyond", "wrong"),)
+            why += (prediction.MEASURED_BEYOND.found(scheme=chosen.named, seen=Estimate(seen, "m")),)
     return Verdict(
         choice=chosen, headline=headline(chosen, bare(usable), evidence, kept=kept), why=why,
         effort=(*_effort(chosen, usable, evidence), *said), kept=kept, settled=tuple(evidence.settled),
@@ -70,7 +71,9 @@ def decide(evidence: Evidence) -> Verdict:
 
 def _same(one: Notice) -> str:
     """Return what two reasons share of which one is enough; what is wrong in two files is told of both."""
-    return str(one) if one.severity == "wrong" and one.code != "model-disagrees" else one.code or str(one)
+    if flaw_of(one).disagrees:
+        return "disagrees"
+    return str(one) if one.severity == "wrong" else one.code or str(one)
 
 
 def forbidden(one: Candidate, evidence: Evidence) -> list[Notice]:
@@ -81,13 +84,10 @@ def forbidden(one: Candidate, evidence: Evidence) -> list[Notice]:
     other = other if len(other) == len(own) else other[:1]
     cycles = own > np.maximum(max(CYCLE, 4 * evidence.resolution), CYCLE_RATIO * other)
     if cycles.any():
-        size = readable(float(own[cycles].max()), "m", 2)
-        where = "" if cycles[0] else f", on {int(cycles.sum())} of the {len(one.swings)} machines that were drawn"
-        text = f"the loop swings by {size} where no axis reverses, a limit cycle{where}"
-        found.append(Notice(text, "limit-cycle", "wrong"))
+        size, machines = Estimate(float(own[cycles].max()), "m"), 0 if cycles[0] else int(cycles.sum())
+        found.append(prediction.LIMIT_CYCLE.found(size=size, machines=machines, drawn=len(one.swings)))
     if not np.isfinite(one.stays_under):
-        share = float(np.mean(np.isnan(one.drawn)))
-        found.append(Notice(f"it cannot run on {share:.0%} of the machines that were drawn", "cannot-run", "wrong"))
+        found.append(prediction.CANNOT_RUN.found(share=float(np.mean(np.isnan(one.drawn)))))
     return found
 
 
@@ -98,33 +98,24 @@ def reasons_against(one: Candidate, evidence: Evidence) -> list[Notice]:
     """
     found, without = forbidden(one, evidence), bare(evidence.candidates)
     if without is not None and one.stays_under > without.stays_under + 2 * evidence.resolution:
-        text = (
-            f"scheme {one.scheme.name} leaves {1e6 * one.stays_under:.1f} µm, and the controller alone "
-            f"{1e6 * without.stays_under:.1f} µm"
-        )
-        found.append(Notice(text, "scheme-spoils", "wrong"))
+        left, alone = Estimate(one.stays_under, "m"), Estimate(without.stays_under, "m")
+        found.append(prediction.SCHEME_SPOILS.found(scheme=one.scheme.name, left=left, alone=alone))
     return found
 
 
 def distrust(evidence: Evidence) -> Iterator[Notice]:
     """Yield why a verdict from this evidence is not to be trusted yet."""
-    for text in evidence.disagreements:
-        yield Notice(f"{text}: that is not as predicted", "model-disagrees", "wrong")
+    yield from evidence.disagreements
     if not evidence.candidates:
-        yield Notice("nothing was simulated", "nothing-simulated", "wrong")
+        yield prediction.NOTHING_SIMULATED.found()
     elif not evidence.machines and evidence.exact:
-        text = (
-            "the controllers know plant and friction of this machine exactly, but for the gain, which no real machine "
-            "grants, and no machines around it were drawn"
-        )
-        yield Notice(text, "belief-is-truth", "doubt")
+        yield prediction.BELIEF_IS_TRUTH.found()
     elif not evidence.machines:
-        yield Notice("one machine was simulated: how far the glitch scatters is not known", "one-machine", "doubt")
+        yield prediction.ONE_MACHINE.found()
     elif evidence.machines < FEW:
-        text = f"{evidence.machines} machines were drawn: 95 % of so few is a guess"
-        yield Notice(text, "few-machines", "doubt")
+        yield prediction.FEW_MACHINES.found(machines=evidence.machines)
     if not evidence.compared and not evidence.rotary:
-        yield Notice("there is no measured circle to hold the simulation against", "no-measured-circle", "doubt")
+        yield prediction.NO_MEASURED_CIRCLE.found()
     yield from dict.fromkeys(one for one in evidence.notices if one.severity == "wrong")
     yield from evidence.distrust
 

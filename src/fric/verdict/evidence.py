@@ -53,7 +53,7 @@ class Candidate:
     glitches: tuple[float, ...]
     glitch: float
     places: tuple[float, ...] = ()
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
     drawn: tuple[float, ...] = ()
     oscillation: float = 0.0
     swings: tuple[float, ...] = ()
@@ -162,7 +162,7 @@ class Evidence:
     resolution: float = 0.0
     exact: bool = False
     compared: bool = False
-    disagreements: Sequence[str] = ()
+    disagreements: Sequence[Notice] = ()
     notices: Sequence[Notice] = ()
     distrust: Sequence[Notice] = ()
     settled: Sequence[Notice] = ()

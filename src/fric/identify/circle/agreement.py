@@ -10,6 +10,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.contour import QUADRANTS
 from fric.control.scheme import Scheme
+from fric.flaws.circle import MODEL_DISAGREES, PREDICTION_WITHOUT_INTERVAL
 from fric.identify.circle.diagnose import Diagnosis, diagnose
 from fric.identify.circle.glitches import Glitch, Pulse, smoothed
 from fric.identify.circle.measured import measured_from_run
@@ -155,22 +156,14 @@ def agreement(
             causes[name] = _cause(found, said, own[name], other[name])
     warnings = []
     if intervals is None:
-        text = (
-            "the machine file has no intervals: the prediction is held against the measured interval and a step of the "
-            "encoder alone. Give the files of `fric identify` or `fric tune`"
-        )
-        warnings.append(Notice(text, "prediction-without-interval", "doubt"))
+        warnings.append(PREDICTION_WITHOUT_INTERVAL.found())
     if causes:
         words = "; ".join(
             f"{name} {measured.glitches[name].value * 1e6:+.1f} µm measured, "
             f"{predicted.glitches[name].value * 1e6:+.1f} µm predicted ({CAUSES[cause]})"
             for name, cause in causes.items()
         )
-        text = (
-            f"the model does not agree with the circle: {words}. No scheme is to be recommended from this machine file "
-            "until that is explained; `fric tune` fits it to the circle"
-        )
-        warnings.append(Notice(text, "model-disagrees", "wrong"))
+        warnings.append(MODEL_DISAGREES.found(glitches=words))
     return Agreement(predicted, intervals, agrees, causes, scheme, tuple(warnings))
 
 

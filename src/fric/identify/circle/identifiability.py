@@ -6,6 +6,7 @@ from math import degrees
 import numpy as np
 
 from fric.estimate import Estimate
+from fric.flaws import circle
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.revolutions import Revolutions
 from fric.notice import Notice
@@ -38,27 +39,17 @@ def identifiability_warnings(
     if not both:
         warnings.append(_one_direction(test, float(geometry["mismatch"])))
     elif test.instrument == "encoders":
-        text = "the axes' own encoders cannot see squareness: what is told of it is of their loops"
-        warnings.append(Notice(text, "squareness-unseen", "note"))
+        warnings.append(circle.SQUARENESS_UNSEEN.found(ellipse=None))
     moved = [name for name in test.names if not _holds_zero(geometry[f"backlash.{name}"])]
     if moved:
-        warnings.append(_lost_motion(test, moved, bool(circles[0].errors)))
+        warnings.append(circle.LOST_MOTION_CAUSE.found(axes=" and ".join(moved), reference=bool(circles[0].errors)))
     if test.is_ball_bar:
-        text = (
-            "a ball bar alone tells no lag of an axis, and scale only as far as its own length is calibrated: an error "
-            "of its length moves both scales alike"
-        )
-        warnings.append(Notice(text, "ball-bar-length", "note"))
+        warnings.append(circle.BALL_BAR_LENGTH.found())
     if min(one.count for one in circles) < 2:
-        text = "there is one whole revolution: what does not repeat is not told from what does"
-        warnings.append(Notice(text, "one-revolution", "note"))
+        warnings.append(circle.ONE_REVOLUTION.found())
     wide = sorted({name for of in behind for name, angle in of.items() if angle >= largest - 1e-6})
     if wide:
-        text = (
-            f"the glitch at {', '.join(wide)} has not ended {degrees(largest):.0f}° behind the reversal: a part of it "
-            "may be told as backlash, scale or mismatch. Measure at a lower feed or a larger radius"
-        )
-        warnings.append(Notice(text, "glitch-does-not-end", "doubt"))
+        warnings.append(circle.GLITCH_DOES_NOT_END.found(quadrants=wide, degrees=degrees(largest)))
     return tuple(warnings)
 
 
@@ -67,29 +58,8 @@ def _holds_zero(estimate: Estimate) -> bool:
     return bool(limits.min() <= 0.0 <= limits.max())
 
 
-def _lost_motion(test: MeasuredCircle, moved: Sequence[str], with_reference: bool) -> Notice:
-    what = "a ball bar" if test.is_ball_bar else "a circle"
-    text = (
-        f"a step that stays after the reversal of {' and '.join(moved)}: it is backlash or wind-up of the drive where "
-        "position is measured at the table, and an error that the loop keeps (friction without an integral part, or "
-        f"one that is slow) where it is the loop's own encoder; {what} alone does not tell which"
-    )
-    if not with_reference:
-        text += ". Record the reference and the axis' own position beside it"
-    return Notice(text, "lost-motion-cause", "note")
-
-
 def _one_direction(test: MeasuredCircle, ellipse: float) -> Notice:
-    size = f"{abs(ellipse) * 1e6:.2f} µm"
+    size = Estimate(abs(ellipse), "m")
     if test.instrument == "encoders":
-        return Notice(
-            f"the ellipse at ±45° ({size}) is all taken for a mismatch of the loops: the axes' own encoders cannot see "
-            "squareness",
-            "squareness-unseen", "note",
-        )  # fmt: skip
-    return Notice(
-        f"one direction alone does not tell a mismatch of the loops from squareness: the ellipse at ±45° ({size}) is "
-        "the sum of both, and is given as mismatch with an open interval. Measure the other direction too"
-        + ("" if test.is_ball_bar else "; or say --instrument encoders, if the position is of the axes' own encoders"),
-        "mismatch-or-squareness", "doubt",
-    )  # fmt: skip
+        return circle.SQUARENESS_UNSEEN.found(ellipse=size)
+    return circle.MISMATCH_OR_SQUARENESS.found(ellipse=size, ball_bar=test.is_ball_bar)

@@ -11,6 +11,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.drive.plant import LinearPlant
 from fric.errors import FricError
+from fric.flaws.circle import LEARNED_FROM_ONE_CIRCLE, NOTHING_FED_BEFORE
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.motion import low_pass
 from fric.notice import Notice
@@ -164,15 +165,7 @@ def learn_from(
         model = (np.gradient(np.gradient(ahead, t), t) + plant.A * np.gradient(ahead, t)) / plant.B
         time[name], wanted[name] = t, r
         voltage[name] = next_feedforward(t, r - trace.position, trace.input, model, last, plant, how)
-    words = (
-        "what is learned from a circle is for its radius, feed and direction alone: on another it leaves more than a "
-        "model that was tuned. `fric learn MACHINE.yaml --rounds N` shows by how much"
-    )
-    warnings = [Notice(words, "learned-for-one-circle", "note")]
+    warnings = [LEARNED_FROM_ONE_CIRCLE.found()]
     if how.share < 1 and before is None:
-        text = (
-            f"a share of {how.share:g} is learned, and nothing is taken for what this round fed forward against "
-            "friction: give the file that it was run with (--before), from the second round on"
-        )
-        warnings.append(Notice(text, "nothing-fed-before", "note"))
+        warnings.append(NOTHING_FED_BEFORE.found(share=how.share))
     return Table(test, how, time, wanted, voltage, tuple(warnings))

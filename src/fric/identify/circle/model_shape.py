@@ -4,6 +4,8 @@ from collections import defaultdict
 from collections.abc import Iterable
 
 from fric.control.scheme import PAPER_SCHEMES, Scheme
+from fric.estimate import Estimate
+from fric.flaws.circle import MODEL_SHAPE
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.next_circle import measured_glitch
 from fric.notice import Notice
@@ -33,14 +35,7 @@ def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
             modelled.append(glitch)
     if not learned or not modelled or not min(learned) < CLEARLY * min(modelled):
         return []
-    return [
-        Notice(
-            f"learning leaves {min(learned) * 1e6:.2f} µm of the circle, and the best friction model "
-            f"{min(modelled) * 1e6:.2f}: the model is wrong. Where it was tuned (fric tune), its shape is: "
-            "fric compare shows which model tells the friction of the logs best",
-            "model-shape", "doubt",
-        )
-    ]  # fmt: skip
+    return [MODEL_SHAPE.found(learned=Estimate(min(learned), "m"), model=Estimate(min(modelled), "m"))]
 
 
 def wrong_shape_measured(tests: Iterable[MeasuredCircle]) -> list[Notice]:

@@ -9,19 +9,20 @@ from fric.arrays import Real
 from fric.contour import QUADRANTS
 from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
 from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.flaws import circle as flaws
+from fric.flaws import flaw_of
+from fric.flaws.prediction import CIRCLE_ELSEWHERE, NO_MEASURED_CIRCLE
 from fric.friction.completed import Completed
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.next_circle import measured_quadrants
 from fric.identify.circle.voltage import VoltageRecord, refined
-from fric.notice import Notice
+from fric.notice import Notice, once
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.machine import Axis, Machine
-from fric.simulate.prediction import SETTLED
 from fric.simulate.spread import Spread, draw_machine
 from fric.simulate.stated import StatedController, against_stated
 
-UNSEEN = frozenset({"plant-from-motion", "T_d-assumed", "observer-assumed"})
-"""Warnings that the response of the axis was not measured: an observer acts on what it leaves open."""
 APART, SHARE_APART = 5e-7, 0.03
 """By how much a completed machine may miss a glitch that was measured [m], and as a share of it."""
 FARTHEST, TELLING, LATER = 4e-4, 2.0, 0.1
@@ -55,18 +56,14 @@ def distrusts(
     circle
         The circle that is predicted.
     """
-    return tuple(dict.fromkeys([*_of_files(notices, bool(tests)), *_of_circles(machine, tests, records, circle)]))
+    return once([*_of_files(notices, bool(tests)), *_of_circles(machine, tests, records, circle)])
 
 
 def _of_files(notices: Iterable[Notice], measured: bool) -> Iterator[Notice]:
     if not measured:
-        yield Notice(
-            "there is no measured circle to hold the prediction against: record one, as little as two revolutions "
-            "without compensation",
-            "no-measured-circle", "doubt",
-        )  # fmt: skip
+        yield NO_MEASURED_CIRCLE.found()
     for notice in notices:
-        if notice.severity == "wrong" and not (measured and notice.code in SETTLED):
+        if notice.severity == "wrong" and not (measured and flaw_of(notice).circle_settles):
             yield notice
 
 
@@ -77,11 +74,7 @@ def _of_circles(
         for name in test.names:
             second = machine.axes[name].second_mass if name in machine.axes else None
             if second is not None and second.encoder == "motor" and test.instrument in ("encoders", ""):
-                text = (
-                    f"axis {name} has a second mass, and the circle was told by the encoder on its motor: what the "
-                    "table does was not measured. Measure it with a grid encoder or a ball bar"
-                )
-                yield Notice(text, "table-unseen", "doubt")
+                yield flaws.TABLE_UNSEEN.found(f"axis {name}")
         yield from _disagreement(machine, test)
     for record in records:
         yield from _delay(machine.axes[record.axis], record)
@@ -90,8 +83,7 @@ def _of_circles(
         feeds = [max(circle.feed / test.feed, test.feed / circle.feed) for test in tests]
         radii = [max(circle.radius / test.radius, test.radius / circle.radius) for test in tests]
         if min(feeds) > OTHER_FEED or min(radii) > OTHER_FEED:
-            text = "no measured circle is near this radius and feed: friction was not seen at its speeds"
-            yield Notice(text, "circle-elsewhere", "doubt")
+            yield CIRCLE_ELSEWHERE.found()
 
 
 def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
@@ -102,7 +94,7 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
     try:
         run = run_circle(machine, scheme, Circle(test.radius, test.feed, 2, test.direction))
     except FricError as error:
-        yield Notice(f"the machine as it is known cannot run {test.where}: {error.what}", "model-disagrees", "wrong")
+        yield flaws.CIRCLE_CANNOT_RUN.found(test.where, why=error.what)
         return
     seen, expected = measured_quadrants(test), [one.median for one in run.glitches]
     off = {
@@ -113,11 +105,7 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
     if off:
         microns = {name: (f"{a * 1e6:+.1f}", f"{b * 1e6:+.1f}") for name, (a, b) in off.items()}
         glitches = "; ".join(f"{name} {a} µm measured, {b} µm simulated" for name, (a, b) in microns.items())
-        text = (
-            f"{test.where}: the machine does not show the circle that it was made to agree with ({glitches}): its "
-            "controller, its plant or the record is not as stated"
-        )
-        yield Notice(text, "model-disagrees", "wrong")
+        yield flaws.COMPLETED_DISAGREES.found(test.where, glitches=glitches)
 
 
 def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
@@ -143,12 +131,9 @@ def _delay(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     tried = plant.T_d + np.linspace(-FARTHEST, FARTHEST, 41)
     best = min(tried[tried >= 0], key=left)
     if left(plant.T_d) > TELLING * left(best) and abs(best - plant.T_d) > LATER * plant.T_d:
-        text = (
-            f"axis {axis.name}: the plant file has a delay of {plant.T_d * 1e3:.2f} ms, and the circle shows "
-            f"{best * 1e3:.2f} ms: the logs that the plant is from, or the circle, tell position and voltage at "
-            "different instants"
+        yield flaws.DELAY_DIFFERS.found(
+            f"axis {axis.name}", plant=Estimate(plant.T_d, "s"), circle=Estimate(float(best), "s")
         )
-        yield Notice(text, "delay-differs", "wrong")
 
 
 def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
@@ -171,10 +156,10 @@ def _controller(axis: Axis, record: VoltageRecord) -> Iterator[Notice]:
     fed = np.column_stack([velocity, np.gradient(velocity, t), np.ones(len(t))])
     share, *_ = np.linalg.lstsq(fed, held.recorded - held.given, rcond=None)
     if not against(voltage - fed @ share).as_stated:
-        yield Notice(f"axis {axis.name}: {held.describe()}", "controller-differs", "wrong")
+        yield flaws.CONTROLLER_DIFFERS.found(f"axis {axis.name}", how=held.describe(), friction=False)
 
 
 def observers_distrust(schemes: Sequence[Scheme], notices: Iterable[Notice]) -> Mapping[str, tuple[Notice, ...]]:
     """Return by scheme with an observer why it must not be trusted: the response was not measured."""
-    why = tuple(notice for notice in notices if notice.code in UNSEEN)
+    why = tuple(notice for notice in notices if flaw_of(notice).no_response)
     return {scheme.name: why for scheme in schemes if OBSERVER in scheme.blocks and why}

@@ -7,6 +7,7 @@ from fric.drive.plant import LinearPlant, hold_delay
 from fric.estimate import Estimate
 from fric.identify.plant.frequency_response import MeasuredResponse
 from fric.identify.plant.response_fit import Solution
+from fric.notice import Notice
 from fric.units import Motion
 
 
@@ -109,7 +110,7 @@ class PlantFit:
     hold: float | None
     transport: Estimate
     second_mass: dict[str, Estimate] | None = None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
 
     @property
     def plant(self) -> LinearPlant:

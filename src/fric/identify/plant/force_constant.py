@@ -16,12 +16,14 @@ from scipy.special import stdtrit
 
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.flaws.channel import DEAD_ZONE, FORCE_RESPONSE_MISSING, K_F_DIFFERS, MASS_DIFFERS
+from fric.flaws.clock import FORCE_LAGS
 from fric.identify.plant.force_lag_fit import force_lines, lag_in_band, pooled_lags
 from fric.identify.plant.frequency_response import SEGMENTS, MeasuredResponse, measure_response
 from fric.identify.plant.steady_force import steady_force_constant
 from fric.log import Log
 from fric.notice import Notice
-from fric.units import Motion, readable, si_unit
+from fric.units import Motion, si_unit
 
 LEAST_FILTER = 0.2
 """Samples of T_f from which on it is taken for a filter."""
@@ -64,7 +66,7 @@ class ForceScale:
     filter: Estimate | None = None
     sampling: float = 0.0
     """Sampling rate of the records [Hz]."""
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
 
     @property
     def shift(self) -> float:
@@ -106,7 +108,7 @@ def force_constant(
     unit = si_unit("force per input", motion)
     stated = None if given is None else Estimate(given, unit, fixed=True)
     both = [log for log in logs if log.input is not None and log.force is not None and np.ptp(log.input) > 0]
-    warnings: list[str] = []
+    warnings: list[Notice] = []
     responses, answered = [], []
     for log in both:
         try:
@@ -114,10 +116,7 @@ def force_constant(
             responses.append((measured, force_lines(measured)))
             answered.append(log)
         except FricError as error:
-            warnings.append(
-                Notice(f"{log.name}: no response of force to input ({error.what}): it has no part in K_f",
-                       "force-response-missing", "doubt")
-            )  # fmt: skip
+            warnings.append(FORCE_RESPONSE_MISSING.found(log.name, why=error.what))
     if not responses:
         steady, text = (stated, ()) if stated else steady_force_constant(strokes, motion)
         return ForceScale(steady, warnings=(*warnings, *text))
@@ -144,10 +143,7 @@ def force_constant(
     warnings += _lag_described(late, corner, sampling)
     warnings += [notice for log in answered if (notice := _dead_zone(log, *values[1:3])) is not None]
     if stated is not None and abs(K_f / float(stated) - 1) > max(DIFFERS, float(half[0])):
-        warnings.append(
-            Notice(f"K_f was given as {float(stated):.4g} {unit}, and the logged force is {K_f:.4g} {unit} times the "
-                   "input: the scale of one of them is wrong", "K_f-differs", "wrong")
-        )  # fmt: skip
+        warnings.append(K_F_DIFFERS.found(given=stated, found=found))
     return ForceScale(stated or found, late, corner, sampling, tuple(warnings))
 
 
@@ -180,19 +176,18 @@ def _dead_zone(log: Log, delay: float, corner: float) -> Notice | None:
     error = float(found[:, 1].std(ddof=1)) / np.sqrt(PARTS)
     if jump > -max(DEAD * slope * float(np.sqrt(np.mean(log.input**2))), SURE * error):
         return None
-    return Notice(
-        f"{log.where}: inputs within ±{readable(-jump / slope, log.unit('input'), 2)} make no force, a dead zone: "
-        f"K_f and B hold it, and are too small; beyond it the force rises by {slope:.4g} "
-        f"{si_unit('force per input', log.motion)}. Take it out of the drive, or excite more strongly.",
-        "dead-zone", "wrong",
-    )  # fmt: skip
+    zone, rises = (
+        Estimate(-jump / slope, log.unit("input")),
+        Estimate(float(slope), si_unit("force per input", log.motion)),
+    )
+    return DEAD_ZONE.found(log.where, zone=zone, slope=rises)
 
 
 def _matters(lag: Estimate, sampling: float) -> bool:
     return abs(float(lag)) > max(DESCRIBED / sampling, lag.half_width)
 
 
-def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Motion) -> list[str]:
+def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Motion) -> list[Notice]:
     """Hold K_f/B against the moving mass that the user states, or take K_f from it where nothing else tells it.
 
     Parameters
@@ -218,20 +213,11 @@ def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Mot
     relative = [one.half_width / float(one) for one in (estimates["K_f"], B)]
     if abs(found / mass - 1) <= max(DIFFERS, float(np.hypot(relative[0], relative[1]))):
         return []
-    return [Notice(
-        f"K_f/B is {found:.4g} {unit}, and the moving mass was stated as {mass:.4g} {unit}: the scale of force, "
-        "input or position is wrong, or the mass", "mass-differs", "wrong",
-    )]  # fmt: skip
+    return [MASS_DIFFERS.found(found=Estimate(found, unit), stated=Estimate(mass, unit))]
 
 
-def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> list[str]:
+def _lag_described(lag: Estimate, corner: Estimate | None, sampling: float) -> list[Notice]:
     if not _matters(lag, sampling):
         return []
-    samples = float(lag) * sampling
-    how = f", {readable(float(corner), 'Hz')} of it a filter's corner" if corner is not None else ""
-    sense = "later" if samples > 0 else "earlier"
-    return [Notice(
-        f"the force is logged {readable(abs(float(lag)), 's')} ({abs(samples):.2g} samples) {sense} than the "
-        f"input{how}: K_f allows for it, and what takes this plant moves the force back by it",
-        "force-lags", "note",
-    )]  # fmt: skip
+    size, samples = Estimate(abs(float(lag)), "s"), float(lag) * sampling
+    return [FORCE_LAGS.found(lag=size, samples=abs(samples), late=samples, corner=corner)]

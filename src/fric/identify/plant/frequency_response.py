@@ -8,6 +8,7 @@ from scipy import fft
 
 from fric.arrays import Complex, Mask, Real
 from fric.errors import FricError
+from fric.flaws.response import FEW_PERIODS, LOOP_FEEDS_BACK, NO_COHERENCE
 from fric.identify.plant.driven_lines import MeanLines, distortion, excited
 from fric.identify.plant.spectra import (
     coherence_of,
@@ -29,12 +30,6 @@ from fric.notice import Notice
 SEGMENTS = 8
 """Length of the record over that of a Welch segment, unless another is asked for."""
 
-DIRECT = Notice(
-    "no reference that drives the axis was logged: if the loop was closed, noise that it feeds back draws the response "
-    "towards the controller's inverse; log the reference, or excite periodically",
-    "loop-feeds-back",
-    "doubt",
-)
 
 DISTORTED = 1.5
 """Noise of a line from which on what repeats itself at its neighbours is more than noise."""
@@ -82,7 +77,7 @@ class MeasuredResponse:
     reversing: float | None = None
     speed: float | None = None
     lines: MeanLines | None = None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
 
     @property
     def response(self) -> Complex:
@@ -144,13 +139,13 @@ def _table(record: FrequencyResponse) -> MeasuredResponse:
         )  # fmt: skip
     if not np.all(record.magnitude > 0):
         raise FricError("a magnitude is not positive", where=record.where, hint="Leave these frequencies out.")
-    deviation, warnings = record.deviation, list[str]()
+    deviation, warnings = record.deviation, list[Notice]()
     if deviation is None and record.coherence is not None:
         coherence = np.clip(record.coherence, 1e-6, 1 - 1e-9)
         deviation = np.sqrt((1 - coherence) / (2 * coherence))
     elif deviation is None:
         deviation = np.full(record.frequency.size, 1.0)
-        warnings = [Notice("the table has no coherence: every frequency weighs the same", "no-coherence", "note")]
+        warnings = [NO_COHERENCE.found()]
     table = replace(record, phase=np.unwrap(record.phase), deviation=deviation)
     return MeasuredResponse(table, "table", "a table", 0, warnings=tuple(warnings))
 
@@ -196,7 +191,7 @@ def _over_periods(record: Log, u: Real, z: Real, period: int, sampling: float, k
         sampling,
         *_motion(fft.irfft(mean, period) + drift(z[-count * period :], period) * sampling),
         mean_lines,
-        (Notice(f"{count} periods tell little of the variance; log ten", "few-periods", "doubt"),) if count < 4 else (),
+        (FEW_PERIODS.found(periods=count),) if count < 4 else (),
     )
 
 
@@ -243,7 +238,7 @@ def _over_segments(record: Log, u: Real, z: Real, segment: float | None, samplin
         sampling,
         *_motion(np.gradient(smooth, 1 / sampling)),
         None,
-        (DIRECT,) if driver is u else (),
+        (LOOP_FEEDS_BACK.found(),) if driver is u else (),
     )
 
 

@@ -12,6 +12,7 @@ from scipy.special import stdtrit
 from fric.drive.plant import hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.flaws.response import A_HOLDS_FRICTION, A_OPEN
 from fric.identify.plant.driven_lines import driven_alike
 from fric.identify.plant.fit import FrictionInfluence, PlantFit, ResponseFit
 from fric.identify.plant.force_constant import against_mass, force_constant
@@ -23,6 +24,7 @@ from fric.identify.plant.response_lines import Lines, select
 from fric.identify.records.flaws import record_flaws
 from fric.identify.records.timing import evened
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
+from fric.notice import Notice
 from fric.threads import one_blas_thread
 
 APART = 0.05
@@ -83,7 +85,7 @@ def identify_plant(
     """
     # of the records as they were logged: what is made up for along a cubic looks like jitter
     clocks = [record_flaws([given], "plant") if isinstance(given, Log) else [] for given in records]
-    even, uneven = list[Log | FrequencyResponse](), list[str]()
+    even, uneven = list[Log | FrequencyResponse](), list[Notice]()
     for given in records:
         record, clock_notices = evened(given) if isinstance(given, Log) else (given, [])
         even.append(record)
@@ -115,7 +117,7 @@ def identify_plant(
         half = hold_delay(rate)
         transport = replace(transport, value=float(transport) - half, ci95=(low - half, high - half))  # type: ignore[operator]
     notices = list(described(fits, solution, influence, estimates, rate))
-    if {("A-open", "doubt"), ("A-holds-friction", "wrong")} <= {(n.code, n.severity) for n in notices}:
+    if {A_OPEN.code, A_HOLDS_FRICTION.code} <= {notice.code for notice in notices if notice.severity != "note"}:
         # what is left of it is friction: strokes show all that is viscous, where no damping is taken off them
         high = float(estimates["A"]) + float(solution.half_widths()[0])
         estimates["A"] = replace(estimates["A"], value=0.0, ci95=(0.0, high), assumed=True)

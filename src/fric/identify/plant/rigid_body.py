@@ -11,6 +11,8 @@ from fric.arrays import Real
 from fric.drive.plant import hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.flaws.channel import K_F_MISSING
+from fric.flaws.response import A_HOLDS_VISCOUS, AXIS_RESTS, NOT_PHYSICAL, RESIDUALS_ALIKE, T_D_ASSUMED
 from fric.identify.plant.covariance import hac_covariance
 from fric.identify.plant.force_constant import against_mass
 from fric.identify.plant.force_constant import force_constant as slope_of_force
@@ -73,7 +75,7 @@ class MotionFit:
     time: Real
     measured: Real
     fitted: Real
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
 
 
 def identify_motion(
@@ -236,33 +238,16 @@ def _warnings(
     honest: Real, K_f: Estimate | None, delay: float | None,
 ) -> Iterator[Notice]:  # fmt: skip
     if lag > 0.3:
-        yield Notice(
-            f"neighbouring residuals are alike (autocorrelation {lag:.2f}): the fit leaves something out, and the "
-            f"intervals are up to {np.max(honest / plain):.1f} times those of independent residuals",
-            "residuals-alike", "note",
-        )  # fmt: skip
+        yield RESIDUALS_ALIKE.found(lag=lag, times=float(np.max(honest / plain)))
     speed = np.concatenate([np.abs(one.motion.velocity[one.used]) for one in records])
     resting = float(np.mean(speed < REST * speed.max()))
     if resting > 0.1:
-        yield Notice(
-            f"the axis rests in {resting:.0%} of the samples, where Coulomb friction takes any value: "
-            "F_c is drawn towards zero", "axis-rests", "doubt",
-        )  # fmt: skip
+        yield AXIS_RESTS.found(resting=resting)
     for name, estimate in estimates.items():
         if (name == "M" or name.startswith(("F_v", "F_c"))) and float(estimate) <= 0:
-            text = f"{name} is {float(estimate):.3g} {estimate.unit}, which no axis has; check the force's sign"
-            yield Notice(text, "not-physical", "wrong")
-    yield Notice(
-        "A holds all viscous friction: a motion does not tell the drive's own damping from the guideway's",
-        "A-holds-viscous", "note",
-    )  # fmt: skip
+            yield NOT_PHYSICAL.found(name=name, value=estimate)
+    yield A_HOLDS_VISCOUS.found()
     if delay is None:
-        yield Notice(
-            "T_d is not seen in a motion: half a sample, the hold alone, is assumed; give it with --delay",
-            "T_d-assumed", "doubt",
-        )  # fmt: skip
+        yield T_D_ASSUMED.found()
     if K_f is None:
-        yield Notice(
-            "K_f is not known: no record has force and input both; give it with --force-constant",
-            "K_f-missing", "note",
-        )  # fmt: skip
+        yield K_F_MISSING.found()

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fric.estimate import Estimate
+from fric.flaws.channel import FORCE_NOT_PROPORTIONAL
 from fric.identify.records.segments import steady_segments
 from fric.log import Log
 from fric.notice import Notice
@@ -27,7 +28,7 @@ BENT = 0.02
 """Share of the range of the means by which they may lie off their line."""
 
 
-def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate | None, tuple[str, ...]]:
+def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate | None, tuple[Notice, ...]]:
     """Return K_f [N/V] as the slope of mean force over mean input of steady segments, and what the user should know.
 
     Parameters
@@ -61,8 +62,4 @@ def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate
     share = float(np.sqrt(off @ off / len(u))) / float(np.ptp(F))
     if share <= BENT:
         return found, ()
-    text = (
-        f"force is not proportional to input: the means of {len(u)} steady segments lie {share:.0%} of their range off "
-    )
-    text += "a line. Is the force measured at the motor? K_f is the line's slope"
-    return found, (Notice(text, "force-not-proportional", "doubt"),)
+    return found, (FORCE_NOT_PROPORTIONAL.found(segments=len(u), off=share),)

@@ -6,6 +6,7 @@ import numpy as np
 
 from fric.arrays import Mask, Real
 from fric.errors import FricError
+from fric.flaws.channel import CLIPPED_UNUSED
 from fric.identify.records.resolution import lattice_step
 from fric.log import Log
 from fric.notice import Notice
@@ -101,5 +102,4 @@ def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[N
             f"the force is clipped in {counted}: it is not known where friction is largest, and no stiffness is told",
             where=logs[0].source, hint="Log with a larger range of the force's trace, or a smaller amplitude.",
         )  # fmt: skip
-    done = "they are left out" if len(kept) < len(logs) else "these are not compared"
-    return kept, [Notice(f"the force is clipped in {counted}: {done}", "force-clipped", "doubt")]
+    return kept, [CLIPPED_UNUSED.found(counted=counted, left_out=len(kept) < len(logs))]

@@ -5,8 +5,8 @@ from scipy.special import stdtrit
 
 from fric.arrays import Indices, Real
 from fric.estimate import Estimate
+from fric.flaws.drift import ENERGY_DRIFTS, ENERGY_IN_ONE_SEGMENT
 from fric.notice import Notice
-from fric.units import readable
 
 
 def cycle_energies(position: Real, force: Real, reversals: Indices) -> Real:
@@ -73,13 +73,9 @@ def energy_warnings(energies: Real, ends: Real) -> list[Notice]:
     off = off[np.abs(energies[off] - usual) > 6 * spread]
     if len(off) and len(off) < 0.5 * len(energies) and off[-1] - off[0] + 1 == len(off):
         there, elsewhere = float(energies[off].mean()), float(np.delete(energies, off).mean())
-        return [Notice(
-            f"the energy lost per cycle is {readable(there, 'J')} from {ends[off[0]]:.4g} to {ends[off[-1] + 1]:.4g} s "
-            f"and {readable(elsewhere, 'J')} elsewhere: look what happened to the contact", "energy-in-one-segment",
-            "doubt",
-        )]  # fmt: skip
+        span = {"begin": float(ends[off[0]]), "end": float(ends[off[-1] + 1])}
+        return [ENERGY_IN_ONE_SEGMENT.found(there=Estimate(there, "J"), elsewhere=Estimate(elsewhere, "J"), **span)]
     change, half = drift(energies)
     if abs(change) <= max(half, CHANGES * abs(usual)):
         return []
-    text = f"the energy lost per cycle changes by {change / usual:+.1%} (± {half / abs(usual):.1%}) over the record"
-    return [Notice(f"{text}: warm the axis up, and log again", "friction-drifts", "doubt")]
+    return [ENERGY_DRIFTS.found(change=change / usual, half=half / abs(usual))]

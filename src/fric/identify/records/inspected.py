@@ -7,6 +7,7 @@ import numpy as np
 
 from fric.columns import FORCE_VELOCITY, Kind
 from fric.estimate import Estimate
+from fric.flaws.channel import ONE_DIRECTION
 from fric.identify.records.recognition import Sine
 from fric.identify.records.segments import Segment
 from fric.log import ForceVelocity, FrequencyResponse, Record
@@ -184,14 +185,11 @@ def inspect_table(record: ForceVelocity) -> TableInspection:
     good = len(speeds) > 1
     why = f"{len(speeds)} speeds in {'both directions' if directions == 2 else 'one direction'}"
     why += "" if len(speeds) >= SPEEDS else f": a map takes {SPEEDS}, here or with other records"
-    found = []
-    if directions == 1:
-        text = "only one direction is in the table: an offset cannot be told from Coulomb friction"
-        found.append(Notice(text, "one-direction", "doubt"))
+    found = (ONE_DIRECTION.found(),) if directions == 1 else ()
     size = np.abs(F) if len(F) else np.zeros(1)
     slowest, fastest = (float(speeds.min()), float(speeds.max())) if len(speeds) else (0.0, 0.0)
     return TableInspection.of(
-        record, kind=FORCE_VELOCITY, stated=True, uses=(Use("static", good, why),), warnings=tuple(found),
+        record, kind=FORCE_VELOCITY, stated=True, uses=(Use("static", good, why),), warnings=found,
         points=len(v), directions=directions, slowest=slowest, fastest=fastest, weakest=float(size.min()),
         strongest=float(size.max()), columns=tuple(record.columns()),
     )  # fmt: skip

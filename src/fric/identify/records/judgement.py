@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fric.arrays import Indices, Real
+from fric.flaws.encoder import ENCODER_TOO_COARSE
 from fric.notice import Notice
 
 if TYPE_CHECKING:
@@ -83,8 +84,7 @@ def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
         strokes = np.abs(np.diff(z[inside])) if len(inside) > 2 else np.ptp(z)  # so small that no reversal is seen
         steps = 0.5 * float(np.median(strokes)) / record.motion.step
         if steps < STEPS:
-            text = f"record '{record.name}': the amplitude is {steps:.1f} steps of the encoder: three are needed"
-            found.append(Notice(text, "encoder-too-coarse", "wrong"))
+            found.append(ENCODER_TOO_COARSE.found(f"record '{record.name}'", steps=steps))
     return found
 
 

@@ -15,6 +15,7 @@ from scipy.ndimage import median_filter
 
 from fric.arrays import Real
 from fric.errors import FricError
+from fric.flaws.clock import SAMPLING_UNEVEN
 from fric.identify.records.resolution import lattice_step
 from fric.log import Log
 from fric.notice import Notice
@@ -169,7 +170,7 @@ def even_sampling(log: Log) -> float:
     return 1 / period
 
 
-def evened(log: Log) -> tuple[Log, list[str]]:
+def evened(log: Log) -> tuple[Log, list[Notice]]:
     """Return a record as if it had been sampled evenly, with what is to be said of it; an even one as it is.
 
     Instants that jitter, and samples that are missing here and there, are made up for along a cubic through the others.
@@ -194,11 +195,8 @@ def evened(log: Log) -> tuple[Log, list[str]]:
     channels: dict[str, Any] = {
         name: CubicSpline(log.time, values)(even) for name, values in log.channels().items() if name != "time"
     }
-    text = Notice(
-        f"{log.name}: the sampling is not even ({missing} of {intervals + 1} samples are missing, the others up to "
-        f"{100 * float(np.abs(_phase(log.time, period)).max()):.0f} % of a sample off): it was made even along a cubic",
-        "sampling-uneven", "note",
-    )  # fmt: skip
+    off = float(np.abs(_phase(log.time, period)).max())
+    text = SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
     return replace(log, time=even, **channels), [text]
 
 

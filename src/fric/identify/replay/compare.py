@@ -127,7 +127,7 @@ class Comparison:
     presliding: tuple[float, ...]
     winner: str | None
     leads: dict[str, tuple[float, float]]
-    warnings: tuple[str, ...]
+    warnings: tuple[Notice, ...]
 
 
 @one_blas_thread()
@@ -183,10 +183,9 @@ def compare_models(
     amiss = record_notices(records)  # of all records, and once: what a fit tells of its own is of some
     of_records = {one.code for one in amiss}
     warnings = [
-        Notice(f"{score.name}: {text}", one.code, one.severity)
+        one.at(score.name)
         for score in scores
-        for text in score.fits[0].warnings
-        for one in (Notice.of(text),)
+        for one in map(Notice.of, score.fits[0].warnings)
         if one.code not in of_records
     ]
     return Comparison(tuple(scores), tuple(records), near, lengths, winner, leads, (*amiss, *warnings))

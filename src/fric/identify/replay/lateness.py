@@ -12,6 +12,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.estimate import Estimate
+from fric.flaws.clock import FORCE_LATE, FORCE_LATE_OPEN
 from fric.friction import FrictionModel
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.replay_intervals import replay_covariance
@@ -123,16 +124,7 @@ def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *
         f"({float(by) / dt[name]:+.2g} samples)"
         for name, by in late.items()
     ]
-    if sure:
-        return Notice(
-            f"the force is logged later than the position: {'; '.join(parts)}; it was moved back by the "
-            "mean. Log both channels at one instant.", "force-late", "doubt",
-        )  # fmt: skip
-    return Notice(
-        f"the force may be logged later than the position: {'; '.join(parts)}; what the model misses looks alike, "
-        "and k may be off by as much as the force changes meanwhile. Log both channels at one instant, and more "
-        "samples a cycle.", "force-late-open", "doubt",
-    )  # fmt: skip
+    return (FORCE_LATE if sure else FORCE_LATE_OPEN).found(late=parts)
 
 
 def of_timing(search: Search, x: Real, slopes: Real) -> Real:

@@ -9,6 +9,7 @@ from scipy.special import stdtrit
 from fric.arrays import Real
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate, Interval
+from fric.flaws.fit import EXPLAINS_LITTLE, PARAMETER_UNSEEN
 from fric.friction import FrictionModel, models
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
@@ -84,7 +85,7 @@ class ReplayFit:
     x: Real
     covariance: Covariance
     late: Mapping[str, Estimate]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
 
     @property
     def own_estimates(self) -> list[dict[Own, Estimate]]:
@@ -170,7 +171,7 @@ def identify_by_replay(
         x = placement.better(x)
         search = search.weighed(x)
     best = search.at(search.fine(x))
-    warnings: list[str] = []
+    warnings: list[Notice] = []
     assumed: set[tuple[str, str]] = set()
     while flat := [
         c for c, seen in zip(search.coordinates.free, search.seen(best), strict=True) if c.block is None and not seen
@@ -187,8 +188,7 @@ def identify_by_replay(
         search = replace(search, coordinates=search.coordinates.without(n, value))
         best = search.at(search.fine(np.delete(best.x, n)))
         assumed.add((c.section, p.name))
-        text = f"the gradient over {c.label} is flat: these records do not tell it, and it is left at {left}"
-        warnings.append(Notice(text, "parameter-untold", "doubt"))
+        warnings.append(PARAMETER_UNSEEN.found(parameter=c.label, left=left))
     return _described(search, best, placement, warnings, assumed, static, beyond)
 
 
@@ -238,7 +238,7 @@ def _described(
     search: Search,
     best: Point,
     placement: Placement | None,
-    warnings: list[str],
+    warnings: list[Notice],
     assumed: set[tuple[str, str]],
     static: Mapping[str, Estimate] | None,
     beyond: Beyond | None,
@@ -290,8 +290,7 @@ def _described(
     rmse = float(np.sqrt(np.mean(residual**2)))
     r2 = 1.0 - rmse**2 / float(np.var(force))
     if r2 < 0.5:
-        text = f"{coordinates.model.name} explains {max(r2, 0):.0%} of the variance of the force"
-        warnings.append(Notice(text, "explains-little", "doubt"))
+        warnings.append(EXPLAINS_LITTLE.found(model=coordinates.model.name, share=max(r2, 0.0)))
     squares = max(float(residual @ residual), 1e-300)
     rho = min(max(float(residual[1:] @ residual[:-1]) / squares, 0.0), 0.999)
     independent = len(residual) * (1 - rho) / (1 + rho)

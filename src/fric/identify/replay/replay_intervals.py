@@ -8,6 +8,7 @@ from scipy.special import chdtrc, expit
 
 from fric.arrays import Mask, Real
 from fric.estimate import Covariance, Scale
+from fric.flaws.fit import PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN, PARAMETERS_CORRELATED
 from fric.friction import Parameter
 from fric.identify.plant.covariance import hac_covariance, jackknife, sandwich, widened
 from fric.identify.records.prepared import Prepared
@@ -206,18 +207,15 @@ def edges(coordinates: Coordinates, x: Real, seen: Mask, covariance: Real) -> It
     """Say which parameters sit at the edge of what was searched, and which blocks are not seen."""
     for c, at, is_seen, near in zip(coordinates.free, x, seen, _near(coordinates, covariance), strict=True):
         if not is_seen:
-            yield Notice(
-                f"the gradient over {c.label} is flat: these records do not tell it", "parameter-untold", "doubt"
-            )
+            yield PARAMETER_UNSEEN.found(parameter=c.label, left="")
         elif at - c.lower < min(near, 0.02) and c.scale == "ratio":
-            text = f"{c.label} is as low as {c.parameter.at_least}: these records show no difference"
-            yield Notice(text, "parameter-at-bound", "note")
+            yield PARAMETER_AT_BOUND.found(parameter=c.label, bound=str(c.parameter.at_least), no_effect=True)
         elif at - c.lower < near and c.scale == "linear" and c.lower == c.parameter.lower:
-            yield Notice(f"{c.label} is at its lower bound, {c.lower:g}", "parameter-at-bound", "note")
+            yield PARAMETER_AT_BOUND.found(parameter=c.label, bound=f"{c.lower:g}", no_effect=False)
         elif c.scale == "share":
             continue
         elif min(at - c.lower, c.upper - at) < near:
-            yield Notice(f"{c.label} sits at the edge of what these records could show", "parameter-at-edge", "doubt")
+            yield PARAMETER_AT_EDGE.found(parameter=c.label)
 
 
 def correlated(coordinates: Coordinates, covariance: Real) -> Iterator[Notice]:
@@ -227,9 +225,6 @@ def correlated(coordinates: Coordinates, covariance: Real) -> Iterator[Notice]:
         correlation = covariance / np.outer(error, error)
     for i, first in enumerate(coordinates.free):
         for j, second in enumerate(coordinates.free[:i]):
-            if abs(correlation[i, j]) > 0.95 and first.block is None and second.block is None:
-                text = (
-                    f"{second.label} and {first.label} are correlated by {correlation[i, j]:.3f}: these records hardly "
-                    "tell them apart"
-                )
-                yield Notice(text, "parameters-correlated", "note")
+            r = float(correlation[i, j])
+            if abs(r) > 0.95 and first.block is None and second.block is None:
+                yield PARAMETERS_CORRELATED.found(first=second.label, second=first.label, correlation=r)

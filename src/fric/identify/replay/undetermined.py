@@ -4,11 +4,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fric.identify.records.judgement import SAMPLES, identifiability_of, too_coarse
+from fric.estimate import Estimate
+from fric.flaws.blocks import NEVER_SLIDES
+from fric.flaws.encoder import STIFFNESS_UNRESOLVED
+from fric.identify.records.judgement import identifiability_of, too_coarse
 from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import Coordinates
 from fric.notice import Notice
-from fric.units import readable, si_unit
+from fric.units import si_unit
 
 Limits = dict[tuple[str, str], tuple[tuple[float, float], ...]]
 
@@ -42,12 +45,8 @@ def opened(
             found[key] = tuple((seen.peak if len(within[key]) == 1 else low, np.inf) for low, _ in within[key])
         for key in (key for key in within if key in declared and declared[key].dimension == "velocity"):
             found[key] = tuple((0.0, np.inf) for _ in within[key])  # how friction falls once it slides
-        names = " and ".join(name for _, name in forces)
-        notices.append(Notice(
-            f"the records never slide: the force still rises at the reversals, with {seen.slope:.0%} of its mean "
-            f"slope, so {readable(seen.peak, si_unit('force', motion))} is no more than a lower bound of {names}; "
-            "log a larger amplitude", "never-slides", "wrong",
-        ))  # fmt: skip
+        peak, names = Estimate(seen.peak, si_unit("force", motion)), " and ".join(name for _, name in forces)
+        notices.append(NEVER_SLIDES.found(force=peak, names=names, slope=seen.slope, amplitude=None, static=False))
     if len(too_coarse(records)) == len(records):
         for key in (key for key in within if key in declared and declared[key].dimension == "stiffness"):
             found[key] = tuple((0.0, np.inf) for _ in within[key])
@@ -62,12 +61,8 @@ def opened(
             found[key] = tuple(
                 (low, np.inf if slip < seen.resolved else high) for (low, high), slip in zip(limits, slips, strict=True)
             )
-            notices.append(Notice(
-                f"{key[1]} is a lower bound: its spring gives way within {readable(float(slips.min()), length)}, "
-                f"and after a reversal the motion is seen again {readable(seen.resolved, length)} later (the "
-                f"encoder's step, and {SAMPLES} samples); log slower, or with a finer encoder",
-                "stiffness-unresolved", "wrong",
-            ))  # fmt: skip
+            slip, resolved = (Estimate(float(one), length) for one in (slips.min(), seen.resolved))
+            notices.append(STIFFNESS_UNRESOLVED.found(name=key[1], slip=slip, resolved=resolved))
     return found, notices
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fric.errors import FricError, near, printable
+from fric.flaws.files import LIBRARY_WARNS
 from fric.input import foreign
 from fric.notice import Notice
 from fric.units import is_unit
@@ -48,8 +49,7 @@ class _Heard(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Keep the first few."""
         if len(self._notices) < MOST_HEARD:
-            text = f"{self._path}: {printable(record.getMessage(), 160)}"
-            self._notices.append(Notice(text, "library-warns", "doubt"))
+            self._notices.append(LIBRARY_WARNS.found(str(self._path), message=printable(record.getMessage(), 160)))
 
 
 _LISTENING: dict[str, tuple[list[_Heard], list[tuple[logging.Logger, list[logging.Handler], bool]]]] = {}
@@ -91,7 +91,7 @@ def warned(path: Path, notices: list[Notice]) -> Iterator[None]:
         warnings.simplefilter("ignore", DeprecationWarning)
         yield
     for one in caught[: max(MOST_HEARD - len(notices), 0)]:
-        notices.append(Notice(f"{path}: {printable(str(one.message), 160)}", "library-warns", "doubt"))
+        notices.append(LIBRARY_WARNS.found(str(path), message=printable(str(one.message), 160)))
 
 
 def refuse_declared(path: Path, declared: int) -> None:

@@ -16,10 +16,11 @@ import numpy as np
 
 from fric.arrays import Mask, Real
 from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.flaws.files import JOINED_IN_PART, JOINED_MOVED, JOINED_THINNED
 from fric.io.readers.base import Block, Column, Table
 from fric.log import BEYOND
 from fric.notice import Notice
-from fric.units import readable
 
 ALIKE = 1e-3
 """Share of a sampling interval up to which two instants are one."""
@@ -135,12 +136,10 @@ class Joined(Table):
         cut = max(early, late) * every * lead.interval > 2 * max(stream.interval for stream in streams.values())
         self.notices = [*self._before]
         if cut or holes:
-            text = f"{self.path}: joined over {row} samples from {max(begin, first):.6g} s on, the time that all have"
-            text += f"; {holes} samples fall into gaps of another channel, and are left out" if holes else ""
-            self.notices.append(Notice(text, "joined-in-part", "note"))
+            found_there = {"samples": row, "begin": max(begin, first), "holes": holes}
+            self.notices.append(JOINED_IN_PART.found(str(self.path), **found_there))
         if every > 1:
-            text = f"{self.path}: {lead.listed}: one sample in {every} is taken, as the slowest channel has them"
-            self.notices.append(Notice(text, "joined-thinned", "note"))
+            self.notices.append(JOINED_THINNED.found(str(self.path), channels=lead.listed, every=every))
         self.notices += [note for other in others for note in other.moved(str(self.path), lead)]
 
     def _asked(self, part: int, wanted: Sequence[int]) -> list[tuple[int, int]]:
@@ -210,12 +209,9 @@ class _Stream:
         count, total, square = self._shift
         mean = total / count
         even = np.sqrt(max(square / count - mean**2, 0.0)) < 0.05 * self.interval
-        by = f"by {readable(-mean, 's')}" if even else f"by up to {readable(self._most, 's')}"
+        by = Estimate(-mean if even else self._most, "s")
         rate = f"{1 / self.interval:.5g} Hz, {1 / lead.interval:.5g} Hz there"
-        text = (
-            f"{where}: {self.listed} (sampled at {rate}) moved {by} to the instants of {lead.listed}, between samples"
-        )
-        return [Notice(text, "joined-moved", "note")]
+        return [JOINED_MOVED.found(where, channels=self.listed, rate=rate, even=even, by=by, lead=lead.listed)]
 
     def _next(self) -> tuple[Real, list[Real]]:
         found = next(self._samples, None)

@@ -14,10 +14,10 @@ import numpy as np
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
+from fric.flaws.files import SAMPLES_WITHOUT_VALUE
 from fric.input import regular
 from fric.io.readers.base import Column, Format, Memory, Table
 from fric.io.readers.joined import Joined, Part
-from fric.notice import Notice
 
 FORMAT = Format("SINUMERIK trace", (".xml",))
 MOST = 1 << 30
@@ -47,8 +47,8 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         columns = (Column("time", "s"), *(Column(trace.names[n]) for n in members))
         data = [np.frombuffer(trace.time[members[0]]), *(np.frombuffer(trace.values[n]) for n in members)]
         parts.append(Part(Memory(path, columns, data), 0))
-    text = f"{path}: {trace.without} samples hold no value, and are left out"
-    yield Joined(path, parts, notices=[Notice(text, "samples-without-value", "note")] if trace.without else [])
+    without = [SAMPLES_WITHOUT_VALUE.found(str(path), samples=trace.without)] if trace.without else []
+    yield Joined(path, parts, notices=without)
 
 
 class _Trace:

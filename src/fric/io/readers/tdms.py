@@ -9,6 +9,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
+from fric.flaws.files import CHANNELS_WITHOUT_TIME
 from fric.io.likely import named_as
 from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, named, numbers, refuse_declared
 from fric.io.readers.joined import Joined, Part
@@ -75,8 +76,7 @@ def _table(
         raise FricError("holds no channel of numbers over time", where=str(path), hint="Export it with its time.")
     lost = [f"'{column.name}'" for table in without for column in table.columns]
     if lost:
-        text = f"{path}: the file gives no time for {', '.join(lost[:8])}: not read"
-        notices.append(Notice(text, "channels-without-time", "note"))
+        notices.append(CHANNELS_WITHOUT_TIME.found(str(path), channels=lost))
     return Joined(path, parts, constants, said, notices)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from fric.documents.mapping import Layout
 from fric.errors import FricError
+from fric.flaws.files import SCOPE_SCALE
 from fric.io.readers.base import Column, Format, Table
 from fric.io.readers.joined import Joined, Part
 from fric.io.readers.sniff import Shape, encoding_of, is_number
@@ -76,11 +77,4 @@ def _scaled(path: Path, about: dict[str, list[str]]) -> list[Notice]:
         for n, cell in enumerate(about.get(key, []))
         if cell not in {usual, key, ""} and n < len(about["Name"])
     }
-    if not scaled:
-        return []
-    listed = ", ".join(f"'{name}'" for name in sorted(scaled))
-    text = (
-        f"{path}: Scope shows {listed} with a scale or an offset, and the "
-        "file does not say whether the exported values carry it: look at 'Scale values before export'"
-    )
-    return [Notice(text, "scope-scale", "doubt")]
+    return [SCOPE_SCALE.found(str(path), channels=[f"'{name}'" for name in sorted(scaled)])] if scaled else []
