@@ -8,18 +8,20 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from string import Formatter
 from types import SimpleNamespace as N
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
+from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws import CATALOGUE
 from fric.flaws.base import HALF_WIDTHS, SMALL, by_size
 from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
 from fric.flaws.unit import BOUNDS, UNUSUAL
-from fric.identify.circle import model_shape, next_circle
+from fric.identify.circle import identifiability, model_shape, next_circle, trust
 from fric.identify.gms import notices as gms
 from fric.identify.plant import force_constant, plant_warnings, rigid_body
 from fric.identify.records import clipping, energy, flaws, inspected, judgement, timing
@@ -49,8 +51,12 @@ def energies(change: float = 0.0, off: float = 0.0) -> list[Notice]:
     return energy.energy_warnings(found, np.arange(21.0))
 
 
+def of_force(values: np.ndarray, **more: np.ndarray) -> Log:
+    return Log(time=np.arange(len(values)) / 1e3, position=np.linspace(0.0, 1.0, len(values)), force=values, **more)
+
+
 def forces(values: np.ndarray, purpose: flaws.Purpose = "static", **more: np.ndarray) -> list[Notice]:
-    log = Log(time=np.arange(len(values)) / 1e3, position=np.linspace(0.0, 1.0, len(values)), force=values, **more)
+    log = of_force(values, **more)
     return [*flaws.record_flaws([log], purpose), *flaws._coarse_force([log])]
 
 
@@ -190,6 +196,33 @@ def table(velocity: np.ndarray) -> Iterable[Notice]:
     ).warnings
 
 
+def one_circle(radius: float = 0.03, encoder: str = "table", seen: float = 1e-5, runs: bool = True) -> list[Notice]:
+    """Give why no prediction of a circle of 30 mm is trusted, by one that was measured."""
+
+    def run(*_: object) -> N:
+        if not runs:
+            raise FricError("axis x saturates")
+        return N(glitches=[N(median=1e-5)] * 4)
+
+    test = N(
+        names=("x",), instrument="encoders", radius=radius, feed=0.1, scheme="a", direction="ccw", where="a.h5",
+        is_ball_bar=False,
+    )  # fmt: skip
+    machine = N(axes={"x": N(second_mass=N(encoder=encoder))})
+    with patch.object(trust, "run_circle", run), patch.object(trust, "measured_quadrants", lambda _: (seen,) * 4):
+        return list(trust._of_circles(machine, [test], (), N(feed=0.1, radius=0.03)))
+
+
+def taken_apart(both: bool = True, **more: object) -> Iterable[Notice]:
+    """Give what measured circles leave open."""
+    given = {"instrument": "grid", "backlash": 0.0, "revolutions": 2, "angle": 0.1} | more
+    test = N(names=("x",), instrument=given["instrument"], is_ball_bar=given["instrument"] == "ball-bar")
+    zero = Estimate.around(0.0, "m", 1e-7)
+    geometry = {"mismatch": zero, "backlash.x": Estimate.around(given["backlash"], "m", 1e-6)}
+    circles = [N(count=given["revolutions"], errors={})]
+    return identifiability.identifiability_warnings([test], circles, geometry, both, [{"+x": given["angle"]}], 1.0)
+
+
 def is_so(size: float) -> bool:
     """Of what is there or not, without a size."""
     return size > 1
@@ -206,6 +239,7 @@ SHOWN: dict[str, Show] = {
     "force-coarse": lambda s: forces(np.arange(1000) % (round(flaws.COARSE / s) + 1) * 0.1),
     "force-clipped": lambda s: forces(cut(s)),
     "input-clipped": lambda s: forces(np.linspace(0.0, 1.0, 400), "plant", input=cut(s)),
+    "clipped-unused": lambda s: clipping.without_clipped([of_force(np.arange(400.0)), of_force(cut(s))], 0.0)[1],
     "sampling-uneven": uneven,
     "encoder-too-coarse": coarse,
     "dead-zone": dead,
@@ -247,6 +281,16 @@ SHOWN: dict[str, Show] = {
     "parameters-correlated": correlated,
     "model-shape": shaped,
     "law-differs": next_circles,
+    "circle-elsewhere": lambda s: one_circle(radius=0.03 * trust.OTHER_FEED * s),
+    "table-unseen": lambda s: one_circle(encoder="motor" if is_so(s) else "table"),
+    "circle-cannot-run": lambda s: one_circle(runs=not is_so(s)),
+    "completed-disagrees": lambda s: one_circle(seen=1e-5 + s * (trust.APART + trust.SHARE_APART * 1e-5)),
+    "squareness-unseen": lambda s: taken_apart(instrument="encoders" if is_so(s) else "grid"),
+    "mismatch-or-squareness": lambda s: taken_apart(both=not is_so(s)),
+    "lost-motion-cause": lambda s: taken_apart(backlash=s * 1e-6),
+    "ball-bar-length": lambda s: taken_apart(instrument="ball-bar" if is_so(s) else "grid"),
+    "one-revolution": lambda s: taken_apart(revolutions=2 - is_so(s)),
+    "glitch-does-not-end": lambda s: taken_apart(angle=s),
     "limit-cycle": lambda s: against(oscillation=s * decide.CYCLE),
     "cannot-run": lambda s: against(drawn=[np.nan if is_so(s) else 3e-6] * 30),
     "scheme-spoils": lambda s: against(9e-6 + s * 0.2e-6),
@@ -284,23 +328,21 @@ def test_flaws_without_a_record_here_only_become_fewer() -> None:
 
 
 WITHOUT = """
-    rest-raises-friction never-saturates samples-lost sampling-jitters force-late force-late-open clipped-unused
-    force-turned K_f-differs force-response-missing force-not-proportional encoder-errs stiffness-unresolved
-    force-over-position friction-over-position force-along-axis force-drifts friction-drifts offset-drifts
-    misfit-in-one-stretch offset-differs level-between-records friction-ages directions-differ offset-shared
-    fall-not-seen F_s-at-bound fall-open F_s-extrapolated F_c-at-bound strokes-left-out strokes-stand-off
-    strokes-scatter strokes-unsettled strokes-settling strokes-swing residuals-follow-speed correlated
-    damping-too-large sigma-in-A one-speed records-without-stroke rows-at-rest errors-of-means loop-feeds-back
-    no-coherence few-periods A-holds-friction A-holds-viscous controller-by-default observer-assumed
-    parameter-untold parameter-at-bound parameter-at-edge explains-little prediction-without-interval
-    model-disagrees squareness-unseen mismatch-or-squareness lost-motion-cause ball-bar-length one-revolution
-    glitch-does-not-end table-unseen circle-cannot-run completed-disagrees delay-differs controller-differs
-    feedforward-found added-voltage-found learning-diverges learning-gains-nothing learned-for-one-circle
-    learned-from-one-circle nothing-fed-before one-feed circle-misfit direction tuned-at-bound position-late
-    position-early circle-drifts blocks-alike loop-designed falling-friction tuning-refused tuning-no-better
-    circle-elsewhere circle-unused prediction-widened interval-open not-drawn scheme-unstable not-as-predicted
-    scheme-saturates no-reversal scheme-failed drive-saturates spread-unused interrupted T_d-below-hold
-    inverse-left-out library-warns samples-without-value joined-in-part joined-thinned joined-moved
+    samples-lost sampling-jitters force-late force-late-open force-turned K_f-differs force-response-missing
+    force-not-proportional encoder-errs stiffness-unresolved force-over-position friction-over-position
+    force-along-axis force-drifts friction-drifts offset-drifts misfit-in-one-stretch offset-differs
+    level-between-records rest-raises-friction friction-ages directions-differ offset-shared fall-not-seen
+    F_s-at-bound fall-open F_s-extrapolated F_c-at-bound strokes-left-out strokes-stand-off strokes-scatter
+    strokes-unsettled strokes-settling strokes-swing residuals-follow-speed correlated damping-too-large sigma-in-A
+    one-speed records-without-stroke rows-at-rest errors-of-means loop-feeds-back no-coherence few-periods
+    A-holds-friction A-holds-viscous controller-by-default observer-assumed never-saturates parameter-untold
+    parameter-at-bound parameter-at-edge explains-little prediction-without-interval model-disagrees delay-differs
+    controller-differs feedforward-found added-voltage-found learning-diverges learning-gains-nothing
+    learned-for-one-circle learned-from-one-circle nothing-fed-before one-feed circle-misfit direction
+    tuned-at-bound position-late position-early circle-drifts blocks-alike loop-designed falling-friction
+    tuning-refused tuning-no-better circle-unused prediction-widened interval-open not-drawn scheme-unstable
+    not-as-predicted scheme-saturates no-reversal scheme-failed drive-saturates spread-unused interrupted
+    T_d-below-hold inverse-left-out library-warns samples-without-value joined-in-part joined-thinned joined-moved
     channels-without-time scope-scale there-already radius-assumed no-reference columns-by-content columns-left-out
     cells-dropped samples-missing unit-failed no-log file-copies file-left-out file-unused mapping-bundled
     mapping-proposed mapping-ambiguous step-failed gains-designed tuned circle-failed plan-typical plan-not-enough
