@@ -272,11 +272,11 @@ SHOWN: dict[str, Show] = {
     "C-assumed": lambda s: hysteresis(assumed=is_so(s)),
     "C-without-plant": lambda s: hysteresis(plant=not is_so(s)),
     "level-differs": lambda s: hysteresis(level=1.0 + s * gms.LEVEL),
-    # "rest-raises-friction": lambda s: hysteresis(mismatch=s * gms.LEVEL * 100.0),
+    "rest-raises-friction": lambda s: hysteresis(mismatch=s * gms.LEVEL * 100.0),
     "friction-differs": lambda s: hysteresis(mismatch=-s * gms.LEVEL * 100.0),
     "lost-motion": lambda s: hysteresis(hollow=s * gms.HOLLOW * 100.0),
     "one-cycle": lambda s: hysteresis(cycles=1 if is_so(s) else 2),
-    # "never-saturates": lambda s: hysteresis(saturates=not is_so(s)),
+    "never-saturates": lambda s: hysteresis(saturates=not is_so(s)),
     "never-slides": lambda s: hysteresis(saturates=not is_so(s), static_given=False),
     "parameters-correlated": correlated,
     "model-shape": shaped,
@@ -331,22 +331,21 @@ WITHOUT = """
     samples-lost sampling-jitters force-late force-late-open force-turned K_f-differs force-response-missing
     force-not-proportional encoder-errs stiffness-unresolved force-over-position friction-over-position
     force-along-axis force-drifts friction-drifts offset-drifts misfit-in-one-stretch offset-differs
-    level-between-records rest-raises-friction friction-ages directions-differ offset-shared fall-not-seen
-    F_s-at-bound fall-open F_s-extrapolated F_c-at-bound strokes-left-out strokes-stand-off strokes-scatter
-    strokes-unsettled strokes-settling strokes-swing residuals-follow-speed correlated damping-too-large sigma-in-A
-    one-speed records-without-stroke rows-at-rest errors-of-means loop-feeds-back no-coherence few-periods
-    A-holds-friction A-holds-viscous controller-by-default observer-assumed never-saturates parameter-untold
-    parameter-at-bound parameter-at-edge explains-little prediction-without-interval model-disagrees delay-differs
-    controller-differs feedforward-found added-voltage-found learning-diverges learning-gains-nothing
-    learned-for-one-circle learned-from-one-circle nothing-fed-before one-feed circle-misfit direction
-    tuned-at-bound position-late position-early circle-drifts blocks-alike loop-designed falling-friction
-    tuning-refused tuning-no-better circle-unused prediction-widened interval-open not-drawn scheme-unstable
-    not-as-predicted scheme-saturates no-reversal scheme-failed drive-saturates spread-unused interrupted
-    T_d-below-hold inverse-left-out library-warns samples-without-value joined-in-part joined-thinned joined-moved
-    channels-without-time scope-scale there-already radius-assumed no-reference columns-by-content columns-left-out
-    cells-dropped samples-missing unit-failed no-log file-copies file-left-out file-unused mapping-bundled
-    mapping-proposed mapping-ambiguous step-failed gains-designed tuned circle-failed plan-typical plan-not-enough
-    plan-left-over plan-plant-unsure plan-friction-alone plan-accuracy
+    level-between-records friction-ages directions-differ offset-shared fall-not-seen F_s-at-bound fall-open
+    F_s-extrapolated F_c-at-bound strokes-left-out strokes-stand-off strokes-scatter strokes-unsettled
+    strokes-settling strokes-swing residuals-follow-speed correlated damping-too-large sigma-in-A one-speed
+    records-without-stroke rows-at-rest errors-of-means loop-feeds-back no-coherence few-periods A-holds-friction
+    A-holds-viscous controller-by-default observer-assumed parameter-untold parameter-at-bound parameter-at-edge
+    explains-little prediction-without-interval model-disagrees delay-differs controller-differs feedforward-found
+    added-voltage-found learning-diverges learning-gains-nothing learned-for-one-circle learned-from-one-circle
+    nothing-fed-before one-feed circle-misfit direction tuned-at-bound position-late position-early circle-drifts
+    blocks-alike loop-designed falling-friction tuning-refused tuning-no-better circle-unused prediction-widened
+    interval-open not-drawn scheme-unstable not-as-predicted scheme-saturates no-reversal scheme-failed
+    drive-saturates spread-unused interrupted T_d-below-hold inverse-left-out library-warns samples-without-value
+    joined-in-part joined-thinned joined-moved channels-without-time scope-scale there-already radius-assumed
+    no-reference columns-by-content columns-left-out cells-dropped samples-missing unit-failed no-log file-copies
+    file-left-out file-unused mapping-bundled mapping-proposed mapping-ambiguous step-failed gains-designed tuned
+    circle-failed plan-typical plan-not-enough plan-left-over plan-plant-unsure plan-friction-alone plan-accuracy
 """
 
 
@@ -384,11 +383,9 @@ RENAMED = {"parameter-untold": "PARAMETER_UNSEEN"}
 """Codes whose constants have another name."""
 NOT_YET = [
     "force-along-axis",
-    "rest-raises-friction",
     "F_s-at-bound",
     "strokes-settling",
     "sigma-in-A",
-    "never-saturates",
     "circle-drifts",
     "tuning-no-better",
 ]

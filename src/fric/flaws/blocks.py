@@ -7,27 +7,21 @@ NO_STATIC_MAP = Flaw("no-static-map", "doubt", "There is no static map: F_c = F_
     "Give --static for the Stribeck effect.")
 FEWER_BLOCKS = Flaw("fewer-blocks", "note", "{why}")
 BLOCKS_INSEPARABLE = Flaw("blocks-inseparable", "note",
-    "Blocks {n} and {m} slip at {slip} and {next}: one in their place changes the virgin curve by at most {gap:2}, so "
-    "the data cannot separate them.")
+    "Blocks {n} and {m} slip at {slip} and {next}: one in their place changes the virgin curve by at most {gap:2}.")
 SINE_TOO_FAST = Flaw("sine-too-fast", "doubt", "Inertia is {share:.0%} of the force: the sine is too fast.",
     "Log it at a frequency lower by {slower:.2g} or more.")
 C_ASSUMED = Flaw("C-assumed", "doubt", "C is assumed to be {C}: {why}.",
     "{logged:|Log a sine in sliding (fric simulate experiment --kind sliding-sine).}")
-C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt",
-    "C is identified without a plant: inertia was fitted beside the frictional lag, and the drive's delay is not "
-    "known.", "Give --plant.", widens={"C": 1.0})
-LEVEL_DIFFERS = Flaw("level-differs", "doubt",
-    "The friction level of the pre-sliding records is {level:.3f} of the static map's F_s; alpha is normalised to sum "
-    "to 1.", widens={"B": 0.03}, circle_settles=True)
-LOST_MOTION = Flaw("lost-motion", "wrong",
-    "After a reversal the force is flat about {slip:2} and rises again, {hollow:2} below any friction: a play between "
-    "drive and encoder (motor and table, a coupling), which the blocks include.",
-    "Take it out, or measure at the table.")
+C_WITHOUT_PLANT = Flaw("C-without-plant", "doubt", "C is identified without a plant: inertia was fitted beside the "
+    "frictional lag, and the drive's delay is not known.", "Give --plant.", widens={"C": 1.0})
+LEVEL_DIFFERS = Flaw("level-differs", "doubt", "The friction level of the pre-sliding records is {level:.3f} of the "
+    "static map's F_s; alpha is normalised to sum to 1.", widens={"B": 0.03}, circle_settles=True)
+LOST_MOTION = Flaw("lost-motion", "wrong", "After a reversal the force is flat about {slip:2} and rises again, "
+    "{hollow:2} below any friction: a play between drive and encoder.", "Take it out, or measure at the table.")
 ONE_CYCLE = Flaw("one-cycle", "doubt", "There is one whole cycle: no intervals.", "Log five cycles or more.")
-NEVER_SATURATES = Flaw("never-saturates", "doubt",
-    "The hysteresis cycles never saturate: at {extent} the virgin curve is at {force}; {missing} of F_s is missing, "
-    "and is given to the last block.", "Add a record of {amplitude:2} amplitude or more.")
-NEVER_SLIDES = Flaw("never-slides", "wrong",
-    "The records never slide: {force} is no more than a lower bound of {names}{slope:; the force still rises at the "
-    "reversals with {slope:.0%} of its mean slope|}.",
+NEVER_SATURATES = Flaw("never-saturates", "doubt", "The cycles never saturate: at {extent} the virgin curve is at "
+    "{force}; {missing} of F_s is missing, and goes to the last block.",
+    "Add a record of {amplitude:2} amplitude or more.")
+NEVER_SLIDES = Flaw("never-slides", "wrong", "The records never slide: {force} is a lower bound of {names}{slope: "
+    "(the force still rises at reversals, with {slope:.0%} of its mean slope)|}.",
     "Log a larger amplitude{amplitude:, {amplitude} or more|}{static:, or give --static|}.")

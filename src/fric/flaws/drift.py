@@ -13,9 +13,9 @@ def _severity(f: Any) -> Severity:
 
 # fmt: off
 FORCE_DRIFTS = Flaw("force-drifts", _severity,
-    "The force {rate:rises|falls} within strokes by {a_minute:.2g%} a minute at every speed, by {change:.2g%} over "
-    "these records{clocked:|, and more in the pauses between them}: friction or force constant {sure:drifts|may "
-    "drift}.", "Run the axis warm first, and log the speeds in another order, each again.",
+    "The force {rate:rises|falls} within strokes by {a_minute:.2g%} a minute, {change:.2g%} over the "
+    "records{clocked:| and more in pauses}: friction or force constant {sure:drifts|may drift}.",
+    "Run the axis warm first, and log the speeds in another order, each again.",
     widens={"level": 0.08}, circle_settles=True)
 ENERGY_DRIFTS = Flaw("energy-drifts", "doubt",
     "The energy lost per cycle changes by {change:+.1%} (± {half:.1%}) over the record.",
@@ -36,18 +36,16 @@ LEVEL_BETWEEN_RECORDS = Flaw("level-between-records", "doubt",
     "Friction differs by {by:.1%} between records: {least:.3f} of the model in '{first}', {most:.3f} in '{second}'.")
 FRICTION_DIFFERS = Flaw("friction-differs", "doubt",
     "The records differ by {by:2} where the curves of two of them continue each other: friction changed between them.")
-REST_RAISES_FRICTION = Flaw("rest-raises-friction", "wrong",
-    "Where one record continues the other, the smaller and slower ends {by:2} higher: friction grows with the time of "
-    "rest, or it fell meanwhile. The curve is that of neither.",
+REST_RAISES_FRICTION = Flaw("rest-raises-friction", "wrong", "Where records continue each other, the slower ends "
+    "{by:2} higher: friction grows with the time of rest, or fell meanwhile.",
     "Log both amplitudes at one mean speed, in turn, and the static map down to that speed.")
-FRICTION_AGES = Flaw("friction-ages", "wrong",
-    "Static friction grows by {rise:2} with each tenfold of the time of contact (error of held-out strokes: {ageing} "
-    "so, {plain} by eq. (2)). F_s holds down to {slowest}, and is too little after a rest.",
+FRICTION_AGES = Flaw("friction-ages", "wrong", "Static friction grows by {rise:2} with each tenfold of the time of "
+    "contact; F_s holds down to {slowest}, and is too little after a rest.",
     "Log strokes as slow as the axis moves at work, and look at break-away after rests.")
 DIRECTIONS_DIFFER = Flaw("directions-differ", "wrong",
     "The directions differ by more than an offset, by up to {by:2}: this map is that of neither.",
     "Identify again with --direction each, and with --load where you know the weight.",
     widens={"level": 0.05}, circle_settles=True)
 OFFSET_SHARED = Flaw("offset-shared", lambda f: "wrong" if f.differ else "note",
-    "Both directions share {offset}, which is taken for an offset (gravity, bias of an amplifier) and no friction: "
-    "strokes cannot tell.", "Give --load where you know it.")
+    "Both directions share {offset}: it is taken for an offset (gravity, bias of an amplifier), and may be friction.",
+    "Give --load where you know it.")

@@ -5,9 +5,8 @@ from fric.flaws.base import Flaw
 # fmt: off
 LIBRARY_WARNS = Flaw("library-warns", "doubt", "{message}")
 SAMPLES_WITHOUT_VALUE = Flaw("samples-without-value", "note", "{samples} samples hold no value, and are left out.")
-JOINED_IN_PART = Flaw("joined-in-part", "note",
-    "Joined over {samples} samples from {begin:.6g} s on, the time that all channels have{holes:; {holes} samples "
-    "fall into gaps of another channel, and are left out|}.")
+JOINED_IN_PART = Flaw("joined-in-part", "note", "Joined over {samples} samples from {begin:.6g} s on, which all "
+    "channels have{holes:; {holes} samples in gaps of a channel are left out|}.")
 JOINED_THINNED = Flaw("joined-thinned", "note",
     "{channels}: one sample in {every} is taken, as the slowest channel has them.")
 JOINED_MOVED = Flaw("joined-moved", "note",
@@ -22,9 +21,9 @@ RADIUS_ASSUMED = Flaw("radius-assumed", "doubt",
     "Say --radius if it is another: both scales depend on it.")
 NO_REFERENCE = Flaw("no-reference", "note",
     "No reference was found: lag is not known, and a glitch is placed by the measured circle.")
-COLUMNS_BY_CONTENT = Flaw("columns-by-content", "doubt",
-    "There is no header: {reference:columns {reference} are taken for the reference of x and y, |}columns {position} "
-    "for the position, in mm, counted from 0.", "Say otherwise in a mapping, and where the voltage is.")
+COLUMNS_BY_CONTENT = Flaw("columns-by-content", "doubt", "There is no header: {reference:columns {reference} are "
+    "taken for the reference, |}columns {position} for the position of x and y, in mm from 0.",
+    "Say otherwise in a mapping, and where the voltage is.")
 COLUMNS_LEFT_OUT = Flaw("columns-left-out", "doubt", "Columns are left out: {columns}.")
 CELLS_DROPPED = Flaw("cells-dropped", "doubt", "{dropped} of {samples} samples are dropped: a cell is no number.")
 SAMPLES_MISSING = Flaw("samples-missing", "doubt", "Samples are missing at a regular pace, {rates}.")
@@ -33,9 +32,8 @@ NO_LOG = Flaw("no-log", "doubt", "There is no log.")
 FILE_COPIES = Flaw("file-copies", "note", "Left out, since other files hold the same samples: {files}.")
 FILE_LEFT_OUT = Flaw("file-left-out", "doubt", "Left out: {why}.",
     "{propose:`{propose}` writes a mapping to look at and fill in, for --map.|}")
-FILE_UNUSED = Flaw("file-unused", "note",
-    "It ({kinds}) is used by no step of axis {axis}: it adds nothing to its other records, or lacks what a step asks "
-    "for.", "Logs of another machine go into a run of their own.")
+FILE_UNUSED = Flaw("file-unused", "note", "It ({kinds}) is used by no step of axis {axis}: it adds nothing to its "
+    "other records, or lacks what a step asks for.", "Logs of another machine go into a run of their own.")
 MAPPING_BUNDLED = Flaw("mapping-bundled", "note",
     "Read with the bundled mapping '{mapping}', the only one that fits: {files}.")
 MAPPING_PROPOSED = Flaw("mapping-proposed", "note",
@@ -44,7 +42,7 @@ MAPPING_AMBIGUOUS = Flaw("mapping-ambiguous", "doubt", "It is left out: {mapping
     "Give one of them with --map.")
 STEP_FAILED = Flaw("step-failed", "doubt", "{why}")
 GAINS_DESIGNED = Flaw("gains-designed", "doubt",
-    "No log shows the controller's gains: the machine file holds ones that were designed here, and a circle of others "
-    "differs from what it predicts.", "Give a machine file with yours (--machine).")
+    "No log shows the controller's gains: they were designed here, and a circle of others differs from the prediction.",
+    "Give a machine file with yours (--machine).")
 TUNED = Flaw("tuned", "note", "What the controllers believe was refitted to the circles: {folder}.")
 CIRCLE_FAILED = Flaw("circle-failed", "doubt", "{why}")

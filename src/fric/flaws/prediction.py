@@ -3,8 +3,7 @@
 from fric.flaws.base import Flaw
 
 # fmt: off
-NO_MEASURED_CIRCLE = Flaw("no-measured-circle", "doubt",
-    "There is no measured circle to compare the simulation with.",
+NO_MEASURED_CIRCLE = Flaw("no-measured-circle", "doubt", "There is no measured circle to compare the simulation with.",
     "Record one, as little as two revolutions without compensation.")
 CIRCLE_ELSEWHERE = Flaw("circle-elsewhere", "doubt",
     "No measured circle is near this radius and feed: friction was not seen at its speeds.")
@@ -12,23 +11,20 @@ CIRCLE_UNUSED = Flaw("circle-unused", "doubt", "{why}: no machine was made to ag
 PREDICTION_WIDENED = Flaw("prediction-widened", "note", "{name} ± {share:.2g}: {why}")
 INTERVAL_OPEN = Flaw("interval-open", "note",
     "{name} × {low:g} … {high:g}: its interval is open, or does not hold the estimate.")
-NOT_DRAWN = Flaw("not-drawn", "doubt",
-    "{names} cannot be drawn from the interval, which is open or does not hold the estimate: the spread holds, where "
-    "there is one.")
+NOT_DRAWN = Flaw("not-drawn", "doubt", "{names} cannot be drawn from the interval, which is open or does not hold "
+    "the estimate: the spread holds, where there is one.")
 SCHEME_UNSTABLE = Flaw("scheme-unstable", "wrong",
     "Scheme {scheme} is not stable on {share:.0%} of the machines that agree with what is known.")
 NOT_AS_PREDICTED = Flaw("not-as-predicted", "wrong",
     "{quadrant} shows {measured}, and {predicted} are predicted ({cause}).", disagrees=True)
 NOTHING_SIMULATED = Flaw("nothing-simulated", "wrong", "Nothing was simulated.")
-BELIEF_IS_TRUTH = Flaw("belief-is-truth", "doubt",
-    "The controllers know plant and friction of this machine exactly, but for the gain, as of no real machine, and no "
-    "machines around it were drawn.")
+BELIEF_IS_TRUTH = Flaw("belief-is-truth", "doubt", "The controllers know plant and friction of this machine exactly, "
+    "as of no real machine, and no machines around it were drawn.")
 ONE_MACHINE = Flaw("one-machine", "doubt", "One machine was simulated: how far the glitch scatters is not known.")
 FEW_MACHINES = Flaw("few-machines", "doubt", "{machines} machines were drawn: 95 % of so few is a guess.")
 MEASURED_BEYOND = Flaw("measured-beyond", "wrong", "With {scheme} switched on, the measured circle shows {seen:2}.")
-LIMIT_CYCLE = Flaw("limit-cycle", "wrong",
-    "The loop swings by {size:2} where no axis reverses, a limit cycle{machines:, on {machines} of the {drawn} "
-    "machines that were drawn|}.")
+LIMIT_CYCLE = Flaw("limit-cycle", "wrong", "The loop swings by {size:2} where no axis reverses, a limit "
+    "cycle{machines:, on {machines} of the {drawn} machines that were drawn|}.")
 CANNOT_RUN = Flaw("cannot-run", "wrong", "It cannot run on {share:.0%} of the machines that were drawn.")
 SCHEME_SPOILS = Flaw("scheme-spoils", "wrong", "Scheme {scheme} leaves {left}, and the controller alone {alone}.")
 SCHEME_SATURATES = Flaw("scheme-saturates", "wrong", "{how}")

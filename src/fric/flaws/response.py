@@ -15,23 +15,20 @@ def _misfit(f: Any) -> Severity:
 
 # fmt: off
 LOOP_FEEDS_BACK = Flaw("loop-feeds-back", "doubt",
-    "No reference that drives the axis was logged: in a closed loop, noise draws the response towards the inverse of "
-    "the controller.", "Log the reference, or excite periodically.")
+    "No reference was logged: in a closed loop, noise draws the response towards the inverse of the controller.",
+    "Log the reference, or excite periodically.")
 NO_COHERENCE = Flaw("no-coherence", "note", "The table has no coherence: every frequency weighs the same.")
 FEW_PERIODS = Flaw("few-periods", "doubt", "{periods} periods are too few for a variance.", "Log ten.")
-A_OPEN = Flaw("A-open", "doubt",
-    "A cannot be distinguished from 0: the lowest frequency used is {lowest:.3g} Hz. Where friction is in it too, 0 "
-    "is assumed, and strokes show viscous friction as sigma.", "Excite below its corner, and harder.",
-    widens={"A": 0.5})
+A_OPEN = Flaw("A-open", "doubt", "A cannot be distinguished from 0: the lowest frequency used is {lowest:.3g} Hz.",
+    "Excite below the corner of A, and harder.", widens={"A": 0.5})
 A_HOLDS_FRICTION = Flaw("A-holds-friction", lambda f: "note" if f.small else "wrong",
-    "The axis reverses while it is excited, so A includes friction: {each}.",
-    "{small:By the lines between the driven ones it is less than {limit:.0%} of A.|Log a second amplitude, or excite "
-    "around a steady motion.}", widens={"A": 0.3, "level": 0.05})
+    "The axis reverses while it is excited, so A includes friction: {each}.", "{small:By the lines between the "
+    "driven ones it is less than {limit:.0%} of A.|Log a second amplitude, or excite around a steady motion.}",
+    widens={"A": 0.3, "level": 0.05})
 A_HOLDS_VISCOUS = Flaw("A-holds-viscous", "note",
     "A includes the viscous friction of the guideway, over the moving mass, besides the drive's own damping.")
-T_D_AT_BOUND = Flaw("T_d-at-bound", "doubt",
-    "T_d ends at its bound, {hold:the hold alone|zero}: input and position are not logged at one instant, or the "
-    "assumed hold is wrong.", "Check the log, and --hold.", widens={"T_d": 0.3})
+T_D_AT_BOUND = Flaw("T_d-at-bound", "doubt", "T_d ends at its bound, {hold:the hold alone|zero}: input and position "
+    "are not logged at one instant, or the assumed hold is wrong.", "Check the log, and --hold.", widens={"T_d": 0.3})
 T_D_ASSUMED = Flaw("T_d-assumed", "doubt", "T_d is not seen in a motion: half a sample, the hold alone, is assumed.",
     "Give it with --delay.", widens={"T_d": 0.5}, no_response=True)
 LINES_STAND_OFF = Flaw("lines-stand-off", "note",
@@ -39,27 +36,22 @@ LINES_STAND_OFF = Flaw("lines-stand-off", "note",
 RESPONSE_MISFIT = Flaw("response-misfit", _misfit,
     "Eq. (1) leaves {misfit:.2g%} that noise does not explain, most at {worst:.4g} Hz; the intervals allow for it.",
     "{wrong:Look at the figure, and keep to where it fits (--highest '{highest:.2g} Hz').|}")
-SECOND_MASS = Flaw("second-mass", "note",
-    "A second mass is seen from the {encoder}: a resonance at {frequency}{share: with {share:.0%} of the moving "
-    "mass|} on a spring. A and B are those of the rigid axis below it.")
+SECOND_MASS = Flaw("second-mass", "note", "A second mass is seen from the {encoder}: a resonance at "
+    "{frequency}{share: with {share:.0%} of the moving mass|}. A and B are those below it.")
 SPRING_IN_SERIES = Flaw("spring-in-series", "wrong",
     "The encoder on the motor does not see the spring stretch: stiffnesses and C from pre-sliding include the spring.",
     "Measure at the table for friction alone.")
 AMPLITUDES_DISAGREE = Flaw("amplitudes-disagree", "doubt",
     "A rises with the amplitude, which Coulomb friction does not do: the records differ in another way.")
-FRICTION_IN_RESPONSE = Flaw("friction-in-response", "note",
-    "Friction is seen: A is {low:.4g} to {high:.4g} 1/s at these amplitudes, and {A:.4g} 1/s without a Coulomb "
-    "friction of {coulomb} times the moving mass.")
-RESIDUALS_ALIKE = Flaw("residuals-alike", "note",
-    "Neighbouring residuals are alike (autocorrelation {lag:.2f}): the fit leaves something out, and intervals are up "
-    "to {times:.1f} times those of independent residuals.")
-AXIS_RESTS = Flaw("axis-rests", "doubt",
-    "The axis rests in {resting:.0%} of the samples, where Coulomb friction takes any value: F_c is drawn towards "
-    "zero.")
+FRICTION_IN_RESPONSE = Flaw("friction-in-response", "note", "Friction is seen: A is {low:.4g} to {high:.4g} 1/s at "
+    "these amplitudes, and {A:.4g} 1/s without it ({coulomb} times the mass).")
+RESIDUALS_ALIKE = Flaw("residuals-alike", "note", "Neighbouring residuals are alike (autocorrelation {lag:.2f}): "
+    "intervals are up to {times:.1f} times those of independent ones.")
+AXIS_RESTS = Flaw("axis-rests", "doubt", "The axis rests in {resting:.0%} of the samples, where Coulomb friction "
+    "takes any value: F_c is drawn towards zero.")
 NOT_PHYSICAL = Flaw("not-physical", "wrong", "{name} is {value}, which no axis has.", "Check the sign of the force.")
-RESPONSE_ENDS = Flaw("response-ends", "doubt",
-    "The response ends at {last:.4g} Hz: Q, with a bandwidth of {bandwidth:.4g} Hz, passes a part of what is above, "
-    "and is not seen.", "Measure up to a higher frequency.")
+RESPONSE_ENDS = Flaw("response-ends", "doubt", "The response ends at {last:.4g} Hz: Q, with a bandwidth of "
+    "{bandwidth:.4g} Hz, passes a part of what is above, and is not seen.", "Measure up to a higher frequency.")
 RESPONSE_BEGINS = Flaw("response-begins", "doubt", "The response begins at {first:.4g} Hz, above the bandwidth of Q.",
     "Measure from a lower frequency on.")
 RESPONSE_WITHOUT_CONFIDENCE = Flaw("response-without-confidence", "doubt",

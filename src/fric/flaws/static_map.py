@@ -18,9 +18,8 @@ def _settling(f: Any) -> Severity:
 
 
 # fmt: off
-FALL_NOT_SEEN = Flaw("fall-not-seen", "doubt",
-    "Friction is not seen to fall with speed down to {slowest}: Coulomb plus viscous friction predicts held-out "
-    "strokes to {plain}, eq. (2) to {falling}. F_s = F_c and v_s are assumed.",
+FALL_NOT_SEEN = Flaw("fall-not-seen", "doubt", "Friction does not fall with speed down to {slowest} (held-out "
+    "strokes: {plain} without, {falling} with a fall). F_s = F_c is assumed.",
     "Log slower strokes, or force the fall with --form stribeck.", widens={"v_s": 0.5})
 F_S_AT_BOUND = Flaw("F_s-at-bound", "doubt",
     "F_s ends at its bound F_c: friction does not fall with speed down to {slowest}, and v_s means nothing here.",
@@ -28,33 +27,28 @@ F_S_AT_BOUND = Flaw("F_s-at-bound", "doubt",
 FALL_OPEN = Flaw("fall-open", "doubt",
     "Strokes from {slowest} up do not settle F_s and v_s: they do not reach the Stribeck range.",
     "Log slower strokes.")
-F_S_EXTRAPOLATED = Flaw("F_s-extrapolated", "wrong",
-    "{below:.0%} of the fall lies below the slowest stroke ({slowest}): F_s only continues eq. (2) from {lowest} "
-    "there.", "Log slower strokes, or a finer encoder.")
-F_C_AT_BOUND = Flaw("F_c-at-bound", "wrong",
-    "F_c ends at its bound of 0: the fall reaches beyond the fastest stroke.",
+F_S_EXTRAPOLATED = Flaw("F_s-extrapolated", "wrong", "{below:.0%} of the fall lies below the slowest stroke "
+    "({slowest}): F_s only continues eq. (2) from {lowest} there.", "Log slower strokes, or a finer encoder.")
+F_C_AT_BOUND = Flaw("F_c-at-bound", "wrong", "F_c ends at its bound of 0: the fall reaches beyond the fastest stroke.",
     "Log faster strokes, or take Coulomb plus viscous friction with --form coulomb.",
     widens={"level": 0.2, "v_s": 0.5}, circle_settles=True)
 STROKES_LEFT_OUT = Flaw("strokes-left-out", "doubt", "Strokes that deviate from all others are left out: {strokes}.",
     "Look at their records.")
-STROKES_STAND_OFF = Flaw("strokes-stand-off", "note",
-    "Strokes deviate from all others by up to {most:2} and weigh less: {strokes}. A slow axis may stick and slip "
-    "between two counts of its encoder.", "Look at their records.")
+STROKES_STAND_OFF = Flaw("strokes-stand-off", "note", "Strokes deviate from all others by up to {most:2} and weigh "
+    "less: {strokes}. Between two counts a slow axis may stick.", "Look at their records.")
 STROKES_SCATTER = Flaw("strokes-scatter", lambda f: "doubt" if f.share > SCATTERED else "note",
     "Strokes scatter by {spread:2} beyond their noise, {share:.0%} of the force: weights and intervals allow for it.",
     "{large:Friction that does not repeat, a play or an axis that hunts is no map of speed. Look at their records.|}")
-STROKES_UNSETTLED = Flaw("strokes-unsettled", "doubt",
-    "The force had not settled by half of the strokes at {speeds}.", "Log longer strokes.",
+STROKES_UNSETTLED = Flaw("strokes-unsettled", "doubt", "The force had not settled by half of the strokes at {speeds}.",
+    "Log longer strokes.", widens={"v_s": 0.3}, circle_settles=True)
+STROKES_SETTLING = Flaw("strokes-settling", _settling, "The force still settles in {strokes} strokes from "
+    "{slowest:2} to {fastest:2}: up to {most:2} is taken off (C = {C:2}).", "Log longer strokes.",
     widens={"v_s": 0.3}, circle_settles=True)
-STROKES_SETTLING = Flaw("strokes-settling", _settling,
-    "The force still settles in {strokes} strokes from {slowest:2} to {fastest:2}: up to {most:2} is taken off their "
-    "means, by one exponential of C = {C:2}.", "Log longer strokes.", widens={"v_s": 0.3}, circle_settles=True)
 STROKES_SWING = Flaw("strokes-swing", lambda f: "doubt" if f.most > STICKS else "note",
-    "The velocity of {strokes} strokes swings by up to {most:.0%} (rms) from {slowest} to {fastest}: the mean of "
-    "their forces allows for it{sticks:; some stick and slip|}.")
-RESIDUALS_FOLLOW_SPEED = Flaw("residuals-follow-speed", "doubt",
-    "The residuals are not noise: {smooth:they follow the speed|both directions show the same at each speed, {missed} "
-    "(rms)}. Eq. (2) does not describe these strokes{smooth:|, or friction changed between them}.",
+    "The speed of {strokes} strokes swings by up to {most:.0%} (rms) from {slowest} to {fastest}, which is allowed "
+    "for{sticks:; some stick and slip|}.")
+RESIDUALS_FOLLOW_SPEED = Flaw("residuals-follow-speed", "doubt", "Eq. (2) does not describe these strokes: residuals "
+    "{smooth:follow the speed|are the same in both directions, {missed} (rms)}.",
     "`method` in the file says which forms were tried. Look at the figure.", widens={"v_s": 0.2, "C": 0.2})
 CORRELATED = Flaw("correlated", "note", "The data hardly distinguish {pairs}.")
 DAMPING_TOO_LARGE = Flaw("damping-too-large", "wrong",
@@ -62,8 +56,8 @@ DAMPING_TOO_LARGE = Flaw("damping-too-large", "wrong",
     "Check A and K_f of the plant: they are too large.", widens={"A": 0.2, "level": 0.05})
 SIGMA_IN_A = Flaw("sigma-in-A", "note",
     "sigma is 0: the damping of {damping} that was taken off with the plant's A includes the viscous friction.")
-ONE_SPEED = Flaw("one-speed", "doubt",
-    "Only one speed was logged ({speed}): the friction there is given, and no map.", "Log strokes at ten speeds.")
+ONE_SPEED = Flaw("one-speed", "doubt", "Only one speed was logged ({speed}): the friction there is given, and no map.",
+    "Log strokes at ten speeds.")
 RECORDS_WITHOUT_STROKE = Flaw("records-without-stroke", lambda f: "doubt" if 4 * f.without > f.records else "note",
     "{without} of {records} records give no stroke: {why}.")
 ROWS_AT_REST = Flaw("rows-at-rest", "note",

@@ -2,15 +2,18 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from fric.arrays import Indices, Real
+from fric.estimate import Estimate
+from fric.flaws import drift as flaws
 from fric.identify.gms.fit import GMSFit
 from fric.identify.records.energy import cycle_energies, drift, energy_warnings
 from fric.identify.replay.measured import Replay
 from fric.notice import Notice
-from fric.units import readable, si_unit
+from fric.units import si_unit
 
 CHANGES = 0.03
 """Share of F_s by which friction or offset must change to be told."""
@@ -33,44 +36,31 @@ def changes(fit: GMSFit) -> Iterator[Notice]:
             continue
         offsets.append(float(offset.mean()))
         levels.append(float(level.mean()))
-        if (text := _drifts(level, CHANGES)) is not None:
-            yield Notice(
-                f"friction changes by {text:+.1%} over record '{one.name}': warm the axis up, and log again",
-                "friction-drifts", "doubt",
-            )  # fmt: skip
-        if (text := _drifts(offset, CHANGES * F_s)) is not None:
-            yield Notice(
-                f"the offset changes by {readable(text, newton, 2)} over record '{one.name}'", "offset-drifts", "doubt"
-            )
+        where = f"record '{one.name}'"
+        if (change := _drifts(level, CHANGES)) is not None:
+            yield flaws.FRICTION_DRIFTS.found(where, change=change)
+        if (change := _drifts(offset, CHANGES * F_s)) is not None:
+            yield flaws.OFFSET_DRIFTS.found(where, change=Estimate(change, newton))
         if (segment := segment_of_misfit(one)) is not None:
             begin, end, there, elsewhere = segment
-            yield Notice(
-                f"the misfit of record '{one.name}' sits from {begin:.4g} to {end:.4g} s: {readable(there, newton, 2)} "
-                f"rms there, {readable(elsewhere, newton, 2)} elsewhere; look what happened to the contact",
-                "misfit-in-one-stretch", "doubt",
-            )  # fmt: skip
+            rms = {"there": Estimate(there, newton), "elsewhere": Estimate(elsewhere, newton)}
+            yield flaws.MISFIT_IN_ONE_STRETCH.found(where, begin=begin, end=end, **rms)
         else:  # a cycle and a half hardly stand out of the misfit, but do of the energies, as `inspect` tells
             reversals = _seen_reversals(one)
             notices = energy_warnings(cycle_energies(one.position, one.measured, reversals), one.time[reversals[::2]])
-            yield from (
-                Notice(f"record '{one.name}': {text}", text.code, text.severity)
-                for text in notices if text.code == "energy-in-one-segment"
-            )  # fmt: skip
+            yield from (notice.at(where) for notice in notices if notice.code == flaws.ENERGY_IN_ONE_SEGMENT.code)
     if len(offsets) > 1 and np.ptp(offsets) > CHANGES * F_s:
-        yield _between(presliding, offsets, f"the offset differs by {readable(float(np.ptp(offsets)), newton, 2)}",
-                       "offset-differs", lambda value: readable(value, newton, 3))  # fmt: skip
+        found = [Estimate(offset, newton) for offset in offsets]
+        yield flaws.OFFSET_DIFFERS.found(by=Estimate(float(np.ptp(offsets)), newton), **_between(presliding, found))
     if len(levels) > 1 and np.ptp(levels) > CHANGES:
-        yield _between(presliding, levels, f"friction differs by {np.ptp(levels):.1%}", "level-between-records",
-                       lambda value: f"{value:.3f} of the model")  # fmt: skip
+        yield flaws.LEVEL_BETWEEN_RECORDS.found(by=float(np.ptp(levels)), **_between(presliding, levels))
 
 
-def _between(records: Sequence[Replay], values: Sequence[float], what: str, code: str, shown: object) -> Notice:
-    least, most = int(np.argmin(values)), int(np.argmax(values))
-    assert callable(shown)
-    return Notice(
-        f"{what} between records: {shown(values[least])} in '{records[least].name}', {shown(values[most])} in "
-        f"'{records[most].name}'", code, "doubt",
-    )  # fmt: skip
+def _between(records: Sequence[Replay], values: Sequence[Any]) -> dict[str, Any]:
+    """Return the least and the most of values, and the records that have them."""
+    pairs = list(zip(values, (one.name for one in records), strict=False))
+    (least, first), (most, second) = (pick(pairs, key=lambda pair: float(pair[0])) for pick in (min, max))
+    return {"least": least, "first": first, "most": most, "second": second}
 
 
 def _over_cycles(one: Replay) -> tuple[Real, Real]:
