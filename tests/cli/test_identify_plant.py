@@ -174,6 +174,6 @@ def test_a_text_log_of_a_shaken_axis_is_ingested_as_a_frequency_response(tmp_pat
     told = json.loads(done.stdout)
     assert told["K_f"]["value"] == pytest.approx(210.0, rel=0.01)
     assert told["force_lag"]["value"] * flawed.RATE == pytest.approx(2.0, abs=0.1)
-    assert any("the force is logged 500 µs (2 samples) later" in text for text in told["warnings"])
+    assert any("The force is logged 500 µs (2 samples) later" in text for text in told["warnings"])
     plant = read_document(out, PlantDocument).plant("linear")
     assert plant.force_lag == pytest.approx(2 / flawed.RATE, rel=0.05)

@@ -61,7 +61,7 @@ def test_bad_cells_are_dropped_on_demand(log, tmp_path):
         ingest(log, "-o", tmp_path / "log.h5")
     assert not (tmp_path / "log.h5").exists()
     done = ingest(log, "-o", tmp_path / "log.h5", "--bad-cells", "drop")
-    assert "1 of 40 samples dropped" in done.stderr
+    assert "1 of 40 samples are dropped" in done.stderr
     assert len(read_logs(tmp_path / "log.h5")[0]) == 39
 
 

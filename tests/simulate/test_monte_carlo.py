@@ -113,7 +113,9 @@ def test_a_scheme_that_cannot_run_is_never_the_best_and_is_told():
     assert (told["a"]["best"], told["b"]["best"], told["b"]["failed"]) == (1.0, 0.0, 2)
     assert told["b"]["median"] is None
     assert told["b"]["ci95"] == [None, None]
-    assert any("scheme b could not run on 2 of 2 machines" in warning for warning in found.warnings())
+    assert [(one.code, one.where, one.values["failed"]) for one in found.warnings()] == [
+        ("scheme-failed", "scheme b", 2)
+    ]
 
 
 def test_machines_whose_loop_is_not_stable_are_left_out_and_counted():
