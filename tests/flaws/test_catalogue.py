@@ -21,7 +21,7 @@ from fric.flaws import CATALOGUE
 from fric.flaws.base import HALF_WIDTHS, SMALL, by_size
 from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
 from fric.flaws.unit import BOUNDS, UNUSUAL
-from fric.identify.circle import identifiability, model_shape, next_circle, trust
+from fric.identify.circle import identifiability, model_shape, next_circle, trust, tune_identifiability
 from fric.identify.gms import notices as gms
 from fric.identify.plant import force_constant, plant_warnings, rigid_body
 from fric.identify.records import clipping, energy, flaws, inspected, judgement, timing
@@ -29,6 +29,7 @@ from fric.identify.replay import replay_intervals
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.plausibility.bounds import Finding, lifted, settled
+from fric.simulate.chance import Chance
 from fric.simulate.contour_run import run_warnings
 from fric.verdict import decide
 from fric.verdict.evidence import Candidate, Evidence
@@ -169,8 +170,25 @@ def measured(size: float) -> list[Notice]:
 
 def next_circles(size: float) -> list[Notice]:
     glitch = size * next_circle.DIFFERS * 1e-6
-    one = N(glitch=glitch, alone=1e-6, scheme="f", feed=0.1, ci95=(glitch, glitch))
+    other = next_circle._exceeds(Chance((glitch,) * 5), Chance((1e-6,) * 5))
+    one = N(glitch=glitch, alone=1e-6, scheme="f", feed=0.1, ci95=(glitch, glitch), other_law=other)
     return next_circle.law_warnings([one])
+
+
+def tuned(feeds: tuple[float, ...] = (0.01, 0.1), x: float = 0.0, rms: float = 1.0, **more: bool) -> list[Notice]:
+    """Give what circles at these feeds leave open of a tuned axis."""
+    names = ["side" if more.get("side") else "level"]
+    coordinates = N(sides=lambda x: 0.05, names=names, bounds=np.ones(1), T_d=1e-3)
+    found = N(noise=lambda: 1.0, rms=rms, x=np.array([x]), balance=N(coordinates=coordinates))
+    tests = [N(feed=feed) for feed in feeds]
+    with patch.object(tune_identifiability, "_drifts", lambda *_: ()):
+        return list(tune_identifiability.identifiability_warnings(N(name="x"), tests, found, found))
+
+
+def timed(size: float) -> list[Notice]:
+    T_d = Estimate.around(1e-3 * (1.0 + size * tune_identifiability.LATE), "s", 1e-6)
+    found = N(balance=N(coordinates=N(T_d=1e-3)))
+    return list(tune_identifiability.timing_warnings(N(name="x"), found, T_d))
 
 
 def correlated(size: float) -> list[Notice]:
@@ -281,6 +299,12 @@ SHOWN: dict[str, Show] = {
     "parameters-correlated": correlated,
     "model-shape": shaped,
     "law-differs": next_circles,
+    "one-feed": lambda s: tuned(feeds=(0.1, 0.1 * tune_identifiability.APART / s)),
+    "circle-misfit": lambda s: tuned(rms=s * tune_identifiability.MISFIT),
+    "direction": lambda s: tuned(side=is_so(s)),
+    "tuned-at-bound": lambda s: tuned(x=0.97 * s),
+    "position-late": timed,
+    "position-early": lambda s: timed(-s),
     "circle-elsewhere": lambda s: one_circle(radius=0.03 * trust.OTHER_FEED * s),
     "table-unseen": lambda s: one_circle(encoder="motor" if is_so(s) else "table"),
     "circle-cannot-run": lambda s: one_circle(runs=not is_so(s)),
@@ -338,14 +362,14 @@ WITHOUT = """
     A-holds-viscous controller-by-default observer-assumed parameter-untold parameter-at-bound parameter-at-edge
     explains-little prediction-without-interval model-disagrees delay-differs controller-differs feedforward-found
     added-voltage-found learning-diverges learning-gains-nothing learned-for-one-circle learned-from-one-circle
-    nothing-fed-before one-feed circle-misfit direction tuned-at-bound position-late position-early circle-drifts
-    blocks-alike loop-designed falling-friction tuning-refused tuning-no-better circle-unused prediction-widened
-    interval-open not-drawn scheme-unstable not-as-predicted scheme-saturates no-reversal scheme-failed
-    drive-saturates spread-unused interrupted T_d-below-hold inverse-left-out library-warns samples-without-value
-    joined-in-part joined-thinned joined-moved channels-without-time scope-scale there-already radius-assumed
-    no-reference columns-by-content columns-left-out cells-dropped samples-missing unit-failed no-log file-copies
-    file-left-out file-unused mapping-bundled mapping-proposed mapping-ambiguous step-failed gains-designed tuned
-    circle-failed plan-typical plan-not-enough plan-left-over plan-plant-unsure plan-friction-alone plan-accuracy
+    nothing-fed-before circle-drifts blocks-alike loop-designed falling-friction tuned-in-part tuning-refused
+    tuning-no-better circle-unused prediction-widened interval-open not-drawn scheme-unstable not-as-predicted
+    scheme-saturates no-reversal scheme-failed drive-saturates spread-unused interrupted T_d-below-hold
+    inverse-left-out library-warns samples-without-value joined-in-part joined-thinned joined-moved
+    channels-without-time scope-scale there-already radius-assumed no-reference columns-by-content columns-left-out
+    cells-dropped samples-missing unit-failed no-log file-copies file-left-out file-unused mapping-bundled
+    mapping-proposed mapping-ambiguous step-failed gains-designed tuned circle-failed plan-typical plan-not-enough
+    plan-left-over plan-plant-unsure plan-friction-alone plan-accuracy
 """
 
 
@@ -386,8 +410,6 @@ NOT_YET = [
     "F_s-at-bound",
     "strokes-settling",
     "sigma-in-A",
-    "circle-drifts",
-    "tuning-no-better",
 ]
 """Codes that rooms which are not converted yet still say under another one."""
 

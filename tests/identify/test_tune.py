@@ -273,12 +273,11 @@ def test_friction_that_falls_while_a_circle_runs_is_told(tuned):
     machine = fric.read_machine(ROOT / "configs/reality/drift.yaml")
     tests = recorded(machine)
     found = tune(machine, tests)
-    told = [str(warning) for warning in found.warnings if warning.code == "friction-drifts"]
+    (told,) = [warning for warning in found.warnings if warning.code == "circle-drifts"]
     # -15 % with 60 s, of which the circle at 10 mm/s takes 38: 7 %
-    assert len(told) == 1
-    assert "axis x: friction falls by " in told[0]
-    assert float(told[0].split("falls by ")[1].split("%")[0]) == pytest.approx(7, abs=1)
-    assert "friction-drifts" not in {warning.code for warning in tuned.warnings}
+    assert (told.where, told.severity) == ("axis x", "doubt")
+    assert told.values["change"] == pytest.approx(-0.07, abs=0.01)
+    assert "circle-drifts" not in {warning.code for warning in tuned.warnings}
     # what is believed leaves 0.9 µm at 100 mm/s, and the mean over the circles would leave no less
     assert "tuning-refused" in {warning.code for warning in found.warnings}
 

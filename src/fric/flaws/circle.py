@@ -40,10 +40,10 @@ FEEDFORWARD_FOUND = Flaw("feedforward-found", "note",
 ADDED_VOLTAGE_FOUND = Flaw("added-voltage-found", "note", "The recorded voltage differs from the controller's in "
     "{share:.1%} of the samples, by up to {most:.3g} V: taken for an added voltage.")
 LEARNING_DIVERGES = Flaw("learning-diverges", "doubt",
-    "The glitch has risen again, from {least} to {last}: what does not repeat is learned too.",
+    "The glitch has risen again, from {least} to {last} µm: what does not repeat is learned too.",
     "Stop earlier, or lower the share or the bandwidth.")
-LEARNING_GAINS_NOTHING = Flaw("learning-gains-nothing", "doubt",
-    "Learning leaves {last} of {first}: noise and counts, or what grows where the loop does not hold falling friction.",
+LEARNING_GAINS_NOTHING = Flaw("learning-gains-nothing", "doubt", "Learning leaves {last} µm of {first}: noise and "
+    "counts, or what grows where the loop does not hold falling friction.",
     "`fric tune` says which, and --loop designs gains that hold it.")
 LEARNED_FOR_ONE_CIRCLE = Flaw("learned-for-one-circle", "note",
     "What was learned is for this circle alone: it leaves {best} there, and carried over {others}.")
@@ -82,6 +82,7 @@ LOOP_DESIGNED = Flaw("loop-designed", "note", "The loop was designed anew: it ho
 FALLING_FRICTION = Flaw("falling-friction", "note", "The loop does not hold falling friction ({margin:.2g} times the "
     "fall): errors grow behind slow reversals, and only {fed:.1%} of the friction is fed forward.",
     "{design:--loop designs gains that hold it.|}")
+TUNED_IN_PART = Flaw("tuned-in-part", "note", "With all that was found {why}: {kept}.")
 TUNING_REFUSED = Flaw("tuning-refused", "wrong", "{why}: the result is refused, and the nominal parameters are kept.")
 TUNING_NO_BETTER = Flaw("tuning-no-better", "wrong", "What was found leaves {after} of the recorded voltages, and "
     "the nominal parameters {before}: it is refused, and these are kept.")

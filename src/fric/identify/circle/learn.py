@@ -15,6 +15,8 @@ from fric.contour import circularity
 from fric.control.feedforward import friction_feedforward, inverse_model
 from fric.control.scheme import OBSERVER, Scheme
 from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.flaws.circle import LEARNED_FOR_ONE_CIRCLE, LEARNING_DIVERGES, LEARNING_GAINS_NOTHING
 from fric.identify.circle.measured_inverse import Learning, next_feedforward
 from fric.identify.circle.model_shape import LEARNED, wrong_shape
 from fric.notice import Notice
@@ -157,18 +159,10 @@ def learn(
     warnings += wrong_shape((one.run.scheme, chance.median) for one, chance in zip(found, chances, strict=True))
     least = min(chances, key=lambda one: one.median)
     if best > 1.5 * least.median and all(rise > 0 for rise in (chances[-1] - least).values):
-        text = (
-            f"the glitch has risen again, from {least.text(digits=2)} to {chances[-1].text(digits=2)} µm: what does "
-            "not repeat is learned too. Stop earlier, or lower the share or the bandwidth"
-        )
-        warnings.append(Notice(text, "learning-diverges", "doubt"))
+        warnings.append(LEARNING_DIVERGES.found(least=least.text(digits=2), last=chances[-1].text(digits=2)))
     elif best > GAINS * chances[0].median:
-        text = (
-            f"learning leaves {chances[-1].text(digits=2)} µm of {chances[0].text(digits=2)}: what is left is noise "
-            "and counts, or grows by itself where the loop does not hold friction that falls with speed (fric tune "
-            "tells that, and --loop designs gains that hold it)"
-        )
-        warnings.append(Notice(text, "learning-gains-nothing", "doubt"))
+        first, last = (chances[n].text(digits=2) for n in (0, -1))
+        warnings.append(LEARNING_GAINS_NOTHING.found(last=last, first=first))
     return Learned(machine, how, tuple(found), tuple(carried), tuple(warnings))
 
 
@@ -192,11 +186,7 @@ def _for_one_circle(best: float, carried: list[tuple[float, float, float]]) -> N
     others = ", ".join(
         f"{glitch * 1e6:.2f} µm at {feed * 1e3:.4g} mm/s on {radius * 1e3:.4g} mm" for radius, feed, glitch in carried
     )
-    return Notice(
-        f"what was learned is for this circle alone: it leaves {best * 1e6:.2f} µm there, and carried over {others}",
-        "learned-for-one-circle",
-        "note",
-    )
+    return LEARNED_FOR_ONE_CIRCLE.found(best=Estimate(best, "m"), others=others)
 
 
 def _references(test: Circle, axes: Mapping[str, Axis]) -> dict[str, Reference]:

@@ -9,7 +9,8 @@ from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
-from fric.estimate import as_filed
+from fric.estimate import Estimate, as_filed
+from fric.flaws.circle import LAW_DIFFERS
 from fric.identify.circle.left_over import completed
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.revolutions import fit_circle
@@ -122,16 +123,9 @@ def law_warnings(predicted: Sequence[NextCircle]) -> list[Notice]:
     if not more:
         return []
     worst = max(more, key=lambda one: one.glitch - one.alone)
-    alone = f"{worst.alone * 1e6:.2f} µm"
-    return [
-        Notice(
-            f"friction follows another law than the model: under ({worst.scheme}) the model explains {alone} of the "
-            f"next circle at {worst.feed * 1e3:g} mm/s, and with what it leaves over at the recorded reversals "
-            f"{worst.glitch * 1e6:.2f} to {worst.ci95[1] * 1e6:.2f} are expected. Tune again with the circles that "
-            f"this leaves; fric learn, which needs no model, can leave {alone} at best",
-            "law-differs", "doubt",
-        )
-    ]  # fmt: skip
+    alone, glitch, most = (Estimate(one, "m") for one in (worst.alone, worst.glitch, worst.ci95[1]))
+    feed = Estimate(worst.feed, "m/s")
+    return [LAW_DIFFERS.found(scheme=worst.scheme, feed=feed, alone=alone, glitch=glitch, most=most)]
 
 
 def _exceeds(one: Chance, other: Chance) -> bool:

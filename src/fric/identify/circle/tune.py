@@ -8,7 +8,8 @@ import numpy as np
 
 from fric.drive.plant import Plant, hold_delay
 from fric.errors import FricError
-from fric.estimate import as_filed
+from fric.estimate import Estimate, as_filed
+from fric.flaws.circle import CIRCLE_DRIFTS, CIRCLE_MISFIT, TUNED_IN_PART, TUNING_NO_BETTER, TUNING_REFUSED
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed, directed
 from fric.friction.gms import GMS
@@ -161,7 +162,7 @@ def part_warning(why: str, names: Sequence[str]) -> Notice:
     if len(names) > 1:
         left = "stiffnesses" if "C" in names else "how friction falls with speed, and C"
         words = f"all that was found is kept but {left}"
-    return Notice(f"with all that was found {why}: {words}", "tuned-in-part", "note")
+    return TUNED_IN_PART.found(why=why, kept=words)
 
 
 def _again(found: Fitted, K_f: float) -> Fitted:
@@ -268,7 +269,7 @@ def tune(
     found = axes
     # where friction of this shape, or one that stays, does not explain the circle, only the upper end of a prediction
     # counts, and nothing tells what of the result may be kept
-    doubtful = any(warning.code in {"circle-misfit", "friction-drifts"} for warning in warnings)
+    doubtful = any(warning.code in {CIRCLE_MISFIT.code, CIRCLE_DRIFTS.code} for warning in warnings)
     if any(clock.lost or clock.displaced > DISPLACED for clock in map(timing, logs)):
         why = "the log's clock is wrong (see above)"
     elif better and not predicted:
@@ -289,18 +290,14 @@ def tune(
         if why:
             why += f": {MISFIT if all(map(holds, axes.values())) else GROWING}"
     if why:
-        text = f"{why}: the result is refused, and the nominal parameters are kept"
-        warnings.append(Notice(text, "tuning-refused", "wrong"))
+        warnings.append(TUNING_REFUSED.found(why=why))
         axes = {name: replace(one, axis=machine.axes[name], improves=False, loop=False) for name, one in axes.items()}
         predicted = []  # what is kept shows what was recorded
     warnings += law_warnings(predicted)
     for name, one in axes.items():
         if not one.improves and not why:
-            text = (
-                f"axis {name}: what was found leaves {one.after.rms * 1e3:.2f} mV of the recorded voltages, and the "
-                f"nominal parameters {one.before.rms * 1e3:.2f} mV: it is refused, and these are kept"
-            )
-            warnings.append(Notice(text, "tuning-refused", "wrong"))
+            after, before_it = Estimate(one.after.rms, "V"), Estimate(one.before.rms, "V")
+            warnings.append(TUNING_NO_BETTER.found(f"axis {name}", after=after, before=before_it))
     warnings += loop_warnings(axes)
     new = replace(machine, axes={**machine.axes, **{name: one.axis for name, one in axes.items()}})
     return Tuned(new, axes, tuple(tests), tuple(predicted), tuple(dict.fromkeys(warnings)))

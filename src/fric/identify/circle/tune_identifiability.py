@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fric.estimate import Estimate
+from fric.flaws import circle
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.tune_fit import Fitted, at
 from fric.identify.circle.tune_instruments import Instruments
@@ -43,35 +44,21 @@ def identifiability_warnings(
     before, found
         What nominal and tuned parameters leave of the voltages.
     """
-    feeds = sorted(test.feed for test in tests)
+    where, feeds = f"axis {axis.name}", sorted(test.feed for test in tests)
     if feeds[-1] < APART * feeds[0]:
-        fast = f"{feeds[-1] * 1e3:g} mm/s"
-        slow = feeds[-1] < 0.03
         missing = (
-            "the delay, the inertia and how friction falls with speed above it: T_d may be off by half"
-            if slow
-            else "v_s, delta and C, which show where a reversal is slow, and the weakest blocks"
+            "delay, inertia and how friction falls with speed above it (T_d may be off by half)"
+            if feeds[-1] < 0.03
+            else "v_s, delta, C and the weakest blocks, which show where a reversal is slow"
         )
-        yield Notice(
-            f"axis {axis.name}: all circles are at about {fast}, and do not tell {missing}. Record one fast and one "
-            "slow circle, as at 100 and 10 mm/s",
-            "one-feed", "doubt",
-        )  # fmt: skip
+        yield circle.ONE_FEED.found(where, feed=Estimate(feeds[-1], "m/s"), missing=missing)
     noise = found.noise()
     if noise is not None and found.rms > MISFIT * noise:
-        yield Notice(
-            f"axis {axis.name}: {found.rms * 1e3:.2f} mV of the voltage are left, and {noise * 1e3:.2f} mV of it do "
-            "not repeat: friction differs in shape from GMS (with position, direction or time), or the log has a flaw",
-            "circle-misfit", "doubt",
-        )  # fmt: skip
+        yield circle.CIRCLE_MISFIT.found(where, left=Estimate(found.rms, "V"), noise=Estimate(noise, "V"))
     yield from _drifts(axis, found)
     side = found.balance.coordinates.sides(found.x)
     if "side" in found.balance.coordinates.names:
-        yield Notice(
-            f"axis {axis.name}: friction is {abs(side):.1%} higher in the {'positive' if side > 0 else 'negative'} "
-            "direction of motion: each has its own map",
-            "direction", "note",
-        )  # fmt: skip
+        yield circle.DIRECTION.found(where, side=abs(side), positive=side > 0)
     bounds = found.balance.coordinates.bounds
     at_end = [
         name
@@ -79,26 +66,17 @@ def identifiability_warnings(
         if abs(value) > 0.97 * bound
     ]
     if at_end:
-        yield Notice(
-            f"axis {axis.name}: {', '.join(at_end)} ran to the end of where it was searched: the nominal model is far "
-            "off, or the circles do not tell it",
-            "tuned-at-bound", "doubt",
-        )  # fmt: skip
+        yield circle.TUNED_AT_BOUND.found(where, names=at_end)
 
 
 def timing_warnings(axis: Axis, found: Fitted, T_d: Estimate) -> Iterator[Notice]:
     """Yield that position and voltage are shifted against each other, where the interval of the delay says so too."""
     nominal = found.balance.coordinates.T_d
     low, high = (float(limit) for limit in np.ravel(T_d.ci95 or (T_d.value, T_d.value)))
-    late = float(T_d) > nominal
     if abs(float(T_d) - nominal) > LATE * nominal and not low <= nominal <= high:
-        yield Notice(
-            f"axis {axis.name}: the position is {'late against' if late else 'ahead of'} the voltage: the delay is "
-            f"{float(T_d) * 1e3:.2f} ms ({low * 1e3:.2f} to {high * 1e3:.2f}), and {nominal * 1e3:.2f} ms were "
-            "believed. Where the log itself shifts position and voltage, by a sample of "
-            f"{found.balance.records[0].sampled * 1e3:.3g} ms or so, that is in it too: the lead is wrong by as much",
-            "position-late" if late else "position-early", "doubt",
-        )  # fmt: skip
+        flaw = circle.POSITION_LATE if float(T_d) > nominal else circle.POSITION_EARLY
+        delay, least, most, believed = (Estimate(one, "s") for one in (float(T_d), low, high, nominal))
+        yield flaw.found(f"axis {axis.name}", delay=delay, low=least, high=most, nominal=believed)
 
 
 def _drifts(axis: Axis, found: Fitted) -> Iterator[Notice]:
@@ -117,12 +95,8 @@ def _drifts(axis: Axis, found: Fitted) -> Iterator[Notice]:
         change = -float(apart @ (instruments.weights * found.residual) / (apart @ apart))
         half = 2.0 * float(np.sqrt(hac_covariance(thin, rest)[0, 0]))
         if abs(change) > max(half, CHANGES):
-            yield Notice(
-                f"axis {axis.name}: friction {'rises' if change > 0 else 'falls'} by {abs(change):.1%} (± {half:.1%}) "
-                f"over the circle at {record.feed * 1e3:g} mm/s: its mean is found, and a circle that begins colder or "
-                "warmer may be no better than before. Run the axis warm, and record again",
-                "friction-drifts", "doubt",
-            )  # fmt: skip
+            feed = Estimate(record.feed, "m/s")
+            yield circle.CIRCLE_DRIFTS.found(f"axis {axis.name}", change=change, size=abs(change), half=half, feed=feed)
 
 
 def groups_alike(found: Fitted) -> list[list[int]]:
@@ -178,8 +152,4 @@ def alike_warnings(axis: Axis, found: Fitted, estimates: TunedEstimates) -> Iter
             half = HALF_WIDTH * max(float(slope @ covariance @ slope), 0.0) ** 0.5
             texts.append(f"{name} = {total:.4g} ({total * np.exp(-half):.4g} to {total * np.exp(half):.4g}){unit}")
         together.append(f"{', '.join(str(n + 1) for n in group)} together have {' and '.join(texts)}")
-    yield Notice(
-        f"axis {axis.name}: blocks slip at about one displacement, and circles do not tell what each of them has: "
-        f"{'; '.join(together)}, each of them what its interval says",
-        "blocks-alike", "note",
-    )  # fmt: skip
+    yield circle.BLOCKS_ALIKE.found(f"axis {axis.name}", together="; ".join(together))

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from fric.design.falling import falling_margin, hold_falling
+from fric.flaws import circle
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
 from fric.identify.circle.tuned import TunedAxis
@@ -60,21 +61,9 @@ def loop_warnings(axes: Mapping[str, TunedAxis]) -> Iterator[Notice]:
             continue
         cascade, margin, fed = one.axis.cascade, _margin(one), one.axis.nominal_friction.gain
         if one.loop:
-            observer = one.axis.observer
-            cutoff = "" if observer is None else f", observer {observer.q.cutoff:.3g} Hz"
-            cutoff += "" if fed == 1.0 else f"; {fed:.1%} of the friction is fed forward"
-            yield Notice(
-                f"axis {name}: the loop was designed anew to hold the falling branch of the Stribeck curve, which may "
-                f"now be {margin:.2g} times as steep: K_p {cascade.K_p:.4g}, K_i {cascade.K_i:.4g}, K_v "
-                f"{cascade.K_v:.4g}, velocity filter {cascade.velocity_filter:.4g} Hz{cutoff}",
-                "loop-designed", "note",
-            )  # fmt: skip
+            observer = None if one.axis.observer is None else one.axis.observer.q.cutoff
+            gains = {"K_p": cascade.K_p, "K_i": cascade.K_i, "K_v": cascade.K_v, "filter": cascade.velocity_filter}
+            share = 0.0 if fed == 1.0 else fed
+            yield circle.LOOP_DESIGNED.found(f"axis {name}", margin=margin, observer=observer, fed=share, **gains)
         elif margin < UNHELD:
-            more = ". --loop designs gains that hold it" if margin < GROWS else ""
-            yield Notice(
-                f"axis {name}: the loop does not hold the falling branch of the Stribeck curve (only one that is "
-                f"{margin:.2g} times as steep): behind a slow reversal, as at 10 mm/s, errors grow by themselves from "
-                "what the encoder does not show, furthest where the axis is ahead of its friction, of which only "
-                f"{fed:.1%} is fed forward therefore{more}",
-                "falling-friction", "note",
-            )  # fmt: skip
+            yield circle.FALLING_FRICTION.found(f"axis {name}", margin=margin, fed=fed, design=margin < GROWS)
