@@ -64,7 +64,7 @@ def test_runs_of_a_path_pass_through_their_file(tmp_path: Path) -> None:
 def test_a_path_on_which_no_axis_turns_is_told() -> None:
     run = run_path(MACHINE, PAPER_SCHEMES["a"], PointPath(*turned(10, 80), 0.05))
     assert run.contour.reversals == ()
-    assert "no axis reverses" in run.warnings[0]
+    assert [one.code for one in run.warnings] == ["no-reversal"]
 
 
 @pytest.mark.parametrize(
