@@ -23,24 +23,9 @@ from fric.documents.mapping import Channel, MappingDocument, filled
 from fric.errors import FricError
 from fric.io.likely import refuse_left_out
 from fric.io.readers.base import Table, plain_name
+from fric.io.words import EXACT, OF_MEANS
 from fric.units import Motion, factor, parse, si_unit
 
-SPOKEN = {"torque": "force", "voltage": "input", "t": "time"}
-"""What headers call a channel, beside its own name."""
-OF_MEANS = {
-    "mean velocity": "velocity",
-    "speed": "velocity",
-    "mean force": "force",
-    "mean torque": "force",
-    "std": "deviation",
-    "sd": "deviation",
-    "standard deviation": "deviation",
-    "standard error": "error",
-    "sem": "error",
-    "count": "n",
-    "samples": "n",
-}
-"""What headers of a table of forces and velocities call its columns besides."""
 Form = Literal["time", "response", "means"]
 """What a table holds: samples in time, a frequency response, or mean forces at velocities."""
 NEEDED: dict[Form, tuple[str, ...]] = {
@@ -203,7 +188,7 @@ def _of_file(table: Table, channels: Mapping[str, Channel], part: bool) -> dict[
 def _by_header(table: Table, kind: Kind | None) -> dict[str, Channel]:
     """Return the channels that the header names itself."""
     names = [plain_name(column.name) for column in table.columns]
-    spoken = [SPOKEN.get(name, name) for name in names]
+    spoken = [EXACT.get(name, name) for name in names]
     table_of_response = "magnitude" in spoken or (kind == "frequency-response" and "time" not in spoken)
     known = tuple(RESPONSE_DIMENSIONS) if table_of_response else CHANNELS
     means = [OF_MEANS.get(name, name) for name in spoken]

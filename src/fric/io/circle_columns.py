@@ -13,22 +13,13 @@ from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE
 from fric.identify.circle.revolutions import fit_circle
 from fric.io.channels import Origin, Plan, origin_of
 from fric.io.readers.base import Table
+from fric.io.words import ANGLES, ASKED, BESIDE, DEVIATIONS, DRIVEN, PUSHED, SENSED, TIME
 from fric.notice import Notice
 from fric.units import converts
 
 AXES = "xyz"
-ROLES = {
-    "reference": ("reference", "ref", "cmd", "command", "commanded", "demand", "set", "setpoint", "target", "nominal",
-                  "soll"),
-    "position": ("encoder", "enc", "actual", "act", "measured", "meas", "feedback", "fb", "position", "pos", "ist", ""),
-}  # fmt: skip
+ROLES = {"reference": ASKED, "position": SENSED}
 """What headers call reference and position of an axis; of several the first in this order is taken."""
-VOLTAGES = ("input", "voltage", "u", "control", "output", "command", "signal", "drive", "motor", "spannung", "")
-FORCES = ("force", "motor", "thrust", "drive", "kraft", "")
-BESIDE = frozenset({"position", "pos", "axis", "value", "lage", "achse", "wert"})
-"""Words that say nothing of a position's role beside one that does: an actual position is actual."""
-ANGLES = ("angle", "theta", "position angle", "winkel")
-DEVIATIONS = ("deviation", "radial deviation", "radial error", "radius deviation", "error", "abweichung")
 
 
 def circle_plan(
@@ -93,7 +84,7 @@ def _by_header(table: Table) -> dict[str, Channel]:
     found: dict[str, tuple[int, int]] = {}  # channel: rank, column
     names = [" ".join(re.split(r"[^0-9a-zµ]+", column.name.casefold())).strip() for column in table.columns]
     for n, (name, column) in enumerate(zip(names, table.columns, strict=True)):
-        if name in ("time", "t", "zeit", "tempo", "temps", "tiempo"):
+        if name == "t" or name in TIME:
             _keep(found, "time", 0, n)
         elif name in ANGLES and converts(column.unit, "angle"):
             _keep(found, "angle", 0, n)
@@ -123,10 +114,10 @@ def _by_role(found: dict[str, tuple[int, int]], axis: str, words: list[str], uni
         for role, known in ROLES.items():
             if all(word in known for word in of_role):
                 _keep(found, f"{axis}.{role}", known.index(of_role[0]), n)
-    elif converts(unit, "input") and all(word in VOLTAGES for word in words):
-        _keep(found, f"{axis}.input", min(map(VOLTAGES.index, words or [""])), n)
-    elif converts(unit, "force") and all(word in FORCES for word in words):
-        _keep(found, f"{axis}.force", min(map(FORCES.index, words or [""])), n)
+    elif converts(unit, "input") and all(word in DRIVEN for word in words):
+        _keep(found, f"{axis}.input", min(map(DRIVEN.index, words or [""])), n)
+    elif converts(unit, "force") and all(word in PUSHED for word in words):
+        _keep(found, f"{axis}.force", min(map(PUSHED.index, words or [""])), n)
 
 
 def _keep(found: dict[str, tuple[int, int]], channel: str, rank: int, n: int) -> None:

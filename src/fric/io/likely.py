@@ -6,28 +6,10 @@ from functools import cache
 
 from fric.columns import channel_dimension
 from fric.errors import FricError
+from fric.io import words
 from fric.io.readers.base import Column, Table, plain_name
 from fric.units import Motion, converts, is_unit
 
-WORDS = {
-    "error": ("error", "deviation", "diff", "difference", "fehler", "schleppabstand", "abweichung",
-              "errore", "scostamento", "erreur", "écart"),  # no channel
-    "time": ("time", "zeit", "timestamp", "clock", "tempo", "temps", "tiempo"),
-    "reference": ("reference", "ref", "setpoint", "set point", "set", "target", "soll", "sollwert", "demand", "desired",
-                  "commanded", "command", "cmd", "riferimento", "consigne", "référence", "consigna", "referencia"),
-    "position": ("position", "pos", "weg", "lage", "winkel", "angle", "displacement", "travel", "encoder",
-                 "posizione", "spostamento", "déplacement", "posición", "posicion"),
-    "velocity": ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehzahl", "velocità", "vitesse",
-                 "velocidad"),
-    "force": ("force", "torque", "trq", "frc", "friction", "kraft", "moment", "drehmoment", "reibung", "forza",
-              "coppia", "attrito", "fuerza"),
-    "input": ("input", "voltage", "volt", "spannung", "control signal", "tensione"),
-}  # fmt: skip
-"""Words of a name that tell a channel, in the order in which they are asked: a reference position is a reference.
-
-Where a word means another thing in English (tension, couple), the unit tells."""
-ALONE = {"t": "time", "z": "position", "x": "position", "q": "position", "v": "velocity", "f": "force", "u": "input"}
-"""Names of one letter."""
 ASKED = ("force", "position", "velocity")
 """Channels that are asked about, where a column that looks like one would be left out."""
 MOTIONS: tuple[Motion, ...] = ("linear", "rotary")
@@ -40,10 +22,10 @@ def named_as(column: Column) -> str | None:
     alone = column.name.removesuffix(f"_{column.unit}")
     parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", alone)  # ActPos is an actual position
     name = re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
-    for channel, words in WORDS.items():
-        if any(re.search(_pattern(word, channel), name) for word in words):
+    for channel, known in words.CHANNELS.items():
+        if any(re.search(_pattern(word, channel), name) for word in known):
             return channel
-    return ALONE.get(name)
+    return words.LETTERS.get(name)
 
 
 @cache
@@ -61,9 +43,9 @@ def axis_of(*names: str) -> str | None:
     """
     found = set()
     for name in names:
-        words = re.sub(r"[\W_]+", " ", plain_name(name)).split()
+        parts = re.sub(r"[\W_]+", " ", plain_name(name)).split()
         found |= (
-            {word for word in (words[0], words[-1]) if len(word) == 1 and word in AXES} if len(words) > 1 else set()
+            {word for word in (parts[0], parts[-1]) if len(word) == 1 and word in AXES} if len(parts) > 1 else set()
         )
     return found.pop() if len(found) == 1 else None
 
