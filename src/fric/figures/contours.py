@@ -21,21 +21,11 @@ BEFORE, AFTER = 5.0, 25.0
 
 @dataclass(frozen=True, eq=False)
 class SchemeContour:
-    """What one scheme leaves of a contour.
-
-    Parameters
-    ----------
-    scheme
-        The scheme.
-    place
-        Angle on the circle [rad], or station along the path [m], shape (n,).
-    error
-        Contour error there [m], outwards positive, shape (n,).
-    """
+    """What one scheme leaves of a contour."""
 
     scheme: Scheme
-    place: Real
-    error: Real
+    place: Real  # angle on the circle [rad], or station along the path [m], shape (n,)
+    error: Real  # contour error there [m], outwards positive, shape (n,)
 
 
 def scheme_look(n: int, scheme: Scheme) -> dict[str, Any]:

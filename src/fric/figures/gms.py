@@ -21,27 +21,13 @@ Scale = tuple[float, str]
 
 @dataclass(frozen=True, eq=False)
 class Virgin:
-    """What is drawn of a virgin curve: of a fit, or of a document with the logs that are there.
-
-    Parameters
-    ----------
-    motion
-        Linear or rotary.
-    level
-        Force that the unit is chosen by [N].
-    model
-        The curve of the blocks [N over m], with its band where there is one.
-    knots, at_knots
-        Slip displacement of each block, increasing [m], and the force there [N], shape (N,).
-    measured
-        The curve of the records; None where there are none.
-    """
+    """What is drawn of a virgin curve: of a fit, or of a document with the logs that are there."""
 
     motion: Motion
-    level: float
-    model: Band
-    knots: Real
-    at_knots: Real
+    level: float  # force that the unit is chosen by [N]
+    model: Band  # the curve of the blocks [N over m]
+    knots: Real  # slip displacement of each block, increasing [m], shape (N,)
+    at_knots: Real  # the force there [N], shape (N,)
     measured: VirginCurve | None = None
 
 

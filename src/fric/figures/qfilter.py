@@ -15,28 +15,14 @@ from fric.figures.views import view
 
 @dataclass(frozen=True, eq=False)
 class QReach:
-    """What is drawn of a Q: of a design, or of an observer's document with the response that is there.
-
-    Parameters
-    ----------
-    q
-        The chosen Q.
-    robust, sensitive
-        The largest Q by eq. (8), and by the peak sensitivity; None where nothing limits it.
-    touches
-        Frequencies [Hz] and |Delta| where a limit is reached, for each limit that tells them.
-    perturbation
-        Delta; None where it is not known.
-    top
-        Highest frequency drawn [Hz].
-    """
+    """What is drawn of a Q: of a design, or of an observer's document with the response that is there."""
 
     q: QFilter
-    robust: QFilter | None
-    sensitive: QFilter | None
-    touches: Sequence[tuple[float, float]]
+    robust: QFilter | None  # the largest by eq. (8); None where nothing limits it
+    sensitive: QFilter | None  # the largest by the peak sensitivity; None where nothing limits it
+    touches: Sequence[tuple[float, float]]  # frequency [Hz] and |Delta| where a limit is reached
     perturbation: Perturbation | None
-    top: float
+    top: float  # highest frequency drawn [Hz]
 
 
 @view("q", of="ObserverDesign", usual=True)

@@ -18,48 +18,24 @@ _VELOCITY_SCALES = {"linear": (1e3, "mm/s"), "rotary": (1.0, "rad/s")}
 
 @dataclass(frozen=True, eq=False)
 class MapBranches:
-    """A map as it was fitted, for both directions or for one.
+    """A map as it was fitted, for both directions or for one, and its offset [N]."""
 
-    Parameters
-    ----------
-    sign
-        1 for the map of both directions or of the positive one, -1 for that of the negative one.
-    branches
-        Force as it was logged over velocity [N over m/s], a curve a direction.
-    size
-        Force in the direction of motion, the offset taken off, over speed [N over m/s].
-    left_out
-        Velocity [m/s] and force [N] of strokes that were not fitted, shape (n, 2).
-    offset
-        Offset of the force [N].
-    """
-
-    sign: int
-    branches: Sequence[Band]
-    size: Band
-    left_out: Sequence[tuple[float, float]] = ()
+    sign: int  # 1 for both directions or the positive one, -1 for the negative one
+    branches: Sequence[Band]  # force as it was logged over velocity [N over m/s], a curve a direction
+    size: Band  # force in the direction of motion, the offset taken off, over speed [N over m/s]
+    left_out: Sequence[tuple[float, float]] = ()  # velocity [m/s] and force [N] of strokes that were not fitted
     offset: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class FrictionMap:
-    """What is drawn of a friction-velocity map: of a fit, or of a document with the logs that are there.
-
-    Parameters
-    ----------
-    motion
-        Linear or rotary.
-    maps
-        The map, or one for each direction.
-    velocity, force, half
-        Measured strokes [m/s], [N], and half of their 95 % intervals [N], shape (n,).
-    """
+    """What is drawn of a friction-velocity map: of a fit, or of a document with the logs that are there."""
 
     motion: Motion
-    maps: Sequence[MapBranches]
-    velocity: Real
-    force: Real
-    half: Real
+    maps: Sequence[MapBranches]  # one, or one a direction
+    velocity: Real  # of measured strokes [m/s], shape (n,)
+    force: Real  # [N], shape (n,)
+    half: Real  # half of their 95 % intervals [N], shape (n,)
 
     def scales(self) -> tuple[float, str, float, str]:
         """Return factor and unit of velocity and of force, in which people read them."""

@@ -30,37 +30,16 @@ CYCLE_POINTS = 1500
 
 @dataclass(frozen=True, eq=False)
 class FrictionCurves:
-    """What can be drawn of the friction of one axis.
+    """What can be drawn of the friction of one axis."""
 
-    Parameters
-    ----------
-    maps
-        The static map of both directions (``both``), or of each (``positive``, ``negative``), force over speed in the
-        direction of motion.
-    points
-        Measured strokes, with the offset of the force channel taken off.
-    fitted
-        True where the map's band is that of its fit, by its covariance; else it is from the intervals alone.
-    virgin
-        The virgin curve of the GMS model.
-    measured_virgin
-        That of the logs.
-    knots
-        Slip displacement of each block [m] and the force there [N].
-    hysteresis
-        Pre-sliding cycles.
-    notes
-        Why something is not drawn.
-    """
-
-    maps: Mapping[str, Band]
-    points: tuple[SpeedPoint, ...] = ()
-    fitted: bool = False
-    virgin: Band | None = None
-    measured_virgin: VirginCurve | None = None
-    knots: tuple[Real, Real] | None = None
+    maps: Mapping[str, Band]  # ``both``, or ``positive`` and ``negative``: force over speed in the direction of motion
+    points: tuple[SpeedPoint, ...] = ()  # measured strokes, the offset of the force channel taken off
+    fitted: bool = False  # whether the map's band is by the covariance of its fit, not by the intervals alone
+    virgin: Band | None = None  # of the GMS model
+    measured_virgin: VirginCurve | None = None  # of the logs
+    knots: tuple[Real, Real] | None = None  # slip displacement of each block [m], and the force there [N]
     hysteresis: tuple[ReplayedCycle, ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # why something is not drawn
 
 
 def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:

@@ -12,34 +12,16 @@ from fric.units import readable
 
 @dataclass(frozen=True)
 class MeasuredView:
-    """What is told of one measured circle.
-
-    Parameters
-    ----------
-    title, source, scheme
-        What was measured, its file, and the scheme that is predicted; empty without a prediction.
-    agrees
-        Whether all quadrants are as predicted; None without a prediction.
-    glitch
-        The largest glitch that was measured [m].
-    tables
-        Glitches, and geometry.
-    warnings
-        What the circle cannot tell, and what does not agree.
-    picture
-        The figure of `fric diagnose`.
-    further
-        What other figures there are of it.
-    """
+    """What the page says of one measured circle."""
 
     title: str
     source: str
-    scheme: str
-    agrees: bool | None
-    glitch: float
+    scheme: str  # that is predicted; empty without a prediction
+    agrees: bool | None  # whether all quadrants are as predicted; None without a prediction
+    glitch: float  # the largest that was measured [m]
     tables: Sequence[Table]
     warnings: Sequence[Notice]
-    picture: Drawn
+    picture: Drawn  # the figure of `fric diagnose`
     further: Sequence[Drawn]
 
 

@@ -36,19 +36,7 @@ POINTS = 1500
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure of the page.
-
-    Parameters
-    ----------
-    id
-        Its id in the page.
-    title, caption
-        What is written above and below it.
-    alt
-        What it shows, for those who do not see it.
-    figure
-        The figure.
-    """
+    """A figure of the page, what is written above and below it, and what it shows, for those who do not see it."""
 
     id: str
     title: str
