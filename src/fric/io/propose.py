@@ -10,10 +10,10 @@ import numpy as np
 from fric.columns import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, KINDS, channel_dimension
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError, printable
-from fric.io.channels import OF_MEANS
 from fric.io.likely import MOTIONS, axis_of, looking_like, measures, named_as
 from fric.io.readers import tables
 from fric.io.readers.base import Column, Table, plain_name
+from fric.io.words import OF_MEANS
 from fric.output import staged
 from fric.units import Motion, converts, si_unit
 
