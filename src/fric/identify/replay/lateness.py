@@ -94,13 +94,13 @@ def moved_back(records: Sequence[Prepared], late: Mapping[str, Estimate]) -> tup
 
 
 def one_lag(late: Mapping[str, Estimate], clear: float) -> bool:
-    """Return whether lags [s] are one, to within their intervals, and its mean over so many of its half-widths.
+    """Return whether lags [s] are the same to within their intervals, and their mean over so many half-widths of it.
 
-    What differs between records is no lag. At 0 half-widths, that is before any look, nothing is asked of it.
+    What differs between records is no lag.
     """
     every = list(late.values())
-    if not every or not clear:
-        return bool(every)
+    if not every:
+        return False
     same = all(abs(float(a) - float(b)) <= np.hypot(a.half_width, b.half_width) for a, b in combinations(every, 2))
     return same and abs(float(mean := mean_lag(every))) > clear * mean.half_width
 
