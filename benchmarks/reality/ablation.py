@@ -84,10 +84,12 @@ class Earned:
     name: str
     changed: tuple[str, ...]
     """Machines on which a number or a warning is another than with everything."""
+    intervals: tuple[int, int]
+    """Intervals, with everything and without it: a map for each direction has twice as many."""
     covered: tuple[int, int]
-    """Intervals that hold the truth, with everything and without it."""
+    """Those that hold the truth, with everything and without it."""
     silent: tuple[int, int]
-    """Intervals that do not, and no warning says so, with everything and without it."""
+    """Those that do not, while no warning says so, with everything and without it."""
     width: float
     """Median ratio of the widths of the intervals, without it to with everything."""
     codes: Mapping[str, int]
@@ -103,7 +105,7 @@ def earned(sessions: Iterable[Mapping[str, Any]]) -> list[Earned]:
     for name in NAMES[1:]:
         both = [(machine, seed, given[ALL], given[name]) for machine, seed, given in held if name in given]
         counts = [[_counts(machine, seed, step) for step in pair] for machine, seed, *pair in both]
-        covered, silent = np.sum(counts, axis=0).T if counts else np.zeros((2, 2))
+        total, covered, silent = np.sum(counts, axis=0).T if counts else np.zeros((3, 2), int)
         codes: Counter[str] = Counter()
         for _, _, whole, without in both:
             codes.update(_told(without))
@@ -111,19 +113,19 @@ def earned(sessions: Iterable[Mapping[str, Any]]) -> list[Earned]:
         widths = [ratio for _, _, *pair in both for ratio in _widths(*pair)]
         found.append(Earned(
             name, tuple(dict.fromkeys(machine for machine, _, a, b in both if a.as_dict() != b.as_dict())),
-            (int(covered[0]), int(covered[1])), (int(silent[0]), int(silent[1])),
+            *((int(whole), int(without)) for whole, without in (total, covered, silent)),
             float(np.median(widths)) if widths else 1.0, {code: n for code, n in codes.items() if n},
         ))  # fmt: skip
     return found
 
 
-def _counts(machine: str, seed: int, step: Step) -> tuple[int, int]:
-    """Return how many intervals hold the truth, and how many do not while nothing says so."""
+def _counts(machine: str, seed: int, step: Step) -> tuple[int, int, int]:
+    """Return how many intervals there are, how many hold the truth, and how many do not while nothing says so."""
     steps = {"plant": Step(), "static": step}
     row = Row(machine, (Outcome(machine, seed, steps, None),))
     names = row.names("static")
     covered = [row.covered("static", name) > 0 for name in names]
-    return sum(covered), sum(row.holds("static", name) == 0 for name in names)
+    return len(names), sum(covered), sum(row.holds("static", name) == 0 for name in names)
 
 
 def _told(step: Step) -> set[str]:
@@ -140,11 +142,14 @@ def _widths(whole: Step, without: Step) -> Iterable[float]:
 HEADING = "## What each correction earns"
 
 HEAD = """
-The same strokes, with one thing left out of `identify static` at a time ({seeds} seeds of {machines}): the machines on
-which a number or a warning changes; how many intervals hold the truth with everything, and without it; how many do not
-while no warning names the flaw; the median width of the intervals without it over that with everything; and in how many
-sessions more, or fewer, a warning comes of severity *doubt* or *wrong*. `python -m benchmarks.reality.ablation --write
-docs/reality.md` writes this section.
+The same strokes, with one thing left out of `identify static` at a time: the machines on which a number or a warning
+changes; how many intervals hold the truth with everything, and without it; how many do not while no warning names the
+flaw; the median width of the intervals without it over that with everything; and in how many sessions more, or fewer,
+a warning comes of severity *doubt* or *wrong*. What changes nothing on these machines corrects what none of them has
+(a spring along the axis, a stroke that went wrong, another shape of the fall), and is kept for the records of the tests
+that have it. `python -m benchmarks.reality.ablation --write docs/reality.md` writes this section.
+
+Made with {seeds} seeds of {machines}.
 
 | left out | changes | hold the truth | silent | width | warnings |
 |---|---|---|---|---|---|
@@ -158,8 +163,9 @@ def section(sessions: Sequence[Mapping[str, Any]]) -> str:
     lines = []
     for one in earned(sessions):
         codes = ", ".join(f"{code} {n:+d}" for code, n in sorted(one.codes.items(), key=lambda item: item[1]))
+        held = (f"{some} of {total}" for some, total in zip(one.covered, one.intervals, strict=True))
         cells = [
-            one.name, ", ".join(f"`{machine}`" for machine in one.changed) or "none", "{} → {}".format(*one.covered),
+            one.name, ", ".join(f"`{machine}`" for machine in one.changed) or "none", " → ".join(held),
             "{} → {}".format(*one.silent), f"{one.width:.2f}", codes or "none",
         ]  # fmt: skip
         lines.append("| " + " | ".join(cells) + " |")

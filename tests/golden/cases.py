@@ -98,7 +98,7 @@ def bundled(golden: Golden) -> None:
     for model in ("dahl", "lugre", *(() if golden.quick else ("leuven", "maxwell-slip"))):
         keep(f"bundled/model/{model}", partial(fric.identify_model, model, PRESLIDING, **given))
     models = "dahl,lugre" if golden.quick else "all"
-    keep("bundled/compare", partial(fric.compare, PRESLIDING, models=models, cycles=3, **given))
+    keep("bundled/compare", partial(fric.compare, PRESLIDING, models=models, cycles=3, plant=plant))
     controller = keep("bundled/controller", partial(fric.design_controller, plant))
     keep("bundled/observer", partial(fric.design_observer, plant, RESPONSE, controller=controller))
     for block in ("sliding-mode", "two-dof", "repetitive", "kalman", "adaptive"):

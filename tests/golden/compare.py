@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 TINY = 1e-300
+NOTICES = {"codes", "warnings_coded"}
+"""Keys of lists whose order is free."""
 
 
 def differences(before: Path, after: Path, within: float) -> Iterator[str]:
@@ -33,7 +35,8 @@ def _apart(a: Any, b: Any, within: float, where: str, scale: float = 0.0) -> Ite
     if isinstance(a, dict) and isinstance(b, dict):
         for key in sorted(a.keys() | b.keys()):
             if key in a and key in b:
-                yield from _apart(a[key], b[key], within, f"{where}.{key}")
+                pair = (sorted(one[key], key=str) if key in NOTICES else one[key] for one in (a, b))
+                yield from _apart(*pair, within, f"{where}.{key}")
             else:
                 yield f"{where}.{key}: {'gone' if key in a else 'new'}"
     elif isinstance(a, list) and isinstance(b, list) and len(a) == len(b):

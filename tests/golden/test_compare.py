@@ -6,7 +6,11 @@ import pytest
 
 from tests.golden.compare import differences
 
-DOCUMENT = {"F_c": {"value": 60.0, "ci95": [59.0, None]}, "matrix": [[1.0, 1e-12]], "codes": [["fall-open", "doubt"]]}
+DOCUMENT = {
+    "F_c": {"value": 60.0, "ci95": [59.0, None]},
+    "matrix": [[1.0, 1e-12]],
+    "codes": [["one-speed", "doubt"], ["fall-open", "doubt"]],
+}
 
 
 @pytest.fixture
@@ -29,7 +33,8 @@ def compared(tmp_path):
         ({"F_c": {"value": 60.0}}, [".F_c.ci95"]),
         ({"matrix": [[1.0, 2e-12]]}, []),  # beside the largest number of its row it is rounding
         ({"matrix": [[1.0]]}, [".matrix[0]"]),
-        ({"codes": [["fall-open", "wrong"]]}, [".codes[0][1]"]),
+        ({"codes": [["fall-open", "doubt"], ["one-speed", "doubt"]]}, []),
+        ({"codes": [["one-speed", "doubt"], ["fall-open", "wrong"]]}, [".codes[0][1]"]),
     ],
 )
 def test_each_difference_beyond_rounding_is_told(compared, changed, told):

@@ -32,4 +32,6 @@ def test_what_is_counted_is_what_the_sessions_say():
     assert (settling.covered, settling.silent) == ((1, 0), (0, 0))  # this machine's flaw is named
     assert place.width == pytest.approx(0.1)
     assert (swing.changed, swing.covered, swing.width) == ((), (1, 1), 1.0)
-    assert "| place | `cogging` | 1 → 0 | 0 → 1 | 0.10 | strokes-scatter +1 |" in section([session(place=narrow)])
+    assert "| place | `cogging` | 1 of 1 → 0 of 1 | 0 → 1 | 0.10 | strokes-scatter +1 |" in section(
+        [session(place=narrow)]
+    )
