@@ -147,6 +147,18 @@ int size(void) {{ return (int)sizeof({self.name}_t); }}
 bool fault(const {self.name}_t *self);
 bool fault(const {self.name}_t *self) {{ return self->fault; }}
 """
+        if one.role == "machine":
+            driver += f"""
+void positions(int n, const double *volts, double dt, double *position);
+void positions(int n, const double *volts, double dt, double *position) {{
+    {self.name}_t self;
+    {self.name}_reset(&self, 0);
+    for (int i = 0; i < n; ++i) {{
+        {self.name}_step(&self, ({real})volts[i], ({real})dt);
+        position[i] = (double)self.position;
+    }}
+}}
+"""
         (folder / "driver.c").write_text(driver)
         library = folder / f"{self.name}{single}.so"
         words = [compiler, *STRICT, "-shared", "-fPIC", str(folder / "driver.c"), "-o", str(library), "-lm"]
@@ -162,6 +174,14 @@ bool fault(const {self.name}_t *self) {{ return self->fault; }}
         force = np.empty(len(dz))
         self.library.forces(len(dz), np.ascontiguousarray(dz), np.ascontiguousarray(v), 1 / SAMPLING, force)
         return force
+
+    def positions(self, volts: np.ndarray) -> np.ndarray:
+        """Positions of a machine [m] from rest, each after a sample of the voltage [V]."""
+        array = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
+        self.library.positions.argtypes = [ctypes.c_int, array, ctypes.c_double, array]
+        position = np.empty(len(volts))
+        self.library.positions(len(volts), np.ascontiguousarray(volts), 1 / SAMPLING, position)
+        return position
 
     def reset(self, *position: float) -> None:
         getattr(self.library, f"{self.name}_reset")(self.memory, *(self.real(one) for one in position))

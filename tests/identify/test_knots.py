@@ -1,12 +1,14 @@
 """Slip blocks from the virgin curve."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fric import FricError
-from fric.identify.gms.knots import Blocks, blocks_from_knots, choose_blocks, fit_blocks
+from fric.identify.gms.knots import BARE, Blocks, blocks_from_knots, choose_blocks, fit_blocks
 from fric.identify.gms.virgin_curve import VirginCurve
 from tests.identify.presliding import APART, TABLE_1
 
@@ -63,6 +65,23 @@ def test_the_criterion_finds_their_number(count):
     choice = choose_blocks(exact(true, 3 * true.displacement[-1], noise=0.3), most=5)
     assert len(choice.blocks) == count
     assert f"{count} blocks" in choice.reason
+
+
+@pytest.mark.parametrize(("worth", "count"), [(0.75, 2), (1.25, 3)])
+def test_a_block_is_taken_where_it_explains_more_than_its_two_parameters_cost(worth, count):
+    """By Schwarz's criterion a parameter costs ``ln n``, and a bare mention more decides.
+
+    The third block is real and weak; the scatter says what it explains. With half the cost, or twice, one of the two
+    choices is another.
+    """
+    true = Blocks(np.array([66e6, 4e6, 0.4e6]), np.array([1e-6, 20e-6, 50e-6]))
+    curve = exact(true, 150e-6)
+    missed = np.sum((curve.force - fit_blocks(curve, 2)(curve.displacement)) ** 2)
+    cost = 2 * np.log(len(curve.force)) + BARE
+    scatter = np.sqrt(missed / (worth * cost))
+    assert scatter > 10 * 0.005 * curve.level  # far above how well friction repeats
+    noisy = replace(curve, band=np.full(len(curve.force), 2 * scatter))
+    assert len(choose_blocks(noisy, most=4).blocks) == count
 
 
 def test_the_criterion_gives_three_for_table_1_and_says_why():
