@@ -390,7 +390,7 @@ def test_sentences_name_their_values_and_read_as_sentences() -> None:
 
 
 def test_every_flaw_is_found_somewhere() -> None:
-    """By its name, or (where a room is not converted yet) by its code."""
+    """By its name, or by its code."""
     root = Path(decide.__file__).parents[1]
     files = [path for path in root.rglob("*.py") if path.parent.name != "flaws"]
     tree = [node for path in files for node in ast.walk(ast.parse(path.read_text("utf-8")))]
@@ -400,18 +400,11 @@ def test_every_flaw_is_found_somewhere() -> None:
     for code in CATALOGUE:
         if not code.startswith(("implausible-", "unusual-")):
             found = names & {code, code.replace("-", "_").upper(), RENAMED.get(code, code)}
-            assert bool(found) != (code in NOT_YET), code
+            assert found, code
 
 
 RENAMED = {"parameter-untold": "PARAMETER_UNSEEN"}
 """Codes whose constants have another name."""
-NOT_YET = [
-    "force-along-axis",
-    "F_s-at-bound",
-    "strokes-settling",
-    "sigma-in-A",
-]
-"""Codes that rooms which are not converted yet still say under another one."""
 
 
 def test_what_is_said_of_a_flaw_elsewhere_is_asked_of_the_catalogue() -> None:

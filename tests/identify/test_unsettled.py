@@ -46,14 +46,14 @@ def test_what_is_left_of_the_settling_is_taken_off_and_told(C: float, gravity: f
     plain = [abs(p.force - gravity) for p in stroke_points(strokes(0, C, gravity=gravity))[0] if p.velocity > 6e-3]
     assert min(plain) > 80.9  # what a stroke's mean shows: MAP has 81.4 at most, less of it
     for fit in fits:
-        notice = next(w for w in fit.warnings if w.code == "strokes-unsettled")
+        notice = next(w for w in fit.warnings if w.code == "strokes-settling")
         assert notice.severity == ("doubt" if C == 700.0 else "note")
 
 
 def test_strokes_that_have_settled_are_left_alone() -> None:
     logs = strokes(1, 9600.0)
     fit = identify_static(logs)
-    assert "strokes-unsettled" not in {w.code for w in fit.warnings}
+    assert not {"strokes-unsettled", "strokes-settling"} & {w.code for w in fit.warnings}
     assert [p.force for p in fit.points] == [p.force for p in stroke_points(logs)[0]]
 
 

@@ -7,7 +7,6 @@ from typing import Literal
 import numpy as np
 
 from fric.estimate import Estimate
-from fric.flaws.base import SMALL as SMALL  # of the static map too
 from fric.flaws.channel import FORCE_CLIPPED, FORCE_COARSE, INPUT_CLIPPED
 from fric.flaws.clock import SAMPLES_LOST, SAMPLING_JITTERS
 from fric.flaws.drift import FORCE_DRIFTS

@@ -10,15 +10,17 @@ from dataclasses import replace
 import numpy as np
 
 from fric.arrays import Real
-from fric.identify.records.flaws import SMALL, coarse_force
+from fric.flaws.base import SMALL
+from fric.flaws.place import FORCE_ALONG_AXIS
+from fric.flaws.static_map import STICKS, STROKES_SWING
+from fric.identify.records.flaws import coarse_force
 from fric.identify.records.over_strokes import along_axis, over_place
 from fric.identify.static_map.place import place
-from fric.identify.static_map.points import STICKS, SpeedPoint, force_step, logs_of_strokes, rounded_by
+from fric.identify.static_map.points import SpeedPoint, force_step, logs_of_strokes, rounded_by
 from fric.identify.static_map.settling import settling
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.identify.static_map.strokes import Correction, Strokes
 from fric.log import Log
-from fric.notice import Notice
 
 
 def slope(strokes: Strokes) -> Correction | None:
@@ -49,13 +51,9 @@ def slope(strokes: Strokes) -> Correction | None:
             moved[0, number] = half * (float(at.mean()) - middle)
         return moved
 
-    says = strokes.asked.says
-    text = (
-        f"the force rises along the axis by {says(rises * (high - low), 'force')} over the "
-        f"{says(high - low, 'position')} of the strokes, as a spring, a cable, a balance or a tilt makes it: "
-        f"it is taken off, and the offset is that at {says(middle, 'position')}"
-    )
-    return Correction(records=records, together=together, notices=[Notice(text, "force-over-position", "note")])
+    of, over = strokes.asked.of, high - low
+    values = {"rises": of(rises * over, "force"), "length": of(over, "position"), "middle": of(middle, "position")}
+    return Correction(records=records, together=together, notices=[FORCE_ALONG_AXIS.found(**values)])
 
 
 def swing(strokes: Strokes) -> Correction | None:
@@ -68,13 +66,10 @@ def swing(strokes: Strokes) -> Correction | None:
         size = np.array([point.swing for point in points])
         return replace(problem, swing=size) if problem.fall and np.any(size > 0) else problem
 
-    says, speeds = strokes.asked.says, sorted(abs(p.velocity) for p in swings)
+    speeds = [strokes.asked.of(v, "velocity") for v in sorted(abs(p.velocity) for p in swings)]
     most = max(p.swing for p in swings)
-    return Correction(into=into, notices=[Notice(
-        f"the velocity of {len(swings)} strokes swings by up to {most:.0%} (rms) between {says(speeds[0], 'velocity')} "
-        f"and {says(speeds[-1], 'velocity')}: what averaging over a falling curve does to their forces is allowed for"
-        + ("; some stick and slip" if most > STICKS else ""), "strokes-swing", "doubt" if most > STICKS else "note",
-    )])  # fmt: skip
+    found = {"strokes": len(swings), "most": most, "slowest": speeds[0], "fastest": speeds[-1]}
+    return Correction(into=into, notices=[STROKES_SWING.found(**found, sticks=most > STICKS)])
 
 
 def rounding(strokes: Strokes) -> Correction | None:

@@ -14,6 +14,9 @@ from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
+from fric.flaws.channel import FORCE_TURNED, ONE_DIRECTION
+from fric.flaws.drift import OFFSET_SHARED
+from fric.flaws.static_map import ONE_SPEED
 from fric.identify.records.flaws import record_flaws, stroke_flaws
 from fric.identify.static_map.averages import Average
 from fric.identify.static_map.corrections import AT_ANY_SPEED, OF_A_MAP, corrected
@@ -132,16 +135,9 @@ def _both_directions(strokes: Strokes, fit: MapFit) -> tuple[MapFit, None, list[
     """Return the map of both directions, and what there is to say of it."""
     asked, v, force, notices = strokes.asked, strokes.velocity, strokes.force, list[Notice]()
     if not strokes.both_directions and asked.load is None:
-        notices.append(Notice(
-            "only one direction was measured: an offset of the force channel cannot be told from Coulomb "
-            "friction, and 0 is assumed. Log strokes in both directions.", "one-direction", "doubt",
-        ))  # fmt: skip
+        notices.append(ONE_DIRECTION.found())
     elif asked.plant is None and asked.load is None and np.median(force[v > 0]) < np.median(force[v < 0]):
-        notices.append(Notice(
-            "forward strokes took less force than backward ones: by these signs friction drives the axis, and "
-            "this map means nothing. Turn the force's `sign:` in the mapping and ingest again.",
-            "force-turned", "wrong",
-        ))  # fmt: skip
+        notices.append(FORCE_TURNED.found())
     if asked.load is not None:
         fit = replace(fit, estimates={**fit.estimates, "offset": _known(asked.load, asked.motion)})
     return fit, None, [*notices, *damping_notices(fit), *map_notices(fit)]
@@ -152,12 +148,8 @@ def _each_direction(strokes: Strokes, fit: MapFit) -> tuple[MapFit, MapFit, list
     asked, notices = strokes.asked, list[Notice]()
     shared = fit.estimates["offset"] if asked.load is None else _known(asked.load, asked.motion)
     if asked.load is None:  # where more than the level differs, the level will too
-        notices.append(Notice(
-            f"what both directions share, {asked.says(float(shared), 'force')}, is the offset (gravity, "
-            "the bias of an amplifier) and no friction: strokes cannot tell it from a Coulomb friction that differs "
-            "between the directions; give --load where you know it",
-            "offset-shared", "wrong" if directions_differ(fit) else "note",
-        ))  # fmt: skip
+        differ = bool(directions_differ(fit))
+        notices.append(OFFSET_SHARED.found(offset=asked.of(float(shared), "force"), differ=differ))
     maps: list[MapFit] = []
     for name, sense in (("positive", 1.0), ("negative", -1.0)):
         found = fit_map(strokes.one_way(sense), sense * float(shared))
@@ -166,7 +158,7 @@ def _each_direction(strokes: Strokes, fit: MapFit) -> tuple[MapFit, MapFit, list
             for level in ("F_c", "F_s")
         }
         maps.append(replace(found, estimates={**found.estimates, **wider, "offset": shared}))
-        notices += (Notice(f"{name} direction: {text}", text.code, text.severity) for text in map_notices(maps[-1]))
+        notices += (notice.at(f"{name} direction") for notice in map_notices(maps[-1]))
     return maps[0], maps[1], notices
 
 
@@ -189,8 +181,7 @@ def _at_one_speed(strokes: Strokes, amiss: Sequence[Notice]) -> StaticFit:
         "velocity": Estimate(speed, si_unit("velocity", asked.motion)),
         "force": Estimate.around(float(np.mean(F)), si_unit("force", asked.motion), half),
     }
-    text = f"one speed alone was logged ({asked.says(speed, 'velocity')}): the friction there is given, and no map."
-    warnings = (*amiss, *strokes.notices, Notice(text, "one-speed", "doubt"))
+    warnings = (*amiss, *strokes.notices, ONE_SPEED.found(speed=asked.of(speed, "velocity")))
     method = f"mean of the strokes; average {asked.average}"
     first = strokes.records[0]
     return StaticFit(

@@ -6,14 +6,15 @@ from math import isinf, log
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from fric.estimate import Interval
+from fric.estimate import Estimate, Interval
+from fric.flaws import static_map as flaws
+from fric.flaws.drift import DIRECTIONS_DIFFER, FRICTION_AGES
 from fric.identify.plant.covariance import smoother_than_noise
 from fric.identify.static_map.map_fit import MapFit
+from fric.identify.static_map.points import SpeedPoint
 from fric.identify.static_map.scatter import REPEATED
 from fric.notice import Notice
 
-SCATTERED = 0.1
-"""Scatter between strokes, as a share of their force, from which on a map of speed is doubted."""
 TAKEN = 0.05
 """Share of the drive's damping that its plant may be off by, before the strokes contradict it."""
 DIFFERENT = 1e-3
@@ -33,8 +34,8 @@ def map_notices(fit: MapFit) -> Iterator[Notice]:
         yield from look(fit)
 
 
-def _slowest(fit: MapFit) -> str:
-    return fit.asked.says(float(np.abs(fit.problem.v).min()), "velocity")
+def _slowest(fit: MapFit) -> Estimate:
+    return fit.asked.of(np.abs(fit.problem.v).min(), "velocity")
 
 
 def _is_flat(fit: MapFit) -> bool:
@@ -44,37 +45,21 @@ def _is_flat(fit: MapFit) -> bool:
 
 def _fall(fit: MapFit) -> Iterator[Notice]:
     """Say where strokes do not show how friction falls with speed."""
-    says, slowest, theta = fit.asked.says, _slowest(fit), fit.solution.theta
-    speed = np.abs(fit.problem.v).min()
+    of, slowest, theta = fit.asked.of, _slowest(fit), fit.solution.theta
+    speed = float(slowest)
     if not fit.problem.fall:
         if "stribeck" in fit.held_out.errors:
-            plain, falling = (says(fit.held_out[form], "force") for form in ("coulomb", "stribeck"))
-            yield Notice(
-                f"friction is not seen to fall with speed down to {slowest}: Coulomb plus viscous friction predicts "
-                f"strokes that are held out to {plain}, eq. (2) to {falling}. F_s = F_c and v_s are assumed; to see "
-                "the fall log slower strokes, or force it with --form stribeck.", "fall-not-seen", "doubt",
-            )  # fmt: skip
+            plain, falling = (of(fit.held_out[form], "force") for form in ("coulomb", "stribeck"))
+            yield flaws.FALL_NOT_SEEN.found(slowest=slowest, plain=plain, falling=falling)
     elif _is_flat(fit):
-        yield Notice(
-            f"F_s sits at its bound F_c: friction does not fall with speed down to {slowest}; v_s means nothing here.",
-            "fall-not-seen", "doubt",
-        )  # fmt: skip
+        yield flaws.F_S_AT_BOUND.found(slowest=slowest)
     elif any(isinf(limit) or limit == 0.0 for name in ("F_s", "v_s") for limit in _interval(fit, name)):
-        yield Notice(
-            f"the data do not reach the Stribeck range: F_s and v_s are not settled by strokes from {slowest} up. "
-            "Log slower strokes.", "fall-open", "doubt",
-        )  # fmt: skip
+        yield flaws.FALL_OPEN.found(slowest=slowest)
     elif (seen := float(np.exp(-((float(speed) / theta["v_s"]) ** theta["delta"])))) < SEEN:
-        yield Notice(
-            f"{1 - seen:.0%} of the fall lies below the slowest stroke that was used ({slowest}): F_s is no more than "
-            f"how eq. (2) goes on from {says(float(fit.static_map.level(speed)), 'force')} there. Log slower strokes, "
-            "or a finer encoder.", "F_s-extrapolated", "wrong",
-        )  # fmt: skip
+        lowest = of(float(fit.static_map.level(speed)), "force")
+        yield flaws.F_S_EXTRAPOLATED.found(below=1 - seen, slowest=slowest, lowest=lowest)
     if not _is_flat(fit) and theta["F_c"] <= 0.0:
-        yield Notice(
-            "F_c ends at its bound of 0: the fall reaches beyond the fastest stroke. Log faster strokes, or take "
-            "Coulomb plus viscous friction with --form coulomb.", "F_c-at-bound", "wrong",
-        )  # fmt: skip
+        yield flaws.F_C_AT_BOUND.found()
 
 
 def _interval(fit: MapFit, name: str) -> Interval:
@@ -84,34 +69,22 @@ def _interval(fit: MapFit, name: str) -> Interval:
 def _ageing(fit: MapFit) -> Iterator[Notice]:
     """Say that F_s grows with the time of contact."""
     if (rise := fit.held_out.ages) is not None:
-        says = fit.asked.says
-        plain, ageing = (says(fit.held_out[form], "force") for form in ("stribeck", "ages"))
-        yield Notice(
-            f"static friction ages: it grows by {says(rise * log(10.0), 'force', 2)} with each tenfold of the "
-            f"time of contact (errors at strokes held out: {ageing} so, {plain} by eq. (2)). F_s is that of "
-            f"strokes down to {_slowest(fit)}, and too little for an axis that has "
-            "rested: log strokes as slow as it moves at work, and look at break-away after rests.",
-            "friction-ages", "wrong",
-        )  # fmt: skip
+        plain, ageing = (fit.asked.of(fit.held_out[form], "force") for form in ("stribeck", "ages"))
+        more = fit.asked.of(rise * log(10.0), "force")
+        yield FRICTION_AGES.found(rise=more, slowest=_slowest(fit), ageing=ageing, plain=plain)
 
 
 def _strokes(fit: MapFit) -> Iterator[Notice]:
     """Say which strokes were left out, and which weigh less."""
-    says = fit.asked.says
     if fit.left_out:
-        strokes = ", ".join(f"{p.record} ({says(p.velocity, 'velocity')})" for p in fit.left_out)
-        yield Notice(
-            f"left out, because they stand off all others: the strokes at {strokes}. Look at their records.",
-            "strokes-left-out", "doubt",
-        )  # fmt: skip
+        yield flaws.STROKES_LEFT_OUT.found(strokes=[_named(fit, one) for one in fit.left_out])
     if fit.standing_off:
-        strokes = ", ".join(f"{p.record} ({says(p.velocity, 'velocity')})" for p, _ in fit.standing_off)
-        most = says(max(by for _, by in fit.standing_off), "force", 2)
-        yield Notice(
-            f"the strokes at {strokes} stand off what all others show by up to {most}, and weigh by that: between "
-            "two counts of its encoder a slow axis may stick and slip unseen. Look at their records.",
-            "strokes-stand-off", "note",
-        )  # fmt: skip
+        most = fit.asked.of(max(by for _, by in fit.standing_off), "force")
+        yield flaws.STROKES_STAND_OFF.found(strokes=[_named(fit, one) for one, _ in fit.standing_off], most=most)
+
+
+def _named(fit: MapFit, point: SpeedPoint) -> str:
+    return f"{point.record} ({fit.asked.says(point.velocity, 'velocity')})"
 
 
 def _correlated(fit: MapFit) -> Iterator[Notice]:
@@ -126,7 +99,7 @@ def _correlated(fit: MapFit) -> Iterator[Notice]:
         if not {free[i], free[j]} & without and CORRELATED < abs(correlation[i, j]) <= 1.0 + 1e-9
     ]  # fmt: skip
     if pairs:
-        yield Notice(f"correlated, the data tell them apart badly: {', '.join(pairs)}.", "correlated", "note")
+        yield flaws.CORRELATED.found(pairs=pairs)
 
 
 def _scatter(fit: MapFit) -> Iterator[Notice]:
@@ -136,16 +109,8 @@ def _scatter(fit: MapFit) -> Iterator[Notice]:
     single = float(np.sum(fit.residual**2 / own)) if own.min() > 0 else np.inf
     if fit.between and chdtrc(problem.degrees_of_freedom, single) < 0.01:
         share = fit.between / float(np.median(np.abs(problem.F)))
-        text = (
-            f"strokes scatter by {fit.asked.says(fit.between, 'force', 2)} beyond their own noise; weights and "
-            "intervals allow for it."
-        )
-        if share > SCATTERED:
-            text += (
-                f" It is {share:.0%} of the force: friction that does not repeat, a play or an axis that hunts, is "
-                "no map of speed. Look at their records."
-            )
-        yield Notice(text, "strokes-scatter", "doubt" if share > SCATTERED else "note")
+        spread, large = fit.asked.of(fit.between, "force"), share > flaws.SCATTERED
+        yield flaws.STROKES_SCATTER.found(spread=spread, share=share, large=large)
 
 
 def _misfit(fit: MapFit) -> Iterator[Notice]:
@@ -154,14 +119,7 @@ def _misfit(fit: MapFit) -> Iterator[Notice]:
     smooth = smoother_than_noise((fit.residual / problem.standard_error)[np.argsort(problem.v)], -2.33)
     missed = 0.0 if smooth else _missed_both_ways(fit)
     if fit.rmse > 1e-6 * float(np.abs(problem.F).max()) and (smooth or missed):
-        by = fit.asked.says(missed, "force", 2)
-        shown = "they follow the speed" if smooth else f"both directions show the same at each speed, {by} (rms)"
-        changed = "" if smooth else ", or friction changed between them"
-        yield Notice(
-            f"the residuals are not noise, {shown}: eq. (2) does not describe these strokes wholly{changed}; "
-            "`method` in the file tells which forms were tried. Look at the figure.",
-            "residuals-follow-speed", "doubt",
-        )  # fmt: skip
+        yield flaws.RESIDUALS_FOLLOW_SPEED.found(smooth=smooth, missed=fit.asked.of(missed, "force"))
 
 
 def _missed_both_ways(fit: MapFit) -> float:
@@ -208,11 +166,7 @@ def directions_differ(fit: MapFit) -> Sequence[Notice]:
     most = float(np.max(np.abs(even @ found * problem.standard_error)))
     if fdtrc(2, n, ratio) > DIFFERENT or most < 0.01 * float(np.median(np.abs(problem.F))):
         return []
-    return [Notice(
-        f"the directions differ by more than an offset, by up to {fit.asked.says(2 * most, 'force', 2)}: this map is "
-        "that of neither. Identify again with --direction each, and with --load where you know the weight.",
-        "directions-differ", "wrong",
-    )]  # fmt: skip
+    return [DIRECTIONS_DIFFER.found(by=fit.asked.of(2 * most, "force"))]
 
 
 def damping_notices(fit: MapFit) -> Sequence[Notice]:
@@ -230,10 +184,7 @@ def damping_notices(fit: MapFit) -> Sequence[Notice]:
     at = [name for name, one in zip(problem.free, used, strict=True) if one].index("sigma")
     short = -theta["sigma"] - float(inverse[at] @ (fit.residual / problem.standard_error))
     error = float(np.hypot(2 * np.linalg.norm(inverse[at]), asked.damping_error))
-    words = asked.says(asked.damping, "viscous")
+    damping = asked.of(asked.damping, "viscous")
     if short > max(error, TAKEN * asked.damping):
-        beyond = asked.says(short, "viscous")
-        text = f"the drive's own damping of {words} that was taken off is {beyond} more than the strokes show: "
-        return [Notice(text + "is the plant's A or K_f too large?", "damping-too-large", "wrong")]
-    text = f"sigma is 0: the damping of {words} that was taken off with the plant's A holds the viscous friction too."
-    return [Notice(text, "A-holds-viscous", "note")]
+        return [flaws.DAMPING_TOO_LARGE.found(damping=damping, beyond=asked.of(short, "viscous"))]
+    return [flaws.SIGMA_IN_A.found(damping=damping)]

@@ -8,6 +8,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.flaws.static_map import ERRORS_OF_MEANS, RECORDS_WITHOUT_STROKE, ROWS_AT_REST, STICKS
 from fric.identify.records.chords import SHORTEST, travelled
 from fric.identify.records.resolution import lattice_step
 from fric.identify.records.segments import Segment, steady_segments
@@ -18,8 +19,6 @@ from fric.units import readable, si_unit
 
 SWINGS = 0.03
 """Root mean square of the velocity about its mean, over that mean, from which on a stroke counts as swinging."""
-STICKS = 0.6
-"""The same from which on it comes to rest between: its mean force is that of no velocity."""
 UNEVEN = 0.25
 """Share by which the halves of a stroke that ripples may differ in speed."""
 ENOUGH = 4096
@@ -90,10 +89,7 @@ def stroke_points(
             hint="Log strokes long enough to settle at constant velocity; `fric inspect` shows what is there.",
         )
     if without:
-        notices.append(Notice(
-            f"{len(without)} of {len(logs)} records give no stroke: {'; '.join(without)}",
-            "records-without-stroke", "doubt" if 4 * len(without) > len(logs) else "note",
-        ))  # fmt: skip
+        notices.append(RECORDS_WITHOUT_STROKE.found(without=len(without), records=len(logs), why="; ".join(without)))
     return sorted(points, key=lambda point: point.velocity), notices
 
 
@@ -236,8 +232,7 @@ def table_points(tables: Sequence[ForceVelocity], plant: Plant | None) -> tuple[
                 name = f"{table.name}, row {row + 1}"
                 points.append(SpeedPoint(float(v), float(F - damping * v), float(error), int(n), name, 0.0, 0.0))
         if still := int(np.count_nonzero(table.velocity == 0.0)):
-            text = f"{still} rows of '{table.name}' are at rest, where friction has no one value: they are left out"
-            notices.append(Notice(text, "rows-at-rest", "note"))
+            notices.append(ROWS_AT_REST.found(f"'{table.name}'", rows=still))
         notices += _error_notices(table)
     return points, notices
 
@@ -246,13 +241,10 @@ def _error_notices(table: ForceVelocity) -> list[Notice]:
     if table.error is not None:
         return []
     if table.deviation is None:
-        text = f"'{table.name}' tells no errors: the scatter of its means about the map is taken for them"
+        why = "it has no errors: the scatter of its means about the map is taken for them"
     elif table.n is None:
-        text = f"'{table.name}' tells deviations and no n: each is taken for the error of its mean, the most it can be"
+        why = "it has deviations and no n: each is taken for the error of its mean, the most it can be"
     else:
         most = readable(float(standard_errors(table).max()), table.unit("force"), 2)
-        text = (
-            f"'{table.name}': the errors of its means are deviation/√n, {most} at most, as if its samples were "
-            "independent; what they scatter beyond that is allowed for"
-        )
-    return [Notice(text, "errors-of-means", "note")]
+        why = f"the errors of its means are deviation/√n, {most} at most; what scatters beyond is allowed for"
+    return [ERRORS_OF_MEANS.found(f"'{table.name}'", why=why)]

@@ -13,11 +13,12 @@ from scipy.optimize import minimize_scalar
 from scipy.special import stdtrit
 
 from fric.arrays import Real
+from fric.flaws.static_map import STROKES_SETTLING, STROKES_UNSETTLED
 from fric.identify.plant.covariance import sandwich
 from fric.identify.static_map.averages import average
 from fric.identify.static_map.points import SpeedPoint
 from fric.identify.static_map.strokes import Correction, Strokes
-from fric.notice import Notice, Severity
+from fric.notice import Notice
 
 BATCHES, FEWEST = 96, 24
 """Batches that a stroke is looked at in, and samples that it has at least."""
@@ -29,8 +30,6 @@ VISIBLE = 0.5
 """Standard errors of a stroke's mean from which on what it is off by is worth taking off."""
 RISING = 0.1
 """Share of all that is taken off by which forces may rise: from break-away on they fall."""
-SMALL, LARGE = 0.01, 0.1
-"""Share of friction up to which what is taken off leaves no doubt, and from which on it is wrong."""
 
 
 class _Stroke(NamedTuple):
@@ -179,19 +178,16 @@ def _batched(strokes: Strokes) -> list[_Stroke]:
 
 
 def _notice(strokes: Strokes, taken: Real, speeds: list[float], shared: _Shared) -> Notice:
-    says, largest = strokes.asked.says, float(np.max(taken))
-    share = largest / strokes.size
-    severity: Severity = "note" if share < SMALL else "doubt" if share < LARGE else "wrong"
-    return Notice(
-        f"the force still settles in {len(taken)} strokes between {says(min(speeds), 'velocity', 2)} and "
-        f"{says(max(speeds), 'velocity', 2)}: up to {says(largest, 'force', 2)} is taken off their means, by an "
-        f"exponential of C = {says(float(np.exp(shared.log_C)), 'force rate', 2)} that all of them share. "
-        "Log longer strokes.", "strokes-unsettled", severity,
-    )  # fmt: skip
+    of, largest = strokes.asked.of, float(np.max(taken))
+    ends = {"slowest": of(min(speeds), "velocity"), "fastest": of(max(speeds), "velocity")}
+    C = of(float(np.exp(shared.log_C)), "force rate")
+    found = {"strokes": len(taken), "most": of(largest, "force"), "share": largest / strokes.size, "C": C}
+    return STROKES_SETTLING.found(**ends, **found)
 
 
 def _unsettled(strokes: Strokes) -> Correction | None:
     """Return what there is to say where nothing is taken off, and a force had not settled by half of its stroke."""
-    speeds = dict.fromkeys(strokes.asked.says(p.velocity, "velocity") for p in strokes.points if not p.settled)
-    text = f"the force had not settled by half of the strokes at {', '.join(speeds)}: log longer strokes."
-    return Correction(notices=[Notice(text, "strokes-unsettled", "doubt")]) if speeds else None
+    speeds = [
+        strokes.asked.of(v, "velocity") for v in dict.fromkeys(p.velocity for p in strokes.points if not p.settled)
+    ]
+    return Correction(notices=[STROKES_UNSETTLED.found(speeds=speeds)]) if speeds else None

@@ -9,6 +9,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.drive.plant import Plant
+from fric.estimate import Estimate
 from fric.identify.records.over_strokes import OverPlace, over_place
 from fric.identify.records.segments import Segment
 from fric.identify.static_map.averages import Average
@@ -44,6 +45,10 @@ class Asked:
     def damping(self) -> float:
         """The plant's damping, which was taken off the forces [N·s/m]."""
         return self.plant.damping if self.plant else 0.0
+
+    def of(self, value: float, dimension: str) -> Estimate:
+        """Return a value with its unit of this axis."""
+        return Estimate(float(value), si_unit(dimension, self.motion))
 
     def says(self, value: float, dimension: str, digits: int = 3) -> str:
         """Return a value for people, in the unit of this axis."""
