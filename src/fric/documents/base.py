@@ -10,7 +10,7 @@ from fric.documents.provenance import provenance
 from fric.documents.quantity import Part, Physical
 from fric.errors import FricError
 from fric.log import Record, axis_name
-from fric.notice import Notice, Severity
+from fric.notice import Notice, Severity, once
 from fric.units import Motion
 
 
@@ -70,9 +70,9 @@ def nested(kind: Any, given: Any, name: str) -> Any:
         raise ValidationError.from_exception_data(name, text) from None
 
 
-def warned(notices: Iterable[str]) -> dict[str, Any]:
+def warned(notices: Iterable[Notice]) -> dict[str, Any]:
     """Return the ``warnings`` and ``warnings_coded`` of a document; each text stands once."""
-    words = list(dict.fromkeys(Notice.of(text) for text in notices))
+    words = once(map(Notice.of, notices))
     return {"warnings": [str(one) for one in words], "warnings_coded": [one.as_dict() for one in words]}
 
 
@@ -106,7 +106,7 @@ class Document(Part):
         cls,
         content: object,
         *,
-        notices: Iterable[str] = (),
+        notices: Iterable[Notice] = (),
         logs: Iterable[Record] = (),
         also: Mapping[str, Any] | None = None,
     ) -> Self:

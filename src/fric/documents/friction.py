@@ -18,6 +18,7 @@ from fric.friction import FrictionModel, model_type, models
 from fric.friction.directed import directed
 from fric.friction.stribeck import StaticMap
 from fric.log import Log, Record
+from fric.notice import Notice
 from fric.units import Motion, si_unit
 
 if TYPE_CHECKING:
@@ -240,7 +241,7 @@ def gms_tree(fit: GMSFit, logs: Sequence[Log], given: FrictionDocument | None = 
 
 
 def _built_upon(
-    static: FrictionDocument | None, content: Mapping[str, Any], notices: Sequence[str], logs: Sequence[Log]
+    static: FrictionDocument | None, content: Mapping[str, Any], notices: Sequence[Notice], logs: Sequence[Log]
 ) -> dict[str, Any]:
     """Return the document of a model that stands on the static map of another: what that one told is told again."""
     before = () if static is None or static.model_names() else static.notices()  # else they are not of the map alone

@@ -268,7 +268,7 @@ class ReportInput:
     def _notices(self, test: ContourTest) -> list[Notice]:
         """Return what files, a run and the circles warn of; a circle that is not as predicted is told apart."""
         own = [notice for item in self.items for notice in item.warnings]
-        circles = [notice for one in self.circles for notice in map(Notice.of, one.result.warnings)]
+        circles = [notice for one in self.circles for notice in one.result.warnings]
         return own + self.warned(test) + [one for one in circles if not flaw_of(one).disagrees]
 
     def warned(self, test: ContourTest) -> list[Notice]:

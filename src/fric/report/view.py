@@ -132,12 +132,12 @@ def _warnings(inputs: ReportInput, verdicts: Sequence[Verdict]) -> list[tuple[st
     for test in inputs.tests:
         texts = inputs.warned(test)
         for one in test.contours:
-            texts += [notice.at(f"scheme ({one.scheme.name})") for notice in map(Notice.of, one.warnings)]
+            texts += [notice.at(f"scheme ({one.scheme.name})") for notice in one.warnings]
         found.append((f"run {test.source}", texts))
-    found += [(f"circle {one.source}", list(map(Notice.of, one.result.warnings))) for one in inputs.circles]
+    found += [(f"circle {one.source}", list(one.result.warnings)) for one in inputs.circles]
     settled = {str(text) for one in verdicts for text in one.settled}
     settled |= {
-        str(text) for one in inputs.circles for text in map(Notice.of, one.result.warnings)
+        str(text) for one in inputs.circles for text in one.result.warnings
         if flaw_of(text).disagrees and settled.issuperset(one.disagreements())
     }  # fmt: skip
     settled -= {str(text) for one in verdicts for text in one.why}

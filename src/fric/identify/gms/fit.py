@@ -11,6 +11,7 @@ from fric.identify.gms.cycles import HysteresisCycles
 from fric.identify.gms.knots import Blocks, Choice
 from fric.identify.gms.virgin_curve import VirginCurve
 from fric.identify.replay.measured import Replay
+from fric.notice import Notice
 from fric.units import Motion
 
 
@@ -63,7 +64,7 @@ class GMSFit:
     refined: bool
     records: tuple[Replay, ...]
     covariance: Covariance | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Notice, ...]
 
     @property
     def model(self) -> GMS:

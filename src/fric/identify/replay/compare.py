@@ -182,12 +182,7 @@ def compare_models(
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
     amiss = record_notices(records)  # of all records, and once: what a fit tells of its own is of some
     of_records = {one.code for one in amiss}
-    warnings = [
-        one.at(score.name)
-        for score in scores
-        for one in map(Notice.of, score.fits[0].warnings)
-        if one.code not in of_records
-    ]
+    warnings = [one.at(score.name) for score in scores for one in score.fits[0].warnings if one.code not in of_records]
     return Comparison(tuple(scores), tuple(records), near, lengths, winner, leads, (*amiss, *warnings))
 
 

@@ -45,7 +45,7 @@ class StaticFit:
     """The negative direction's own map where each direction has one."""
     at_speed: Mapping[str, Estimate]
     """Where one speed alone was logged: ``velocity`` and ``force`` there."""
-    warnings: tuple[str, ...]
+    warnings: tuple[Notice, ...]
     """What the data cannot tell."""
     method: str
     """How the fit was made, in words."""
