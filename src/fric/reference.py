@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import ceil, pi
 
@@ -10,6 +11,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.errors import FricError
 from fric.kernels.elementary import cos_sin
+from fric.kernels.spline import Ends, spline_slopes
 
 MOST_SAMPLES = 20_000_000
 """Samples that a motion has at most: 80 minutes at 4 kHz, a gigabyte or two of traces."""
@@ -113,6 +115,24 @@ def smooth_step(x: Real) -> tuple[Real, ...]:
         30 * inside**2 * (1 - inside) ** 2,
         60 * inside * (1 - inside) * (1 - 2 * inside),
     )
+
+
+def cubic_spline(x: Real, y: Real, ends: Ends = "not-a-knot") -> Callable[..., Real]:
+    """Return the cubic spline through points, a function of x and of the order of the derivative.
+
+    Parameters
+    ----------
+    x, y
+        Strictly increasing, shape (n,), and the values, shape (n,) or (n, 2).
+    ends
+        As in `spline_slopes`.
+    """
+    from scipy.interpolate import CubicHermiteSpline  # not at the start, which circles share: it takes 0.1 s
+
+    columns = np.ascontiguousarray(y, float).reshape(len(x), -1).T
+    slopes = np.column_stack([spline_slopes(x, column, ends) for column in columns])
+    spline: Callable[..., Real] = CubicHermiteSpline(x, y, slopes.reshape(y.shape))
+    return spline
 
 
 def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1, dwell: float = 0.1) -> Reference:

@@ -8,6 +8,8 @@ from fric.arrays import Real
 from fric.kernels.plant import ARRAY
 from fric.kernels.signatures import compiled
 
+Ends = Literal["natural", "periodic", "not-a-knot"]
+
 
 @compiled(ARRAY(ARRAY, ARRAY, ARRAY, ARRAY))
 def tridiagonal(lower: Real, middle: Real, upper: Real, right: Real) -> Real:
@@ -24,7 +26,7 @@ def tridiagonal(lower: Real, middle: Real, upper: Real, right: Real) -> Real:
     return s
 
 
-def spline_slopes(x: Real, y: Real, ends: Literal["natural", "periodic", "not-a-knot"] = "not-a-knot") -> Real:
+def spline_slopes(x: Real, y: Real, ends: Ends = "not-a-knot") -> Real:
     """Return the slopes of the cubic spline through points, whose second derivative is continuous, shape (n,).
 
     With ``h = Δx`` and ``d = Δy/h`` they solve

@@ -1,10 +1,10 @@
 """Any smooth contour, given by points: followed at a constant feed, and what remains of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import floor
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from fric.contour import ContourError, contour_error
 from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.flaws.prediction import NO_REVERSAL
-from fric.kernels.spline import spline_slopes
-from fric.reference import Reference, instants, smooth_step
+from fric.reference import Reference, cubic_spline, instants, smooth_step
 from fric.simulate.chance import PLACES
 from fric.simulate.contour_run import ContourRun, at_places, follow, run_warnings
 from fric.simulate.machine import Machine
@@ -78,7 +77,7 @@ class PointPath:
         closed = np.allclose(points[0], points[-1], rtol=0, atol=1e-9 * knots[-1])
         if closed:
             points = np.vstack([points[:-1], points[:1]])
-        spline = _spline(knots, points, "periodic" if closed else "natural")
+        spline = cubic_spline(knots, points, "periodic" if closed else "natural")
         # the length of the spline, by the speed along it between closely spaced parameters
         fine = np.linspace(0.0, knots[-1], 50 * len(knots))
         middle = np.hypot(*spline((fine[1:] + fine[:-1]) / 2, 1).T)
@@ -95,7 +94,7 @@ class PointPath:
         down, down_travel, down_slope, _ = smooth_step((t - cruise - RAMP) / RAMP)
         travelled = np.minimum(self.feed * RAMP * (up_travel - down_travel), length[-1])
         speed, change = self.feed * (up - down), self.feed / RAMP * (up_slope - down_slope)
-        at = _spline(length, fine, "not-a-knot")(travelled)
+        at = cubic_spline(length, fine, "not-a-knot")(travelled)
         first, second = spline(at, 1), spline(at, 2)
         rate = np.hypot(*first.T)[:, np.newaxis]
         tangent = first / rate
@@ -158,23 +157,13 @@ class RecordedPath:
         t = np.arange(floor((self.time[-1] - self.time[0]) * sampling + 1e-6) + 1) / sampling + self.time[0]
         made = []
         for values in (self.x, self.y):
-            spline = _spline(self.time, values, "not-a-knot")
+            spline = cubic_spline(self.time, values, "not-a-knot")
             made.append(Reference(sampling, *(np.ascontiguousarray(spline(t, order)) for order in (0, 1, 2))))
         return made[0], made[1]
 
     def at_full_feed(self, velocity: Real) -> Mask:
         """Return where the feed is full, of velocities [m/s], shape (n, 2)."""
         return np.asarray(np.hypot(*velocity.T) > 0.98 * self.feed)
-
-
-def _spline(x: Real, y: Real, ends: Literal["natural", "periodic", "not-a-knot"]) -> Callable[..., Real]:
-    """Return the cubic spline through points, shape (n,) or (n, 2), with its derivatives by a second argument."""
-    from scipy.interpolate import CubicHermiteSpline  # not at the start, which circles share: it takes 0.1 s
-
-    columns = np.ascontiguousarray(y, float).reshape(len(x), -1).T
-    slopes = np.column_stack([spline_slopes(x, column, ends) for column in columns])
-    spline: Callable[..., Real] = CubicHermiteSpline(x, y, slopes.reshape(y.shape))
-    return spline
 
 
 class PathRun(ContourRun[PointPath | RecordedPath, ContourError]):

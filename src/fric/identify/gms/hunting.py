@@ -16,18 +16,18 @@ from dataclasses import dataclass, field, replace
 from math import inf, pi
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.special import stdtrit
 
 from fric.arrays import Real
 from fric.control.cascade import Cascade
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
+from fric.estimate import as_filed
 from fric.friction import FrictionModel
 from fric.identify.records.prepared import Prepared, prepared
 from fric.identify.replay.replay_intervals import replay_covariance
 from fric.identify.replay.replay_search import Search
-from fric.reference import Reference
+from fric.reference import Reference, cubic_spline
 from fric.simulate.axis import run_axis
 from fric.simulate.machine import Axis
 from fric.simulate.reality.trace import logged
@@ -116,7 +116,7 @@ def _error(search: Search, x: Real, seen: Real, plant: Plant, lags: float, rng: 
     It is one Gauss–Newton step from the truth. What these few records scatter by would be taken for an error that all
     have alike: the step is shrunk by James and Stein's rule, to nothing where it is within its covariance.
     """
-    model = search.coordinates.build(x)
+    model = as_filed(search.coordinates.build(x))
     again = [_made_again(record, model, plant, lags, rng) for record in search.records if _counts(record)]
     rest = [record for record in search.records if not _counts(record)]
     made = Search(search.coordinates, [*again, *rest]).weighed(x)
@@ -152,9 +152,9 @@ def _made_again(
     interval = float(np.median(np.diff(m.time)))
     divider = max(round(RATE * interval), 1)
     sampling = divider / interval
-    plant = replace(plant, T_d=max(plant.T_d, 0.5 / sampling), force_lag=0.0)
+    plant = replace(as_filed(plant), T_d=max(plant.T_d, 0.5 / sampling), force_lag=0.0)
     count = min(int((m.time[end - 1] - m.time[begin]) * sampling), MOST)
-    path, t = CubicSpline(m.time, m.position), m.time[begin] + np.arange(count) / sampling
+    path, t = cubic_spline(m.time, m.position), m.time[begin] + np.arange(count) / sampling
     reference = Reference(sampling, path(t) + rng.uniform(0.0, m.step), path(t, 1), path(t, 2))
     cascade = usual_cascade(plant, sampling, lags)
     axis = Axis(record.log.axis, plant, cascade, model, encoder=Encoder(m.step), motion=record.log.motion)
