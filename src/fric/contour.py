@@ -36,20 +36,11 @@ class Figures(NamedTuple):
 
 @dataclass(frozen=True)
 class Circularity:
-    """The radial error over one steady revolution.
+    """The radial error over one steady revolution."""
 
-    Parameters
-    ----------
-    angle
-        Angle on the circle, from the +x axis [rad], in the order of the motion, shape (n,).
-    error
-        Radial error ``rho - radius`` [m], positive outwards, shape (n,).
-    quadrants
-        Glitch at +x, +y, -x and -y [m]: the signed peak of ``rho - median(rho)`` within 30° of the reversal.
-    """
-
-    angle: Real
-    error: Real
+    angle: Real  # Angle on the circle, from the +x axis [rad], in the order of the motion, shape (n,)
+    error: Real  # Radial error ``rho - radius`` [m], positive outwards, shape (n,)
+    # Glitch at +x, +y, -x and -y [m]: the signed peak of ``rho - median(rho)`` within 30° of the reversal
     quadrants: tuple[float, float, float, float]
 
     @property
@@ -143,42 +134,24 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
 
 @dataclass(frozen=True)
 class Reversal:
-    """A place on a path where an axis reverses.
+    """A place on a path where an axis reverses."""
 
-    Parameters
-    ----------
-    axis
-        0 for the first axis, 1 for the second.
-    x, y
-        The place [m].
-    glitch
-        Signed peak of the contour error less its median nearby [m].
-    """
-
-    axis: int
+    axis: int  # 0 for the first axis, 1 for the second
+    # x, y: the place [m]
     x: float
     y: float
-    glitch: float
+    glitch: float  # Signed peak of the contour error less its median nearby [m]
 
 
 @dataclass(frozen=True)
 class ContourError:
-    """The distance from a path, along it.
+    """The distance from a path, along it."""
 
-    Parameters
-    ----------
-    station
-        Distance travelled [m], shape (n,).
-    error
-        Distance from the path [m], shape (n,): positive to the right of the motion, which is outwards where a contour
-        is run counter-clockwise.
-    reversals
-        Where an axis reverses, in the order of the motion.
-    """
-
-    station: Real
+    station: Real  # Distance travelled [m], shape (n,)
+    # Distance from the path [m], shape (n,): positive to the right of the motion, which is outwards where a contour is
+    # run counter-clockwise
     error: Real
-    reversals: tuple[Reversal, ...]
+    reversals: tuple[Reversal, ...]  # Where an axis reverses, in the order of the motion
 
     oscillation: ClassVar[float] = 0.0
 

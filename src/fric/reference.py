@@ -35,26 +35,15 @@ def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A motion of one axis, sampled at the controller's rate, with exact derivatives.
+    """A motion of one axis, sampled at the controller's rate, with exact derivatives."""
 
-    Parameters
-    ----------
-    sampling
-        Samples a second [Hz].
-    position, velocity, acceleration
-        The motion [m], [m/s], [m/s²], each of shape (n,).
-    period
-        After what time it repeats [s]; 0 where it does not.
-    begins
-        From when on it does [s].
-    """
-
-    sampling: float
+    sampling: float  # Samples a second [Hz]
+    # position, velocity, acceleration: the motion [m], [m/s], [m/s²], each of shape (n,)
     position: Real
     velocity: Real
     acceleration: Real
-    period: float = field(default=0.0, kw_only=True)
-    begins: float = field(default=0.0, kw_only=True)
+    period: float = field(default=0.0, kw_only=True)  # After what time it repeats [s]; 0 where it does not
+    begins: float = field(default=0.0, kw_only=True)  # From when on it does [s]
 
     def __len__(self) -> int:
         return len(self.position)

@@ -28,26 +28,15 @@ Of a glitch as few as of a plant: its intervals are held against 400 circles, an
 
 @dataclass(frozen=True)
 class Drift:
-    """One number of an axis at two dates.
+    """One number of an axis at two dates."""
 
-    Parameters
-    ----------
-    machine, axis, dates
-        Where and when.
-    change
-        The number at both dates.
-    p
-        Probability of such a difference where nothing changed.
-    adjusted
-        The same, by Holm, with all numbers of the fleet in mind.
-    """
-
+    # machine, axis, dates: where and when
     machine: str
     axis: str
     dates: tuple[str, str]
-    change: Change
-    p: float
-    adjusted: float = 1.0
+    change: Change  # The number at both dates
+    p: float  # Probability of such a difference where nothing changed
+    adjusted: float = 1.0  # The same, by Holm, with all numbers of the fleet in mind
 
     @property
     def changed(self) -> bool:

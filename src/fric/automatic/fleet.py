@@ -36,23 +36,13 @@ class Unit:
 
 @dataclass(frozen=True)
 class UnitOutcome:
-    """What came of the logs of one machine at one date.
+    """What came of the logs of one machine at one date."""
 
-    Parameters
-    ----------
-    unit
-        Where they are from.
-    axes
-        By axis, which steps were done and what is missing, its documents by kind, and its glitches on measured circles.
-    description
-        What was guessed, left out, or could not be read.
-    steps, made
-        Steps there are, and how many had to be run.
-    """
-
-    unit: Unit
+    unit: Unit  # Where they are from
+    # By axis, which steps were done and what is missing, its documents by kind, and its glitches on measured circles
     axes: dict[str, dict[str, Any]]
-    description: tuple[Notice, ...]
+    description: tuple[Notice, ...]  # What was guessed, left out, or could not be read
+    # steps, made: steps there are, and how many had to be run
     steps: int = 0
     made: int = 0
 
@@ -74,24 +64,12 @@ def find_fleet(given: Sequence[Path]) -> list[Unit]:
 
 @dataclass(frozen=True)
 class FleetStudy:
-    """Identifies the axes of one machine at one date, by its number in the fleet.
+    """Identifies the axes of one machine at one date, by its number in the fleet."""
 
-    Parameters
-    ----------
-    units
-        Machines and dates.
-    output
-        Folder for all that is made: a folder of each machine and date, with its steps.
-    mapping
-        What the columns of foreign logs mean.
-    run
-        Runs one command.
-    """
-
-    units: tuple[Unit, ...]
-    output: Path
-    mapping: str | None = None
-    run: Run = run_apart
+    units: tuple[Unit, ...]  # Machines and dates
+    output: Path  # Folder for all that is made: a folder of each machine and date, with its steps
+    mapping: str | None = None  # What the columns of foreign logs mean
+    run: Run = run_apart  # Runs one command
 
     def __call__(self, index: int) -> UnitOutcome:
         """Identify plant, static map and GMS of each axis; what fails is said, and is no end of the others."""

@@ -31,64 +31,32 @@ PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", "
 
 @dataclass(frozen=True)
 class Source:
-    """One file with records of one axis.
+    """One file with records of one axis."""
 
-    Parameters
-    ----------
-    path
-        The file.
-    axis, motion
-        Of its records.
-    kinds
-        The kind of each record, stated or recognised.
-    uses
-        What its records are good for: ``static``, ``gms``, ``plant``.
-    mapping
-        Mapping that tells its columns, by its name or file; empty where the header does, None for a log file of fric's.
-    both
-        Whether every record has force and input: then it tells the force constant.
-    """
-
-    path: Path
+    path: Path  # The file
+    # axis, motion: of its records
     axis: str
     motion: Motion
-    kinds: frozenset[str]
-    uses: frozenset[str]
+    kinds: frozenset[str]  # The kind of each record, stated or recognised
+    uses: frozenset[str]  # What its records are good for: ``static``, ``gms``, ``plant``
+    # Mapping that tells its columns, by its name or file; empty where the header does, None for a log file of fric's
     mapping: str | None = None
-    both: bool = False
+    both: bool = False  # Whether every record has force and input: then it tells the force constant
 
 
 @dataclass
 class Sources:
-    """All that was found.
+    """All that was found."""
 
-    Parameters
-    ----------
-    logs
-        Files with records.
-    circles
-        Circle tests, and runs.
-    traces
-        Foreign files with circle tests, which are to be ingested.
-    description
-        What was guessed, left out, or cannot be read.
-    copies
-        Foreign files whose records another file holds already.
-    guessed
-        Foreign files that are read with a bundled mapping, by its name.
-    refused
-        Foreign files that cannot be read, by what they lack.
-    proposed
-        Mappings that were proposed for foreign files, with these: text of the mapping, its file, and what it is for.
-    """
-
-    logs: list[Source] = field(default_factory=list)
-    circles: list[Path] = field(default_factory=list)
-    traces: list[Path] = field(default_factory=list)
-    description: list[Notice] = field(default_factory=list)
-    copies: list[Path] = field(default_factory=list)
+    logs: list[Source] = field(default_factory=list)  # Files with records
+    circles: list[Path] = field(default_factory=list)  # Circle tests, and runs
+    traces: list[Path] = field(default_factory=list)  # Foreign files with circle tests, which are to be ingested
+    description: list[Notice] = field(default_factory=list)  # What was guessed, left out, or cannot be read
+    copies: list[Path] = field(default_factory=list)  # Foreign files whose records another file holds already
+    # Foreign files that are read with a bundled mapping, by its name
     guessed: dict[str, list[Path]] = field(default_factory=dict)
-    refused: dict[str, list[Path]] = field(default_factory=dict)
+    refused: dict[str, list[Path]] = field(default_factory=dict)  # Foreign files that cannot be read, by what they lack
+    # Mappings that were proposed for foreign files, with these: text of the mapping, its file, and what it is for
     proposed: dict[str, tuple[Path, list[Path]]] = field(default_factory=dict)
 
 

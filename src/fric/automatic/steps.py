@@ -21,20 +21,11 @@ TWIN = {"x": "y", "y": "x"}
 
 @dataclass(frozen=True)
 class Step:
-    """One ordinary command.
+    """One ordinary command."""
 
-    Parameters
-    ----------
-    name
-        What it gives, as in ``x: plant``.
-    words
-        The command, without ``fric``.
-    reads, leaves
-        Files that it reads, and files that it leaves.
-    """
-
-    name: str
-    words: tuple[str, ...]
+    name: str  # What it gives, as in ``x: plant``
+    words: tuple[str, ...]  # The command, without ``fric``
+    # reads, leaves: files that it reads, and files that it leaves
     reads: tuple[Path, ...]
     leaves: tuple[Path, ...]
 
@@ -74,18 +65,10 @@ def trace_step(trace: Path, folder: Path) -> Step:
 
 @dataclass(frozen=True)
 class AxisSteps:
-    """What can be made of the records of one axis.
+    """What can be made of the records of one axis."""
 
-    Parameters
-    ----------
-    steps
-        The steps, in their order.
-    missing
-        What cannot be made, with the record that is missing.
-    """
-
-    steps: tuple[Step, ...]
-    missing: tuple[str, ...]
+    steps: tuple[Step, ...]  # The steps, in their order
+    missing: tuple[str, ...]  # What cannot be made, with the record that is missing
 
 
 def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> AxisSteps:

@@ -57,14 +57,9 @@ def _step(sample: Sample, n: int, rows: Real, state: Real, parameters: Real) -> 
 
 @dataclass(frozen=True)
 class DifferenceEquation:
-    """A causal filter y[n] = Σ b_i x[n−i] − Σ_{i≥1} a_i y[n−i], with a_0 = 1.
+    """A causal filter y[n] = Σ b_i x[n−i] − Σ_{i≥1} a_i y[n−i], with a_0 = 1."""
 
-    Parameters
-    ----------
-    b, a
-        Coefficients of falling age, of one length.
-    """
-
+    # b, a: coefficients of falling age, of one length
     b: Real
     a: Real
 
@@ -80,17 +75,10 @@ class DiscreteObserver:
 
     Both start at zero. ``inverse`` has no gain at rest (its b sums to 0), so it is fed the position less the
     position at the start. ``low_pass`` has b_0 = 0: d̂[n] needs u_t up to sample n−1 alone, there is no algebraic loop.
-
-    Parameters
-    ----------
-    inverse
-        Q·G_n⁻¹, from position [m] to voltage [V].
-    low_pass
-        Q, from voltage [V] to voltage [V].
     """
 
-    inverse: DifferenceEquation
-    low_pass: DifferenceEquation
+    inverse: DifferenceEquation  # Q·G_n⁻¹, from position [m] to voltage [V]
+    low_pass: DifferenceEquation  # Q, from voltage [V] to voltage [V]
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,9 @@ class Probed:
     """A linear block: ``x[n+1] = A·x[n] + B·w[n]``, ``volts[n] = C·x[n] + D·w[n]``, w as in `Sample`.
 
     States that no input reaches, or that reach no output, are left out.
-
-    Parameters
-    ----------
-    A, B, C, D
-        Shapes (n, n), (n, inputs), (n,), (inputs,), the inputs in the order of `Sample`.
     """
 
+    # A, B, C, D: shapes (n, n), (n, inputs), (n,), (inputs,), the inputs in the order of `Sample`
     A: Real
     B: Real
     C: Real

@@ -19,21 +19,14 @@ TRIED = 40  # crossovers or gains tried across the range, before the border is r
 class Requirement:
     """The margins that velocity loop and position loop must have.
 
-    Parameters
-    ----------
-    phase_margin
-        Phase margin [rad].
-    gain_margin
-        Gain margin, a factor above 1.
-
     Raises
     ------
     FricError
         When they leave no room for stability.
     """
 
-    phase_margin: float = radians(60.0)
-    gain_margin: float = 10 ** (13.8 / 20)
+    phase_margin: float = radians(60.0)  # Phase margin [rad]
+    gain_margin: float = 10 ** (13.8 / 20)  # Gain margin, a factor above 1
 
     def __post_init__(self) -> None:
         if not (0 < self.phase_margin < pi and 1 < self.gain_margin < inf):

@@ -39,21 +39,11 @@ STEEPNESS = 30.0
 
 @dataclass(frozen=True)
 class JointDesign:
-    """A control block, and the cascade that it was designed with.
+    """A control block, and the cascade that it was designed with."""
 
-    Parameters
-    ----------
-    cascade
-        The cascade.
-    block
-        The block and its margins.
-    compliance
-        J of the loop, and that of the cascade that was there without the block [m/V].
-    """
-
-    cascade: Cascade
-    block: BlockDesign
-    compliance: tuple[float, float]
+    cascade: Cascade  # The cascade
+    block: BlockDesign  # The block and its margins
+    compliance: tuple[float, float]  # J of the loop, and that of the cascade that was there without the block [m/V]
 
 
 def step_compliance(loop: WholeLoop, blocks: tuple[ControlBlock, ...] = ()) -> float:

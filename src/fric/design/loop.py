@@ -35,30 +35,17 @@ LAST_VOLTAGE = ("input", "control")
 class SampledLoop:
     """The loop of one axis.
 
-    Parameters
-    ----------
-    plant
-        Eq. (1) of the axis.
-    cascade
-        Its controller, and the sampling.
-    blocks
-        Its further blocks; of one that is not linear what it is around rest.
-    controller
-        The block in place of the cascade, where there is one.
-    setting
-        What the blocks are packed for; the plant of the axis where not given.
-
     Raises
     ------
     FricError
         When the plant's delay is shorter than the hold of the controller, or a block does not fit the sampling.
     """
 
-    plant: LinearPlant
-    cascade: Cascade
-    blocks: tuple[ControlBlock, ...] = ()
-    controller: ControlBlock | None = None
-    setting: Setting | None = None
+    plant: LinearPlant  # Eq. (1) of the axis.
+    cascade: Cascade  # Its controller, and the sampling
+    blocks: tuple[ControlBlock, ...] = ()  # Its further blocks; of one that is not linear what it is around rest
+    controller: ControlBlock | None = None  # The block in place of the cascade, where there is one
+    setting: Setting | None = None  # What the blocks are packed for; the plant of the axis where not given
 
     @property
     def nyquist(self) -> float:

@@ -64,21 +64,11 @@ class Margins:
 
 @dataclass(frozen=True)
 class Loop:
-    """An open loop that is looked at: what it is, its response, its margins.
+    """An open loop that is looked at: what it is, its response, its margins."""
 
-    Parameters
-    ----------
-    title
-        What figures and tables call it.
-    response
-        L at frequencies [Hz], shape (n,).
-    margins
-        Its margins.
-    """
-
-    title: str
-    response: OpenLoop
-    margins: Margins
+    title: str  # What figures and tables call it
+    response: OpenLoop  # L at frequencies [Hz], shape (n,)
+    margins: Margins  # Its margins
 
 
 def decibel(ratio: float) -> float:

@@ -61,27 +61,13 @@ class Resonance:
 
 @dataclass(frozen=True)
 class Perturbation:
-    """Delta = (G_m − G_n)/G_n, eq. (7), of an axis: measured, or of a model with what is known to be unmodelled.
+    """Delta = (G_m − G_n)/G_n, eq. (7), of an axis: measured, or of a model with what is known to be unmodelled."""
 
-    Parameters
-    ----------
-    frequency
-        Frequencies [Hz], increasing, shape (n,).
-    Delta
-        The perturbation of G_n = B/(s(s + A)), shape (n,).
-    radius
-        Radius of the 95 % confidence circle of Delta, shape (n,); 0 for a model.
-    ratio
-        G_m over eq. (1) with its delay, shape (n,): what is unmodelled besides delay and hold.
-    measured
-        True where it comes from a measured response.
-    """
-
-    frequency: Real
-    Delta: Complex
-    radius: Real
-    ratio: Complex
-    measured: bool
+    frequency: Real  # Frequencies [Hz], increasing, shape (n,)
+    Delta: Complex  # The perturbation of G_n = B/(s(s + A)), shape (n,)
+    radius: Real  # Radius of the 95 % confidence circle of Delta, shape (n,); 0 for a model
+    ratio: Complex  # G_m over eq. (1) with its delay, shape (n,): what is unmodelled besides delay and hold.
+    measured: bool  # True where it comes from a measured response
 
     @property
     def size(self) -> Real:
@@ -181,21 +167,11 @@ def measured_perturbation(
 
 @dataclass(frozen=True)
 class RobustLimit:
-    """How far Q may reach by eq. (8).
+    """How far Q may reach by eq. (8)."""
 
-    Parameters
-    ----------
-    q
-        Q at the limit; None where no frequency limits it.
-    frequency
-        The frequency that limits it [Hz].
-    size
-        |Delta| there, with its confidence.
-    """
-
-    q: QFilter | None
-    frequency: float
-    size: float
+    q: QFilter | None  # Q at the limit; None where no frequency limits it
+    frequency: float  # The frequency that limits it [Hz]
+    size: float  # |Delta| there, with its confidence
 
 
 def robust_limit(perturbation: Perturbation, filter: str = "binomial2") -> RobustLimit:

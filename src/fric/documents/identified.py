@@ -25,30 +25,16 @@ NO_INTERVAL = "no parameter has a 95 % interval"
 
 @dataclass(frozen=True)
 class Identified:
-    """A machine as it was identified.
+    """A machine as it was identified."""
 
-    Parameters
-    ----------
-    machine
-        The machine, true to the estimates.
-    intervals
-        By axis and parameter, the 95 % intervals that hold their estimate and are closed.
-    covariances
-        By axis, how these parameters err together, where the files tell.
-    discrepancies
-        By axis, by what factors it may differ besides, as misfit and warnings of the files say.
-    widened
-        By axis, why.
-    warnings
-        Which parameters cannot be drawn from their interval.
-    """
-
-    machine: Machine
+    machine: Machine  # The machine, true to the estimates
+    # By axis and parameter, the 95 % intervals that hold their estimate and are closed
     intervals: Mapping[str, Intervals]
-    covariances: Mapping[str, Sequence[Covariance]]
+    covariances: Mapping[str, Sequence[Covariance]]  # By axis, how these parameters err together, where the files tell
+    # By axis, by what factors it may differ besides, as misfit and warnings of the files say
     discrepancies: Mapping[str, Mapping[str, Spread]]
-    widened: Mapping[str, tuple[Notice, ...]]
-    warnings: tuple[Notice, ...]
+    widened: Mapping[str, tuple[Notice, ...]]  # By axis, why
+    warnings: tuple[Notice, ...]  # Which parameters cannot be drawn from their interval
 
     def drawn(self) -> dict[str, Any]:
         """Return what a study draws its machines from."""

@@ -12,22 +12,13 @@ from fric.drive.plant import LinearPlant
 
 @dataclass(frozen=True)
 class SampledPlant:
-    """Eq. (1) behind a zero-order hold, sampled: x[n+1] = Phi x[n] + late·u[n−whole−1] + early·u[n−whole].
+    """Eq. (1) behind a zero-order hold, sampled: x[n+1] = Phi x[n] + late·u[n−whole−1] + early·u[n−whole]."""
 
-    Parameters
-    ----------
-    Phi
-        State matrix of [position, velocity], shape (2, 2).
-    late, early
-        What a sample gets of the older and of the newer of two inputs, each of shape (2,).
-    whole
-        Whole samples of transport delay.
-    """
-
-    Phi: Real
+    Phi: Real  # State matrix of [position, velocity], shape (2, 2)
+    # late, early: what a sample gets of the older and of the newer of two inputs, each of shape (2,)
     late: Real
     early: Real
-    whole: int
+    whole: int  # Whole samples of transport delay
 
     @classmethod
     def of(cls, plant: LinearPlant, sampling: float) -> SampledPlant:

@@ -134,29 +134,15 @@ class Part:
 
 @dataclass(frozen=True)
 class BlockPart:
-    """A control block of a scheme, packed for an axis.
+    """A control block of a scheme, packed for an axis."""
 
-    Parameters
-    ----------
-    title
-        Its name in schemes.
-    kind
-        ``observer``: its voltage is taken off; ``feedforward``: it is added.
-    step
-        Its compiled step.
-    parameters
-        As the step reads them.
-    state
-        State of an axis at rest at 0.
-    per_position, per_measured
-        What a metre of the position commanded, and of that measured, where the axis begins adds to the state.
-    """
-
-    title: str
-    kind: str
-    step: Any
-    parameters: NDArray[Any]
-    state: NDArray[Any]
+    title: str  # Its name in schemes
+    kind: str  # ``observer``: its voltage is taken off; ``feedforward``: it is added
+    step: Any  # Its compiled step
+    parameters: NDArray[Any]  # As the step reads them
+    state: NDArray[Any]  # State of an axis at rest at 0
+    # per_position, per_measured: what a metre of the position commanded, and of that measured, where the axis begins
+    # adds to the state
     per_position: NDArray[Any]
     per_measured: NDArray[Any]
 
@@ -171,24 +157,10 @@ Files = Mapping[str, str | bytes]
 
 @dataclass(frozen=True)
 class Target:
-    """A language or a controller that a part can be exported to.
+    """A language or a controller that a part can be exported to."""
 
-    Parameters
-    ----------
-    name
-        What it is called on the command line.
-    doc
-        One line on what it writes.
-    files
-        Returns the files of a part by name; takes the options that the target knows.
-    options
-        Names of the options that it knows.
-    parts
-        What of an axis it exports: ``compensation``, ``machine``.
-    """
-
-    name: str
-    doc: str
-    files: Callable[..., Files]
-    options: frozenset[str] = field(default_factory=frozenset)
-    parts: tuple[str, ...] = ("compensation",)
+    name: str  # What it is called on the command line
+    doc: str  # One line on what it writes
+    files: Callable[..., Files]  # Returns the files of a part by name; takes the options that the target knows
+    options: frozenset[str] = field(default_factory=frozenset)  # Names of the options that it knows
+    parts: tuple[str, ...] = ("compensation",)  # What of an axis it exports: ``compensation``, ``machine``

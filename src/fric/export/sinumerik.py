@@ -44,21 +44,13 @@ ACCURACY = 5e-9
 
 @dataclass(frozen=True)
 class Pulse:
-    """The adaptive characteristic: amplitudes [m/s] and decay [s].
+    """The adaptive characteristic: amplitudes [m/s] and decay [s]."""
 
-    Parameters
-    ----------
-    largest, smallest
-        Amplitude between the first two accelerations, and beyond the third [m/s].
-    decay
-        Time in which the pulse falls to 1/e [s].
-    a_1, a_2, a_3
-        Where the amplitude has risen, begins to fall, and has fallen [m/s²].
-    """
-
+    # largest, smallest: amplitude between the first two accelerations, and beyond the third [m/s]
     largest: float
     smallest: float
-    decay: float
+    decay: float  # Time in which the pulse falls to 1/e [s]
+    # a_1, a_2, a_3: where the amplitude has risen, begins to fall, and has fallen [m/s²]
     a_1: float
     a_2: float
     a_3: float

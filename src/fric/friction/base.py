@@ -18,40 +18,20 @@ from fric.verb import require_numbers
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a friction model: what files, fits and error messages need to know of it.
+    """One parameter of a friction model: what files, fits and error messages need to know of it."""
 
-    Parameters
-    ----------
-    name
-        The paper's symbol, also the field of the model and the key in files.
-    dimension
-        Its dimension, see `fric.units`.
-    lower, upper
-        Physical bounds in SI.
-    doc
-        One line on what it is.
-    per_block
-        True where there is one value per slip block.
-    typical
-        Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use.
-    held
-        True where a fit leaves it at its typical value unless it is asked to free it.
-    at_least
-        Name of the parameter that this one is never below, in a fit.
-    shares
-        True where the values of the blocks sum to 1.
-    """
-
-    name: str
-    dimension: str
+    name: str  # The paper's symbol, also the field of the model and the key in files
+    dimension: str  # Its dimension, see `fric.units`
+    # lower, upper: physical bounds in SI
     lower: float = 0.0
     upper: float = float("inf")
-    doc: str = ""
-    per_block: bool = False
+    doc: str = ""  # One line on what it is
+    per_block: bool = False  # True where there is one value per slip block
+    # Value for a linear feed drive, in SI: where a fit may start, and what the tests that all models share use
     typical: float | tuple[float, ...] = float("nan")
-    held: bool = False
-    at_least: str = ""
-    shares: bool = False
+    held: bool = False  # True where a fit leaves it at its typical value unless it is asked to free it
+    at_least: str = ""  # Name of the parameter that this one is never below, in a fit
+    shares: bool = False  # True where the values of the blocks sum to 1
 
 
 Property = Literal["bounded", "passive", "pre-sliding", "non-local memory", "no creep", "frictional lag"]

@@ -21,28 +21,16 @@ from fric.units import Motion
 
 @dataclass(frozen=True)
 class Ingested:
-    """What `ingest` did.
+    """What `ingest` did."""
 
-    Parameters
-    ----------
-    output
-        The log file.
-    axis, motion
-        Of the log file.
-    records
-        Records that were added, in order.
-    skipped
-        Files (or records of a log file) that were there already, with the name of the record they are.
-    warnings
-        What the user should know.
-    """
-
-    output: str
+    output: str  # The log file
+    # axis, motion: of the log file
     axis: str
     motion: Motion
-    records: tuple[IngestedRecord, ...]
+    records: tuple[IngestedRecord, ...]  # Records that were added, in order
+    # Files (or records of a log file) that were there already, with the name of the record they are
     skipped: tuple[tuple[str, str], ...]
-    warnings: tuple[Notice, ...]
+    warnings: tuple[Notice, ...]  # What the user should know
 
     @property
     def samples(self) -> int:

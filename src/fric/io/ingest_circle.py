@@ -32,28 +32,15 @@ from fric.output import refuse_ending, refuse_existing
 
 @dataclass(frozen=True)
 class StatedCircle:
-    """What the user says of a circle; None is found from the trace.
+    """What the user says of a circle; None is found from the trace."""
 
-    Parameters
-    ----------
-    radius, feed
-        Nominal radius [m], and speed along the circle [m/s].
-    direction
-        1 counter-clockwise, -1 clockwise.
-    sampling
-        Samples a second of a trace without time [Hz].
-    instrument
-        What told the position.
-    scheme
-        Name of the compensation that was on; empty where it is not known.
-    """
-
+    # radius, feed: nominal radius [m], and speed along the circle [m/s]
     radius: float | None = None
     feed: float | None = None
-    direction: int | None = None
-    sampling: float | None = None
-    instrument: Instrument = ""
-    scheme: str = ""
+    direction: int | None = None  # 1 counter-clockwise, -1 clockwise
+    sampling: float | None = None  # Samples a second of a trace without time [Hz]
+    instrument: Instrument = ""  # What told the position
+    scheme: str = ""  # Name of the compensation that was on; empty where it is not known
 
 
 @dataclass(frozen=True)

@@ -49,29 +49,18 @@ class IngestedRecord:
 
 @dataclass(frozen=True)
 class StatedLog:
-    """What is said of foreign logs, beside what they say themselves.
+    """What is said of foreign logs, beside what they say themselves."""
 
-    Parameters
-    ----------
-    mapping
-        What the columns mean. Without it the header must name channels and units, as in ``time [s], position [um]``.
-    kind, axis, motion
-        Kind of the experiment, name and motion of the axis; they go before what mapping and files say.
-    bad_cells
-        ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted.
-    window
-        First and last time that is read, as the files count it [s].
-    join
-        Make one record of all files, which hold its channels by one clock; these are held in memory.
-    """
-
+    # What the columns mean. Without it the header must name channels and units, as in ``time [s], position [um]``.
     mapping: MappingDocument | None = None
+    # kind, axis, motion: kind of the experiment, name and motion of the axis; they go before what mapping and files say
     kind: Kind | None = None
     axis: str | None = None
     motion: Motion | None = None
+    # ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted
     bad_cells: BadCells = "error"
-    window: tuple[float, float] = EVERYTHING
-    join: bool = False
+    window: tuple[float, float] = EVERYTHING  # First and last time that is read, as the files count it [s]
+    join: bool = False  # Make one record of all files, which hold its channels by one clock; these are held in memory
 
     def __post_init__(self) -> None:
         if self.kind is not None and self.kind not in KINDS:

@@ -172,18 +172,10 @@ def read_prediction(path: Path) -> Prediction | None:
 
 @dataclass(frozen=True)
 class Drawn:
-    """What one scheme left on each of the machines that were drawn [m]: nan on one where it could not run.
+    """What one scheme left on each of the machines that were drawn [m]: nan on one where it could not run."""
 
-    Parameters
-    ----------
-    glitches
-        The largest glitch.
-    swings
-        What swings where no axis reverses; empty in a file before that was kept.
-    """
-
-    glitches: tuple[float, ...]
-    swings: tuple[float, ...] = ()
+    glitches: tuple[float, ...]  # The largest glitch
+    swings: tuple[float, ...] = ()  # What swings where no axis reverses; empty in a file before that was kept
 
 
 def read_drawn(path: Path) -> dict[str, Drawn]:

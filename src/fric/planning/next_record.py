@@ -48,46 +48,25 @@ LARGEST = 0.5
 
 @dataclass(frozen=True)
 class Candidate:
-    """One more record.
+    """One more record."""
 
-    Parameters
-    ----------
-    planned
-        The experiment.
-    lasting
-        How long it lasts [s].
-    half_width
-        Half the 95 % interval of the predicted glitch with it [m].
-    scatter
-        By how much that would differ with other noise, and from other places between two encoder counts [m].
-    """
-
-    planned: Planned
-    lasting: float
-    half_width: float
+    planned: Planned  # The experiment
+    lasting: float  # How long it lasts [s]
+    half_width: float  # Half the 95 % interval of the predicted glitch with it [m]
+    # By how much that would differ with other noise, and from other places between two encoder counts [m]
     scatter: float
 
 
 @dataclass(frozen=True)
 class Narrowing:
-    """What the glitch is not known for, and what narrows it.
+    """What the glitch is not known for, and what narrows it."""
 
-    Parameters
-    ----------
-    half_width
-        Half the 95 % interval of the predicted glitch as it is known [m].
-    shares
-        Share of its variance that is due to each parameter alone, with what errs with it [1]; they sum to 1.
-    candidates
-        Records by what they leave, the best first; of those that differ by less than they scatter the shortest.
-    test
-        The circle.
-    """
-
-    half_width: float
+    half_width: float  # Half the 95 % interval of the predicted glitch as it is known [m]
+    # Share of its variance that is due to each parameter alone, with what errs with it [1]; they sum to 1
     shares: Mapping[str, float]
+    # Records by what they leave, the best first; of those that differ by less than they scatter the shortest
     candidates: tuple[Candidate, ...]
-    test: Circle
+    test: Circle  # The circle
 
 
 def narrowing(

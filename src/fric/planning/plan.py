@@ -72,24 +72,13 @@ class Planned:
 
 @dataclass(frozen=True)
 class Expected:
-    """What planned records tell of one parameter.
+    """What planned records tell of one parameter."""
 
-    Parameters
-    ----------
-    value
-        Its value, as it is identified in the middle [SI].
-    half_width
-        Half the width of its 95 % interval [SI], the geometric mean of several runs; infinite where most set no limit.
-    unit
-        SI unit.
-    between
-        The least and the largest of them.
-    """
-
-    value: float
+    value: float  # Its value, as it is identified in the middle [SI]
+    # Half the width of its 95 % interval [SI], the geometric mean of several runs; infinite where most set no limit
     half_width: float
-    unit: str
-    between: tuple[float, float]
+    unit: str  # SI unit
+    between: tuple[float, float]  # The least and the largest of them
 
 
 @dataclass(frozen=True, eq=False)

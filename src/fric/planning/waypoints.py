@@ -20,14 +20,9 @@ EVEN = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Waypoints:
-    """Points of a motion, around the middle of its travel.
+    """Points of a motion, around the middle of its travel."""
 
-    Parameters
-    ----------
-    time, position, velocity
-        Instants [s], positions [m] and velocities [m/s] there, each of shape (n,).
-    """
-
+    # time, position, velocity: instants [s], positions [m] and velocities [m/s] there, each of shape (n,)
     time: Real
     position: Real
     velocity: Real

@@ -13,22 +13,16 @@ Verdict = Literal["moved", "within", "unknown"]
 
 @dataclass(frozen=True)
 class Change:
-    """One number at two dates.
+    """One number at two dates."""
 
-    Parameters
-    ----------
-    name, unit
-        What it is, and its SI unit.
-    before, after
-        Its values.
-    before_ci95, after_ci95
-        Their 95 % intervals; an infinite limit is one that the data do not set; None where there is no interval.
-    """
-
+    # name, unit: what it is, and its SI unit
     name: str
     unit: str
+    # before, after: its values
     before: float
     after: float
+    # before_ci95, after_ci95: their 95 % intervals; an infinite limit is one that the data do not set; None where there
+    # is no interval
     before_ci95: tuple[float, float] | None = None
     after_ci95: tuple[float, float] | None = None
 

@@ -20,34 +20,18 @@ ORDER = ("fail", "not decided", "pass", "")
 
 @dataclass(frozen=True)
 class Summary:
-    """What is printed on one sheet.
+    """What is printed on one sheet."""
 
-    Parameters
-    ----------
-    facts
-        Machine, date, files, tolerance, as pairs for people.
-    verdicts
-        The verdict of each contour, by its title.
-    stamp, meaning
-        Of the verdict that passes least (`Verdict.result`).
-    measured
-        A sentence for each measured circle.
-    wrong
-        Warnings that must be seen to first, with where they are from, where there is no verdict that tells them.
-    further
-        How many further warnings there are.
-    next_step
-        What to do where there is no verdict.
-    """
-
-    facts: Sequence[tuple[str, str]]
-    verdicts: Sequence[tuple[str, Verdict]]
+    facts: Sequence[tuple[str, str]]  # Machine, date, files, tolerance, as pairs for people
+    verdicts: Sequence[tuple[str, Verdict]]  # The verdict of each contour, by its title
+    # stamp, meaning: of the verdict that passes least (`Verdict.result`)
     stamp: str
     meaning: str
-    measured: Sequence[str]
+    measured: Sequence[str]  # A sentence for each measured circle
+    # Warnings that must be seen to first, with where they are from, where there is no verdict that tells them
     wrong: Sequence[tuple[str, str]]
-    further: int
-    next_step: str
+    further: int  # How many further warnings there are
+    next_step: str  # What to do where there is no verdict
 
 
 def summary_of(

@@ -30,18 +30,10 @@ KINDS = ("friction", "plant", "controller", "observer")
 
 @dataclass(frozen=True)
 class Item:
-    """One document, and where it is from.
+    """One document, and where it is from."""
 
-    Parameters
-    ----------
-    source
-        File that it was read from.
-    document
-        The document: friction, plant, controller or observer.
-    """
-
-    source: str
-    document: OfAxis
+    source: str  # File that it was read from
+    document: OfAxis  # The document: friction, plant, controller or observer
 
     @property
     def kind(self) -> str:
@@ -89,38 +81,21 @@ class Item:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Contour(Candidate):
-    """What one compensation scheme leaves of a contour: a candidate of the verdict, with what is drawn of it.
+    """What one compensation scheme leaves of a contour: a candidate of the verdict, with what is drawn of it."""
 
-    Parameters
-    ----------
-    rms, range
-        Root mean square, and largest less smallest contour error [m].
-    place
-        Angle on the circle [rad], or station along the path [m], shape (n,); thinned.
-    error
-        Contour error there [m], outwards positive, shape (n,).
-    """
-
+    # rms, range: root mean square, and largest less smallest contour error [m]
     rms: float
     range: float
-    place: Real
-    error: Real
+    place: Real  # Angle on the circle [rad], or station along the path [m], shape (n,); thinned
+    error: Real  # Contour error there [m], outwards positive, shape (n,)
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """A measured circle.
+    """A measured circle."""
 
-    Parameters
-    ----------
-    source
-        File that it was read from.
-    result
-        The circle taken apart, and held against the machine where that is known.
-    """
-
-    source: str
-    result: DiagnosisResult
+    source: str  # File that it was read from
+    result: DiagnosisResult  # The circle taken apart, and held against the machine where that is known
 
     @property
     def glitch(self) -> float:
@@ -134,38 +109,17 @@ class Measured:
 
 @dataclass(frozen=True)
 class ContourTest:
-    """One contour followed under one or more schemes.
+    """One contour followed under one or more schemes."""
 
-    Parameters
-    ----------
-    source
-        File that it was read from.
-    provenance
-        What made the file.
-    feed
-        Speed along the contour [m/s].
-    radius
-        Radius of the circle [m]; None for a path.
-    direction
-        1 counter-clockwise, -1 clockwise.
-    labels
-        What each glitch stands at: the quadrants of a circle, the reversals of a path.
-    contours
-        One per scheme.
-    prediction
-        What the machines drawn from what was identified say; None where none were.
-    runs
-        The runs themselves, without traces; none of an earlier report.
-    """
-
-    source: str
-    provenance: Mapping[str, Any]
-    feed: float
-    radius: float | None
-    direction: int
-    labels: tuple[str, ...]
-    contours: tuple[Contour, ...]
-    prediction: Prediction | None = None
+    source: str  # File that it was read from
+    provenance: Mapping[str, Any]  # What made the file
+    feed: float  # Speed along the contour [m/s]
+    radius: float | None  # Radius of the circle [m]; None for a path
+    direction: int  # 1 counter-clockwise, -1 clockwise
+    labels: tuple[str, ...]  # What each glitch stands at: the quadrants of a circle, the reversals of a path
+    contours: tuple[Contour, ...]  # One per scheme
+    prediction: Prediction | None = None  # What the machines drawn from what was identified say; None where none were
+    # The runs themselves, without traces; none of an earlier report
     runs: Sequence[ContourRun[Any, Any]] = field(default=(), compare=False)
 
     @property
@@ -197,45 +151,20 @@ def _alike(one: float, other: float) -> bool:
 
 @dataclass(frozen=True)
 class ReportInput:
-    """All that was given for a report, the newest of each, and what it takes the place of.
+    """All that was given for a report, the newest of each, and what it takes the place of."""
 
-    Parameters
-    ----------
-    items
-        The newest document of each kind and axis.
-    tests
-        The newest run of each contour.
-    records
-        Records of logs, for measured points.
-    pairs
-        Earlier and newest document of one kind and axis.
-    test_pairs
-        Earlier and newest run of one contour.
-    replaced
-        Earlier documents that stand whole in a newer one, as a static map does in the file of the GMS model.
-    logs
-        Names of the log files, each with the kinds of its records.
-    circles
-        Measured circles.
-    machine
-        The machine file that was given, or that the runs were made with; empty where there is none.
-    tolerance
-        Glitch that is allowed [m]; None where nothing was asked.
-    maps
-        Names of the maps over feed and radius, and what they hold.
-    """
-
-    items: tuple[Item, ...] = ()
-    tests: tuple[ContourTest, ...] = ()
-    records: tuple[Record, ...] = ()
-    pairs: tuple[tuple[Item, Item], ...] = ()
-    test_pairs: tuple[tuple[ContourTest, ContourTest], ...] = ()
+    items: tuple[Item, ...] = ()  # The newest document of each kind and axis
+    tests: tuple[ContourTest, ...] = ()  # The newest run of each contour
+    records: tuple[Record, ...] = ()  # Records of logs, for measured points
+    pairs: tuple[tuple[Item, Item], ...] = ()  # Earlier and newest document of one kind and axis
+    test_pairs: tuple[tuple[ContourTest, ContourTest], ...] = ()  # Earlier and newest run of one contour
+    # Earlier documents that stand whole in a newer one, as a static map does in the file of the GMS model
     replaced: tuple[Item, ...] = ()
-    logs: tuple[tuple[str, str], ...] = ()
-    circles: tuple[Measured, ...] = ()
-    machine: str = ""
-    tolerance: float | None = None
-    maps: tuple[tuple[str, CircleMapDocument], ...] = ()
+    logs: tuple[tuple[str, str], ...] = ()  # Names of the log files, each with the kinds of its records
+    circles: tuple[Measured, ...] = ()  # Measured circles
+    machine: str = ""  # The machine file that was given, or that the runs were made with; empty where there is none
+    tolerance: float | None = None  # Glitch that is allowed [m]; None where nothing was asked
+    maps: tuple[tuple[str, CircleMapDocument], ...] = ()  # Names of the maps over feed and radius, and what they hold
 
     def of(self, kind: str, axis: str) -> Item | None:
         """Return the document of a kind for an axis, or None."""

@@ -26,15 +26,9 @@ SAMPLES = {"constant-velocity": 16_384, "presliding-sine": 4096, "sliding-sine":
 
 @dataclass(frozen=True)
 class AxisFiles:
-    """The files of one axis in the folder of a reproduction.
+    """The files of one axis in the folder of a reproduction."""
 
-    Parameters
-    ----------
-    folder
-        Where they are.
-    """
-
-    folder: Path
+    folder: Path  # Where they are
 
     def log(self, kind: str) -> Path:
         """Return the log of one kind of experiment."""

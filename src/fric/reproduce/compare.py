@@ -25,31 +25,16 @@ CURVE = 100e-6
 
 @dataclass(frozen=True)
 class Row:
-    """One number beside the one it is compared with.
+    """One number beside the one it is compared with."""
 
-    Parameters
-    ----------
-    name
-        What it is.
-    given, found
-        What the machine file says, and what came out, in ``unit``.
-    interval
-        95 % interval of what came out, in ``unit``; empty where there is none.
-    unit
-        The unit that people read.
-    difference
-        Relative difference; None where it means nothing.
-    reason
-        Why it differs, where it differs much.
-    """
-
-    name: str
+    name: str  # What it is
+    # given, found: what the machine file says, and what came out, in ``unit``
     given: str
     found: str
-    interval: str
-    unit: str
-    difference: float | None
-    reason: str = ""
+    interval: str  # 95 % interval of what came out, in ``unit``; empty where there is none
+    unit: str  # The unit that people read
+    difference: float | None  # Relative difference; None where it means nothing
+    reason: str = ""  # Why it differs, where it differs much
 
 
 def plant_rows(part: AxisPart, found: PlantDocument, motion: Motion) -> list[Row]:
@@ -126,21 +111,11 @@ def design_rows(
 
 @dataclass(frozen=True)
 class SchemeRow:
-    """What a scheme left of a circle, beside what was published.
+    """What a scheme left of a circle, beside what was published."""
 
-    Parameters
-    ----------
-    run
-        The run.
-    published
-        The published glitch [m], where there is one.
-    reduction
-        Share of the glitch without compensation that is gone; None for that one itself.
-    """
-
-    run: CircleRun
-    published: float | None
-    reduction: float | None
+    run: CircleRun  # The run
+    published: float | None  # The published glitch [m], where there is one
+    reduction: float | None  # Share of the glitch without compensation that is gone; None for that one itself
 
     @property
     def difference(self) -> float | None:

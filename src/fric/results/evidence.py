@@ -21,24 +21,12 @@ from fric.simulate.prediction import Prediction, predicted
 
 @dataclass(frozen=True)
 class KnownMachine:
-    """What machines are drawn from, and what they are made to agree with.
+    """What machines are drawn from, and what they are made to agree with."""
 
-    Parameters
-    ----------
-    identified
-        The machine with the intervals of what was identified.
-    tests
-        Measured circles.
-    left
-        What the machine's models leave of them; None without any.
-    unused
-        Why a circle could not be used.
-    """
-
-    identified: Identified
-    tests: Sequence[MeasuredCircle]
-    left: LeftOver | None
-    unused: tuple[Notice, ...] = ()
+    identified: Identified  # The machine with the intervals of what was identified
+    tests: Sequence[MeasuredCircle]  # Measured circles
+    left: LeftOver | None  # What the machine's models leave of them; None without any
+    unused: tuple[Notice, ...] = ()  # Why a circle could not be used
 
     @classmethod
     def of(cls, identified: Identified, measured: Any, axes: Sequence[str] | None, seed: int) -> KnownMachine:

@@ -42,21 +42,11 @@ NOTABLE = 1.2
 
 @dataclass(frozen=True)
 class Expectation:
-    """What planned records tell of an axis.
+    """What planned records tell of an axis."""
 
-    Parameters
-    ----------
-    parameters
-        By name, ``k_2`` being that of the second block.
-    blocks
-        Number of slip blocks that the identification finds; None where there is no GMS model.
-    notices
-        What cannot be expected of these records.
-    """
-
-    parameters: Mapping[str, Expected]
-    blocks: int | None
-    notices: tuple[Notice, ...]
+    parameters: Mapping[str, Expected]  # By name, ``k_2`` being that of the second block
+    blocks: int | None  # Number of slip blocks that the identification finds; None where there is no GMS model
+    notices: tuple[Notice, ...]  # What cannot be expected of these records
 
 
 def identified(logs: Sequence[Log], blocks: int | str = "auto") -> Iterator[Identified]:

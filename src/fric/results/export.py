@@ -43,23 +43,12 @@ from fric.verdict.evidence import Candidate
 
 @dataclass(frozen=True)
 class Arc:
-    """One arc in LinuxCNC, and the same loop simulated along the reference that LinuxCNC's planner gave.
+    """One arc in LinuxCNC, and the same loop simulated along the reference that LinuxCNC's planner gave."""
 
-    Parameters
-    ----------
-    scheme
-        What was switched on.
-    feed
-        Speed along the arc [m/s].
-    direction
-        1 counter-clockwise, -1 clockwise.
-    measured, simulated
-        What was left of the circle, in LinuxCNC and by simulation.
-    """
-
-    scheme: Scheme
-    feed: float
-    direction: int
+    scheme: Scheme  # What was switched on
+    feed: float  # Speed along the arc [m/s]
+    direction: int  # 1 counter-clockwise, -1 clockwise
+    # measured, simulated: what was left of the circle, in LinuxCNC and by simulation
     measured: Circularity
     simulated: Circularity
 

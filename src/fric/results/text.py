@@ -24,21 +24,11 @@ WIDTH = 1000
 
 @dataclass(frozen=True)
 class Table:
-    """A table for people: the first column to the left, numbers to the right.
+    """A table for people: the first column to the left, numbers to the right."""
 
-    Parameters
-    ----------
-    columns
-        Headings.
-    rows
-        Cells, a row of as many as there are headings.
-    title
-        What stands above it.
-    """
-
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]] = field(default_factory=list)
-    title: str = ""
+    columns: Sequence[str]  # Headings
+    rows: Sequence[Sequence[str]] = field(default_factory=list)  # Cells, a row of as many as there are headings
+    title: str = ""  # What stands above it
 
     def __rich__(self) -> rich.table.Table:
         """Return the table as Rich prints it."""

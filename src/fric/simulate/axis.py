@@ -32,41 +32,20 @@ EDGE = 1.0 + 1e-7
 
 @dataclass(frozen=True)
 class Trace:
-    """What a run of one axis recorded, one value a controller sample.
+    """What a run of one axis recorded, one value a controller sample."""
 
-    Parameters
-    ----------
-    time
-        Sample instants [s], shape (n,).
-    reference, position, measured
-        Position asked for, true, and as the encoder tells it [m], shape (n,).
-    velocity
-        True velocity [m/s], shape (n,).
-    input
-        Control voltage [V], shape (n,).
-    friction
-        True friction force [N], shape (n,).
-    feedforward
-        Friction feedforward [V], shape (n,).
-    disturbance
-        The observers' estimate d̂ [V], shape (n,).
-    saturated
-        Samples at which the voltage was limited.
-    sensed
-        True position of what the encoder is on [m], shape (n,); None where that is `position`.
-    """
-
-    time: Real
+    time: Real  # Sample instants [s], shape (n,)
+    # reference, position, measured: position asked for, true, and as the encoder tells it [m], shape (n,)
     reference: Real
     position: Real
     measured: Real
-    velocity: Real
-    input: Real
-    friction: Real
-    feedforward: Real
-    disturbance: Real
-    saturated: int
-    sensed: Real | None = None
+    velocity: Real  # True velocity [m/s], shape (n,)
+    input: Real  # Control voltage [V], shape (n,)
+    friction: Real  # True friction force [N], shape (n,)
+    feedforward: Real  # Friction feedforward [V], shape (n,)
+    disturbance: Real  # The observers' estimate d̂ [V], shape (n,)
+    saturated: int  # Samples at which the voltage was limited
+    sensed: Real | None = None  # True position of what the encoder is on [m], shape (n,); None where that is `position`
 
 
 @one_blas_thread()

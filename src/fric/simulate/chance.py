@@ -31,17 +31,10 @@ class Chance:
     90 %, and 98 % of them in the mean. It is a tolerance interval (Hahn and Meeker, Statistical Intervals, chapter 4),
     with the median as its centre.
     Least and largest of the five hold two of three.
-
-    Parameters
-    ----------
-    values
-        The figure at each place; one alone where it does not hang on counts.
-    least
-        What it cannot be less than: 0 for a magnitude.
     """
 
-    values: tuple[float, ...]
-    least: float = -inf
+    values: tuple[float, ...]  # The figure at each place; one alone where it does not hang on counts
+    least: float = -inf  # What it cannot be less than: 0 for a magnitude
 
     @property
     def median(self) -> float:

@@ -18,27 +18,16 @@ from fric.simulate.machine import Machine
 class Circle:
     """A circular test.
 
-    Parameters
-    ----------
-    radius
-        Radius [m].
-    feed
-        Speed along the circle [m/s].
-    revolutions
-        Revolutions at full feed; the last one is looked at.
-    direction
-        1 counter-clockwise, -1 clockwise.
-
     Raises
     ------
     FricError
         When radius, feed or revolutions are not positive.
     """
 
-    radius: float = 0.03
-    feed: float = 0.1
-    revolutions: int = 2
-    direction: int = 1
+    radius: float = 0.03  # Radius [m]
+    feed: float = 0.1  # Speed along the circle [m/s]
+    revolutions: int = 2  # Revolutions at full feed; the last one is looked at
+    direction: int = 1  # 1 counter-clockwise, -1 clockwise
 
     def __post_init__(self) -> None:
         for name in ("radius", "feed", "revolutions"):

@@ -33,29 +33,15 @@ Followed = TypeVar("Followed", bound=Contour)
 
 @dataclass(frozen=True, eq=False)
 class ContourRun(Generic[Followed, Left]):
-    """What one scheme makes of a contour; where that hangs on counts, the run whose glitch is the median over places.
+    """What one scheme makes of a contour: where that hangs on counts, the run of the median glitch over places."""
 
-    Parameters
-    ----------
-    scheme
-        The compensation scheme.
-    test
-        The contour.
-    traces
-        What each axis recorded, by its name; an axis that is not simulated follows its reference exactly.
-    contour
-        What the scheme leaves of it.
-    warnings
-        What the user should know.
-    places
-        What it leaves at each place between two counts (`fric.simulate.chance`); empty where one run tells it.
-    """
-
-    scheme: Scheme
-    test: Followed
+    scheme: Scheme  # The compensation scheme
+    test: Followed  # The contour
+    # What each axis recorded, by its name; an axis that is not simulated follows its reference exactly
     traces: Mapping[str, Trace]
-    contour: Left
-    warnings: tuple[Notice, ...] = ()
+    contour: Left  # What the scheme leaves of it
+    warnings: tuple[Notice, ...] = ()  # What the user should know
+    # What it leaves at each place between two counts (`fric.simulate.chance`); empty where one run tells it
     places: tuple[Figures, ...] = ()
 
     def chance(self, name: Literal["glitch", "rms", "range", "oscillation"] = "glitch") -> Chance:

@@ -35,43 +35,26 @@ ACCURACY = 5e-9
 class Study:
     """What is run on each of many machines.
 
-    Parameters
-    ----------
-    machine
-        The nominal machine.
-    schemes
-        The compensation schemes.
-    circle
-        The test.
-    seed
-        Seed of the machines.
-    spreads, intervals, covariances, discrepancies
-        What is drawn, as in `draw_machine`.
-    completion
-        Makes each machine agree with circles that were measured, by the machine and its number; see
-        `fric.identify.circle.left_over`.
-    only
-        Name of the one axis that is simulated.
-    accuracy
-        By how much the integration of the plant may move a glitch [m]; 0 for the last digits.
-
     Raises
     ------
     FricError
         When a spread is of nothing that there is, or the accuracy is negative.
     """
 
-    machine: Machine
-    schemes: tuple[Scheme, ...]
-    circle: Circle = field(default_factory=Circle)
-    seed: int = 0
+    machine: Machine  # The nominal machine
+    schemes: tuple[Scheme, ...]  # The compensation schemes
+    circle: Circle = field(default_factory=Circle)  # The test
+    seed: int = 0  # Seed of the machines
+    # spreads, intervals, covariances, discrepancies: what is drawn, as in `draw_machine`
     spreads: Mapping[str, Spread] = field(default_factory=lambda: DEFAULT_SPREADS)
     intervals: Mapping[str, Intervals] = field(default_factory=dict)
     covariances: Mapping[str, Sequence[Covariance]] = field(default_factory=dict)
     discrepancies: Mapping[str, Mapping[str, Spread]] = field(default_factory=dict)
+    # Makes each machine agree with circles that were measured, by the machine and its number; see
+    # `fric.identify.circle.left_over`
     completion: Callable[[Machine, int], Machine] | None = None
-    only: str | None = None
-    accuracy: float = ACCURACY
+    only: str | None = None  # Name of the one axis that is simulated
+    accuracy: float = ACCURACY  # By how much the integration of the plant may move a glitch [m]; 0 for the last digits
 
     def __post_init__(self) -> None:
         check_spreads(self.spreads)
@@ -117,30 +100,16 @@ class Study:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the schemes left on one of the machines.
+    """What the schemes left on one of the machines."""
 
-    Parameters
-    ----------
-    index
-        Number of the machine.
-    drawn
-        What was drawn for it, by ``AXIS.NAME``: factors of spreads [1], values drawn from intervals [SI].
-    quadrants
-        Glitch per scheme at +x, +y, -x and -y [m], shape (schemes, 4); nan where the scheme could not run.
-    saturated
-        Whether the drive saturated, shape (schemes,).
-    swings
-        What swings where no axis reverses [m], shape (schemes,); nan where the scheme could not run.
-    failures
-        Why a scheme could not run, by its name: a loop that is not stable on this machine.
-    """
-
-    index: int
+    index: int  # Number of the machine
+    # What was drawn for it, by ``AXIS.NAME``: factors of spreads [1], values drawn from intervals [SI]
     drawn: Mapping[str, float]
+    # Glitch per scheme at +x, +y, -x and -y [m], shape (schemes, 4); nan where the scheme could not run
     quadrants: Real
-    saturated: Mask
-    swings: Real
-    failures: Mapping[str, str]
+    saturated: Mask  # Whether the drive saturated, shape (schemes,)
+    swings: Real  # What swings where no axis reverses [m], shape (schemes,); nan where the scheme could not run
+    failures: Mapping[str, str]  # Why a scheme could not run, by its name: a loop that is not stable on this machine
 
 
 @dataclass(frozen=True)
@@ -165,20 +134,11 @@ class Distribution:
 
 @dataclass(frozen=True)
 class MonteCarlo:
-    """Outcomes of a study.
+    """Outcomes of a study."""
 
-    Parameters
-    ----------
-    study
-        What was run.
-    asked
-        Machines that were asked for.
-    outcomes
-        Those that were run: machines 0, 1, 2, …, fewer than asked for where the study was interrupted.
-    """
-
-    study: Study
-    asked: int
+    study: Study  # What was run
+    asked: int  # Machines that were asked for
+    # Those that were run: machines 0, 1, 2, …, fewer than asked for where the study was interrupted
     outcomes: tuple[Outcome, ...]
 
     def __len__(self) -> int:

@@ -18,28 +18,18 @@ from fric.simulate.machine import Machine
 class Grid:
     """What is run on each of many circles; a circle by its number, radius by radius.
 
-    Parameters
-    ----------
-    machine
-        The machine.
-    schemes
-        The compensation schemes.
-    feeds, radii
-        Feeds [m/s] and radii [m] of the circles, every one with every other.
-    accuracy
-        By how much the integration may move a glitch [m].
-
     Raises
     ------
     FricError
         When there is no feed or no radius.
     """
 
-    machine: Machine
-    schemes: tuple[Scheme, ...]
+    machine: Machine  # The machine
+    schemes: tuple[Scheme, ...]  # The compensation schemes
+    # feeds, radii: feeds [m/s] and radii [m] of the circles, every one with every other
     feeds: tuple[float, ...]
     radii: tuple[float, ...]
-    accuracy: float
+    accuracy: float  # By how much the integration may move a glitch [m]
 
     def __post_init__(self) -> None:
         if not (self.feeds and self.radii):

@@ -118,20 +118,14 @@ class RecordedPath:
 
     Between its samples it is a cubic spline, whose derivatives are velocity and acceleration.
 
-    Parameters
-    ----------
-    time
-        Sample instants [s], strictly increasing, shape (n,).
-    x, y
-        Where the axes were asked to be [m], each of shape (n,).
-
     Raises
     ------
     FricError
         When there are fewer than ten samples, the time does not rise, or the motion does not begin at rest.
     """
 
-    time: Real
+    time: Real  # Sample instants [s], strictly increasing, shape (n,)
+    # x, y: where the axes were asked to be [m], each of shape (n,)
     x: Real
     y: Real
 

@@ -32,32 +32,20 @@ ABOVE = 6.0
 
 @dataclass(frozen=True)
 class StatedController:
-    """A recorded voltage beside that of the stated controller.
+    """A recorded voltage beside that of the stated controller."""
 
-    Parameters
-    ----------
-    recorded, given
-        Both [V], shape (n,); the constant in which they differ, an integral that had begun before, is taken out.
-    added
-        What was added to the controller's output [V], shape (n,); None where nothing is seen.
-    apart
-        What is left between them, without what was added, over the recorded voltage less what is fed forward [1].
-    K_p, K_i
-        Gains that the recorded voltage shows, over the stated ones [1]; None for a gain that is stated as 0.
-    explained
-        What even these leave, over the same [1].
-    missed
-        What is left between both in the median [V], whatever was added.
-    """
-
+    # recorded, given: both [V], shape (n,); the constant in which they differ, an integral that had begun before, is
+    # taken out
     recorded: Real
     given: Real
-    added: Real | None
+    added: Real | None  # What was added to the controller's output [V], shape (n,); None where nothing is seen
+    # What is left between them, without what was added, over the recorded voltage less what is fed forward [1]
     apart: float
+    # K_p, K_i: gains that the recorded voltage shows, over the stated ones [1]; None for a gain that is stated as 0
     K_p: float
     K_i: float | None
-    explained: float
-    missed: float
+    explained: float  # What even these leave, over the same [1]
+    missed: float  # What is left between both in the median [V], whatever was added
 
     @property
     def as_stated(self) -> bool:

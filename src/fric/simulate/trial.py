@@ -15,29 +15,17 @@ from fric.simulate.reality.trace import logged
 
 @dataclass(frozen=True)
 class Trial:
-    """What is asked of an axis, and which part of it the drive's trace logs.
+    """What is asked of an axis, and which part of it the drive's trace logs."""
 
-    Parameters
-    ----------
-    reference
-        The motion.
-    name, kind
-        Name and kind of the record.
-    samples
-        Samples that the trace holds: what is longer is logged at a whole fraction of the controller's rate.
-    begin, end
-        The part that is logged [s]; the whole where not given.
-    excitation
-        Voltage added to the control voltage [V], shape (n,).
-    """
-
-    reference: Reference
+    reference: Reference  # The motion
+    # name, kind: name and kind of the record
     name: str
     kind: Kind
-    samples: int
+    samples: int  # Samples that the trace holds: what is longer is logged at a whole fraction of the controller's rate
+    # begin, end: the part that is logged [s]; the whole where not given
     begin: float = 0.0
     end: float | None = None
-    excitation: Real | None = None
+    excitation: Real | None = None  # Voltage added to the control voltage [V], shape (n,)
 
     @property
     def window(self) -> tuple[int, int]:
@@ -74,15 +62,9 @@ def logs_of(axis: Axis, trials: Iterable[Trial], seed: int = 0) -> Iterator[Log]
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment: called with an axis, a seed and its settings it returns the records; `trials` plans them alone.
+    """An experiment: called with an axis, a seed and its settings it returns the records; `trials` plans them alone."""
 
-    Parameters
-    ----------
-    trials
-        What is asked of the axis, one trial a record, by the settings.
-    """
-
-    trials: Callable[..., list[Trial]]
+    trials: Callable[..., list[Trial]]  # What is asked of the axis, one trial a record, by the settings
 
     def __call__(self, axis: Axis, *, seed: int = 0, **settings: object) -> list[Log]:
         """Return the records of the axis, which begins at rest."""

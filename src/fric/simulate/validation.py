@@ -37,22 +37,13 @@ LEAD = 0.05
 
 @dataclass(frozen=True)
 class Compared:
-    """One signal, measured and simulated.
+    """One signal, measured and simulated."""
 
-    Parameters
-    ----------
-    measured, simulated
-        Both, shape (n,).
-    relative
-        ``‖measured - simulated‖/‖measured‖`` [1].
-    rms
-        Root mean square of the difference, in the signal's unit.
-    """
-
+    # measured, simulated: both, shape (n,)
     measured: Real
     simulated: Real
-    relative: float
-    rms: float
+    relative: float  # ``‖measured - simulated‖/‖measured‖`` [1]
+    rms: float  # Root mean square of the difference, in the signal's unit
 
 
 @dataclass(frozen=True)

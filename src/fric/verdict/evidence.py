@@ -22,41 +22,23 @@ SHARE = 0.95
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """What one compensation scheme leaves of a contour.
+    """What one compensation scheme leaves of a contour."""
 
-    Parameters
-    ----------
-    scheme
-        The scheme.
-    glitches
-        Signed glitch at each reversal [m].
-    glitch
-        The largest magnitude of them [m]; the median over places where it hangs on counts.
-    places
-        The same at each place between two counts [m], the same places for every scheme (`fric.simulate.chance`); empty
-        where one run tells it.
-    warnings
-        What the simulation told; one of severity ``wrong`` forbids the scheme.
-    drawn
-        Glitch on each of the machines that were drawn [m], the same machines for every scheme; nan on one where the
-        scheme cannot run. Empty where none was drawn.
-    oscillation
-        What swings where no axis reverses [m] (`fric.contour.Circularity.oscillation`); 0 where it is not known.
-    swings
-        The same on each of the machines that were drawn [m]; empty where it is not known.
-    predicted
-        What the machines drawn from what was identified say of it, with the encoder's step taken in, and why that must
-        not be trusted; None where they were drawn otherwise, or none was.
-    """
-
-    scheme: Scheme
-    glitches: tuple[float, ...]
-    glitch: float
+    scheme: Scheme  # The scheme
+    glitches: tuple[float, ...]  # Signed glitch at each reversal [m]
+    glitch: float  # The largest magnitude of them [m]; the median over places where it hangs on counts
+    # The same at each place between two counts [m], the same places for every scheme (`fric.simulate.chance`); empty
+    # where one run tells it
     places: tuple[float, ...] = ()
-    warnings: tuple[Notice, ...] = ()
+    warnings: tuple[Notice, ...] = ()  # What the simulation told; one of severity ``wrong`` forbids the scheme
+    # Glitch on each of the machines that were drawn [m], the same machines for every scheme; nan on one where the
+    # scheme cannot run. Empty where none was drawn.
     drawn: tuple[float, ...] = ()
+    # What swings where no axis reverses [m] (`fric.contour.Circularity.oscillation`); 0 where it is not known
     oscillation: float = 0.0
-    swings: tuple[float, ...] = ()
+    swings: tuple[float, ...] = ()  # The same on each of the machines that were drawn [m]; empty where it is not known
+    # What the machines drawn from what was identified say of it, with the encoder's step taken in, and why that must
+    # not be trusted; None where they were drawn otherwise, or none was
     predicted: Predicted | None = None
 
     @property
@@ -122,56 +104,27 @@ def bare(candidates: Iterable[Candidate]) -> Candidate | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What a verdict rests on.
+    """What a verdict rests on."""
 
-    Parameters
-    ----------
-    candidates
-        What was run.
-    axes
-        Names of the axes that were run; the verdict is of no other.
-    resolution
-        The coarsest step of their encoders [m]: no smaller difference is spoken of.
-    exact
-        Whether the controllers believe exactly the friction and the plant that the machine has.
-    compared
-        Whether a measured circle was held against the prediction.
-    disagreements
-        Where a measured circle is not as predicted, with the likely cause.
-    notices
-        What the files that the machine is made of, and the runs, warn of.
-    distrust
-        Why no interval of a prediction must be trusted.
-    settled
-        What speaks against the machine's files, and not against the machines that were drawn: they were made to agree
-        with the circle that shows it.
-    measured
-        The largest glitch that was measured on this circle [m], by name of the scheme that was on.
-    tolerance
-        Glitch that is allowed [m]; None where nothing was asked.
-    machine, circle
-        Names of the machine's file and of the measured circle's, for what to type next.
-    command
-        The command that simulated; empty where it is not known.
-    rotary
-        Whether all axes are rotary, which no circle is of.
-    """
-
-    candidates: Sequence[Candidate] = ()
-    axes: tuple[str, ...] = ()
-    resolution: float = 0.0
-    exact: bool = False
-    compared: bool = False
-    disagreements: Sequence[Notice] = ()
-    notices: Sequence[Notice] = ()
-    distrust: Sequence[Notice] = ()
+    candidates: Sequence[Candidate] = ()  # What was run
+    axes: tuple[str, ...] = ()  # Names of the axes that were run; the verdict is of no other
+    resolution: float = 0.0  # The coarsest step of their encoders [m]: no smaller difference is spoken of
+    exact: bool = False  # Whether the controllers believe exactly the friction and the plant that the machine has
+    compared: bool = False  # Whether a measured circle was held against the prediction
+    disagreements: Sequence[Notice] = ()  # Where a measured circle is not as predicted, with the likely cause
+    notices: Sequence[Notice] = ()  # What the files that the machine is made of, and the runs, warn of
+    distrust: Sequence[Notice] = ()  # Why no interval of a prediction must be trusted
+    # What speaks against the machine's files, and not against the machines that were drawn: they were made to agree
+    # with the circle that shows it
     settled: Sequence[Notice] = ()
+    # The largest glitch that was measured on this circle [m], by name of the scheme that was on
     measured: Mapping[str, float] = field(default_factory=dict)
-    tolerance: float | None = None
+    tolerance: float | None = None  # Glitch that is allowed [m]; None where nothing was asked
+    # machine, circle: names of the machine's file and of the measured circle's, for what to type next
     machine: str = "MACHINE.yaml"
     circle: str = "CIRCLE.h5"
-    command: str = ""
-    rotary: bool = False
+    command: str = ""  # The command that simulated; empty where it is not known
+    rotary: bool = False  # Whether all axes are rotary, which no circle is of
 
     @property
     def machines(self) -> int:
@@ -181,33 +134,16 @@ class Evidence:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What to do.
+    """What to do."""
 
-    Parameters
-    ----------
-    choice
-        What is recommended; None where nothing is.
-    headline
-        The verdict in a sentence or two.
-    why
-        Why it is not to be trusted yet; empty where it is.
-    effort
-        What less, or more, effort would change, as far as differences are sure; what must not be used.
-    next
-        What to type next.
-    kept
-        Whether the tolerance is kept on 95 % of the machines; None where none was asked.
-    settled
-        As in `Evidence`.
-    """
-
-    choice: Candidate | None
-    headline: str
-    why: tuple[Notice, ...] = ()
+    choice: Candidate | None  # What is recommended; None where nothing is
+    headline: str  # The verdict in a sentence or two
+    why: tuple[Notice, ...] = ()  # Why it is not to be trusted yet; empty where it is
+    # What less, or more, effort would change, as far as differences are sure; what must not be used
     effort: tuple[str, ...] = ()
-    next: tuple[str, ...] = ()
-    kept: bool | None = None
-    settled: tuple[Notice, ...] = ()
+    next: tuple[str, ...] = ()  # What to type next
+    kept: bool | None = None  # Whether the tolerance is kept on 95 % of the machines; None where none was asked
+    settled: tuple[Notice, ...] = ()  # As in `Evidence`
 
     @property
     def result(self) -> tuple[str, str]:

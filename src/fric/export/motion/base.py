@@ -12,28 +12,17 @@ from fric.units import Motion
 
 @dataclass(frozen=True, eq=False)
 class Move:
-    """One record: an axis runs along a motion around the middle of its travel, where the work offset is zero.
+    """One record: an axis runs along a motion around the middle of its travel, where the work offset is zero."""
 
-    Parameters
-    ----------
-    number, name
-        Number in the plan, from 1, and name of the record.
-    axis, motion
-        Name of the axis, and whether it is linear or rotary.
-    reference
-        The motion.
-    log
-        The part that is logged [s].
-    excitation
-        Voltage that is added to the control voltage [V], shape (n,); None where there is none.
-    """
-
+    # number, name: number in the plan, from 1, and name of the record
     number: int
     name: str
+    # axis, motion: name of the axis, and whether it is linear or rotary
     axis: str
     motion: Motion
-    reference: Reference
-    log: tuple[float, float]
+    reference: Reference  # The motion
+    log: tuple[float, float]  # The part that is logged [s]
+    # Voltage that is added to the control voltage [V], shape (n,); None where there is none
     excitation: Real | None = None
 
     @cached_property
@@ -44,45 +33,27 @@ class Move:
 
 @dataclass(frozen=True)
 class Arc:
-    """Whole circles of two axes around the middle of their travel, begun and ended 45° before the first reversal.
+    """Whole circles of two axes around the middle of their travel, begun and ended 45° before the first reversal."""
 
-    Parameters
-    ----------
-    number, name
-        As of a `Move`.
-    axes
-        Names of both axes.
-    radius, feed
-        Radius [m] and speed [m/s].
-    revolutions
-        Circles each way: the first begins at rest.
-    """
-
+    # number, name: as of a `Move`
     number: int
     name: str
-    axes: tuple[str, str]
+    axes: tuple[str, str]  # Names of both axes
+    # radius, feed: radius [m] and speed [m/s]
     radius: float
     feed: float
-    revolutions: int
+    revolutions: int  # Circles each way: the first begins at rest
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """A language that controllers take motions in.
+    """A language that controllers take motions in."""
 
-    Parameters
-    ----------
-    name, doc
-        Its name, and one line on what it is.
-    move
-        Returns the files of a move by name.
-    arc
-        Returns the files of circles by name; none where it has no circles.
-    """
-
+    # name, doc: its name, and one line on what it is
     name: str
     doc: str
-    move: Callable[[Move], Mapping[str, str]]
+    move: Callable[[Move], Mapping[str, str]]  # Returns the files of a move by name
+    # Returns the files of circles by name; none where it has no circles
     arc: Callable[[Arc], Mapping[str, str]] = lambda _: {}
 
 

@@ -24,28 +24,15 @@ APPROACH = 0.1
 
 @dataclass(frozen=True)
 class Words:
-    """How a control spells what all have.
+    """How a control spells what all have."""
 
-    Parameters
-    ----------
-    ending
-        Of the file.
-    decimals
-        Digits of a position behind the point [mm, degrees].
-    remark
-        A comment, with ``{}`` for its text.
-    first, last
-        Lines before and behind, ``{number}`` and ``{name}`` filled in.
-    dwell
-        A rest, with ``{}`` for its seconds.
-    """
-
-    ending: str
-    decimals: int
-    remark: str
+    ending: str  # Of the file
+    decimals: int  # Digits of a position behind the point [mm, degrees]
+    remark: str  # A comment, with ``{}`` for its text
+    # first, last: lines before and behind, ``{number}`` and ``{name}`` filled in
     first: tuple[str, ...]
     last: tuple[str, ...]
-    dwell: str
+    dwell: str  # A rest, with ``{}`` for its seconds
 
     def head(self, number: int, name: str, *remarks: str) -> Iterator[str]:
         """Yield the lines before a program's motion."""

@@ -49,21 +49,11 @@ static inline {real} {prefix}log1p({real} x)
 
 @dataclass(frozen=True)
 class Dialect:
-    """How numbers are written: in double or in single precision, with a prefix for every name.
+    """How numbers are written: in double or in single precision, with a prefix for every name."""
 
-    Parameters
-    ----------
-    prefix
-        What every name of the file begins with.
-    single
-        True for ``float``.
-    avoid
-        Names that mean something else where the C will stand.
-    """
-
-    prefix: str
-    single: bool = False
-    avoid: frozenset[str] = frozenset()
+    prefix: str  # What every name of the file begins with
+    single: bool = False  # True for ``float``
+    avoid: frozenset[str] = frozenset()  # Names that mean something else where the C will stand
 
     @property
     def real(self) -> str:

@@ -31,24 +31,12 @@ class Record:
 
 @dataclass(frozen=True)
 class Array:
-    """An array of reals, or a part of one.
+    """An array of reals, or a part of one."""
 
-    Parameters
-    ----------
-    symbol
-        The name of the whole array, ``state`` or ``parameters``, in every routine.
-    size
-        How many numbers it has.
-    first
-        Where the part begins in the whole.
-    whole
-        How many numbers the whole array has.
-    """
-
-    symbol: str
-    size: int
-    first: int
-    whole: int
+    symbol: str  # The name of the whole array, ``state`` or ``parameters``, in every routine
+    size: int  # How many numbers it has
+    first: int  # Where the part begins in the whole
+    whole: int  # How many numbers the whole array has
 
     @classmethod
     def of(cls, symbol: str, size: int) -> Array:
@@ -168,43 +156,21 @@ Statement = Assign | Branch | Count | Evaluate
 
 @dataclass(frozen=True)
 class Routine:
-    """A function of a program.
+    """A function of a program."""
 
-    Parameters
-    ----------
-    name
-        Its name, unique in the program.
-    arguments
-        What it takes.
-    body
-        What it does.
-    result
-        What it returns at its end; None for nothing.
-    note
-        The first line of its docstring.
-    """
-
-    name: str
-    arguments: tuple[Name, ...]
-    body: tuple[Statement, ...]
-    result: Expression | None
-    note: str
+    name: str  # Its name, unique in the program
+    arguments: tuple[Name, ...]  # What it takes
+    body: tuple[Statement, ...]  # What it does
+    result: Expression | None  # What it returns at its end; None for nothing
+    note: str  # The first line of its docstring
 
 
 @dataclass(frozen=True)
 class Program:
-    """Routines in an order in which each comes after those that it calls.
+    """Routines in an order in which each comes after those that it calls."""
 
-    Parameters
-    ----------
-    routines
-        The routines.
-    records
-        The records that they use.
-    """
-
-    routines: tuple[Routine, ...]
-    records: tuple[Record, ...]
+    routines: tuple[Routine, ...]  # The routines
+    records: tuple[Record, ...]  # The records that they use
 
     def calls(self, intrinsic: str) -> bool:
         """Return whether the program calls an intrinsic function."""

@@ -21,25 +21,14 @@ INTERFACE = ("init", "reset", "step")
 
 @dataclass(frozen=True)
 class Entry:
-    """A compiled step to read.
+    """A compiled step to read."""
 
-    Parameters
-    ----------
-    name
-        What it is called in the program.
-    step
-        The step as `fric.kernels.signatures` compiles it.
-    states, parameters
-        Sizes of its two arrays.
-    inner
-        The step whose address the parameters hold, where this one calls another.
-    """
-
-    name: str
-    step: Any
+    name: str  # What it is called in the program
+    step: Any  # The step as `fric.kernels.signatures` compiles it
+    # states, parameters: sizes of its two arrays
     states: int
     parameters: int
-    inner: Any = None
+    inner: Any = None  # The step whose address the parameters hold, where this one calls another
 
 
 def read_program(*entries: Entry) -> ir.Program:

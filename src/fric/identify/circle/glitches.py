@@ -18,46 +18,22 @@ quarter of the noise there. At 0.6 it was 0.7 of it, and intervals held 86 %."""
 
 @dataclass(frozen=True)
 class Glitch:
-    """The pulse at one reversal.
+    """The pulse at one reversal."""
 
-    Parameters
-    ----------
-    value
-        Its peak [m], outwards positive.
-    ci95
-        95 % interval of the peak [m].
-    width
-        Its width at half its height along the circle [m].
-    place
-        Where it peaks along the circle, behind the reversal of the reference [m].
-    unit
-        Of its peak.
-    """
-
-    value: float
-    ci95: tuple[float, float]
-    width: float
-    place: float
-    unit: str = "m"
+    value: float  # Its peak [m], outwards positive
+    ci95: tuple[float, float]  # 95 % interval of the peak [m]
+    width: float  # Its width at half its height along the circle [m]
+    place: float  # Where it peaks along the circle, behind the reversal of the reference [m]
+    unit: str = "m"  # Of its peak
 
 
 @dataclass(frozen=True)
 class Pulse:
-    """What a circle shows around one reversal, less what belongs to the geometry.
+    """What a circle shows around one reversal, less what belongs to the geometry."""
 
-    Parameters
-    ----------
-    phi
-        Angle behind the reversal in the direction of motion [rad], increasing, shape (n,).
-    rest
-        Radial deviation [m], shape (n,).
-    revolution
-        Number of the revolution, shape (n,).
-    """
-
-    phi: Real
-    rest: Real
-    revolution: Indices
+    phi: Real  # Angle behind the reversal in the direction of motion [rad], increasing, shape (n,)
+    rest: Real  # Radial deviation [m], shape (n,)
+    revolution: Indices  # Number of the revolution, shape (n,)
 
 
 def pulses(angle: Real, rest: Real, revolution: Indices, direction: int) -> dict[str, Pulse]:

@@ -16,27 +16,18 @@ BINS = 3600
 
 @dataclass(frozen=True)
 class Iso230:
-    """Figures of ISO 230-4 (2005), Section 3.
+    """Figures of ISO 230-4 (2005), Section 3."""
 
-    Parameters
-    ----------
-    G
-        Circular deviation of each direction of turning, by 1 and -1: least radial separation of two concentric circles
-        that hold the path [m].
-    G_b
-        Bidirectional circular deviation: of two circles that hold both paths [m]; None of one direction.
-    F_max, F_min
-        Largest and least radial deviation from the nominal circle around the least-squares centre of the path, over
-        all paths [m], positive outwards.
-    D
-        Mean bidirectional radial deviation: mean radius of both paths less the nominal radius [m]; None of one
-        direction.
-    """
-
+    # Circular deviation of each direction of turning, by 1 and -1: least radial separation of two concentric circles
+    # that hold the path [m]
     G: dict[int, float]
+    # Bidirectional circular deviation: of two circles that hold both paths [m]; None of one direction
     G_b: float | None
+    # F_max, F_min: largest and least radial deviation from the nominal circle around the least-squares centre of the
+    # path, over all paths [m], positive outwards
     F_max: float
     F_min: float
+    # Mean bidirectional radial deviation: mean radius of both paths less the nominal radius [m]; None of one direction
     D: float | None
 
 

@@ -38,44 +38,24 @@ GAINS = 0.9
 
 @dataclass(frozen=True)
 class Round:
-    """One round: what was fed forward, and what it left.
+    """One round: what was fed forward, and what it left."""
 
-    Parameters
-    ----------
-    run
-        The circle.
-    feedforward
-        Voltage against friction by axis [V], shape (n,).
-    """
-
-    run: CircleRun
-    feedforward: Mapping[str, Real]
+    run: CircleRun  # The circle
+    feedforward: Mapping[str, Real]  # Voltage against friction by axis [V], shape (n,)
 
 
 @dataclass(frozen=True)
 class Learned:
-    """A contour that was learned in simulation.
+    """A contour that was learned in simulation."""
 
-    Parameters
-    ----------
-    machine
-        The machine.
-    how
-        How it was learned.
-    rounds
-        The rounds at the place of the median last one, the first of which feeds forward what the controllers believe;
-        each run knows what it leaves at all places.
-    carried
-        What the last feedforward leaves of other circles, by angle: radius, feed [m], [m/s], and median glitch [m].
-    warnings
-        What the user should know.
-    """
-
-    machine: Machine
-    how: Learning
+    machine: Machine  # The machine
+    how: Learning  # How it was learned
+    # The rounds at the place of the median last one, the first of which feeds forward what the controllers believe;
+    # each run knows what it leaves at all places
     rounds: tuple[Round, ...]
+    # What the last feedforward leaves of other circles, by angle: radius, feed [m], [m/s], and median glitch [m]
     carried: tuple[tuple[float, float, float], ...]
-    warnings: tuple[Notice, ...]
+    warnings: tuple[Notice, ...]  # What the user should know
 
     @property
     def glitches(self) -> list[float]:

@@ -30,21 +30,11 @@ SHARE = 0.2
 
 @dataclass(frozen=True)
 class LeftOver:
-    """Measured circles, to which machines are completed.
+    """Measured circles, to which machines are completed."""
 
-    Parameters
-    ----------
-    records
-        By axis, the circles as balances of voltages.
-    tests
-        The circle tests.
-    seed
-        Of by how much another motion meets more or less of what is left over.
-    """
-
-    records: Mapping[str, tuple[VoltageRecord, ...]]
-    tests: tuple[MeasuredCircle, ...]
-    seed: int = 0
+    records: Mapping[str, tuple[VoltageRecord, ...]]  # By axis, the circles as balances of voltages
+    tests: tuple[MeasuredCircle, ...]  # The circle tests
+    seed: int = 0  # Of by how much another motion meets more or less of what is left over
 
     @classmethod
     def of(cls, tests: Sequence[MeasuredCircle], machine: Machine, axes: Sequence[str], seed: int = 0) -> LeftOver:

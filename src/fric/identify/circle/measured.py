@@ -24,23 +24,12 @@ CHANNELS = ("time", "reference", "position", "input", "force")
 
 @dataclass(frozen=True)
 class AxisTrace:
-    """What was recorded of one axis.
+    """What was recorded of one axis."""
 
-    Parameters
-    ----------
-    time
-        Sample instants [s], strictly increasing, shape (n,).
-    position
-        Measured position [m], shape (n,).
-    reference
-        Position that was asked for [m], shape (n,).
-    input, force
-        Voltage as it left the controller [V], motor force [N], shape (n,).
-    """
-
-    time: Real
-    position: Real
-    reference: Real | None = None
+    time: Real  # Sample instants [s], strictly increasing, shape (n,)
+    position: Real  # Measured position [m], shape (n,)
+    reference: Real | None = None  # Position that was asked for [m], shape (n,)
+    # input, force: voltage as it left the controller [V], motor force [N], shape (n,)
     input: Real | None = None
     force: Real | None = None
 

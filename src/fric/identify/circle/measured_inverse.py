@@ -25,18 +25,10 @@ FAST = 0.05
 
 @dataclass(frozen=True)
 class Learning:
-    """How a round is learned.
+    """How a round is learned."""
 
-    Parameters
-    ----------
-    share
-        Share of what a round tells that is taken over, γ [1].
-    bandwidth
-        Corner of the low-pass, which leaves out what does not repeat [Hz].
-    """
-
-    share: float
-    bandwidth: float
+    share: float  # Share of what a round tells that is taken over, γ [1]
+    bandwidth: float  # Corner of the low-pass, which leaves out what does not repeat [Hz]
 
     @classmethod
     def at(cls, feed: float, share: float | None = None, bandwidth: float | None = None) -> Learning:
@@ -99,26 +91,16 @@ def next_feedforward(
 
 @dataclass(frozen=True)
 class Table:
-    """The feedforward of the next round of a measured circle.
+    """The feedforward of the next round of a measured circle."""
 
-    Parameters
-    ----------
-    test
-        The circle that it is for.
-    how
-        How it was learned.
-    time, reference, voltage
-        By axis: instants [s], reference [m] and voltage against friction [V], each of shape (n,).
-    warnings
-        What the user should know.
-    """
-
-    test: MeasuredCircle
-    how: Learning
+    test: MeasuredCircle  # The circle that it is for
+    how: Learning  # How it was learned
+    # time, reference, voltage: by axis: instants [s], reference [m] and voltage against friction [V], each of shape
+    # (n,)
     time: Mapping[str, Real]
     reference: Mapping[str, Real]
     voltage: Mapping[str, Real]
-    warnings: tuple[Notice, ...]
+    warnings: tuple[Notice, ...]  # What the user should know
 
 
 def learn_from(

@@ -34,30 +34,16 @@ DIFFERS, MORE = 1.5, 0.15e-6
 
 @dataclass(frozen=True)
 class NextCircle:
-    """What one scheme should leave of a circle.
+    """What one scheme should leave of a circle."""
 
-    Parameters
-    ----------
-    feed, radius
-        The circle [m/s], [m].
-    scheme
-        The scheme.
-    chance
-        Its largest glitch at each place between two counts [m].
-    ci95
-        Between what it lies [m].
-    model
-        The same as `chance`, if friction were what was found and nothing besides.
-    other_law
-        Whether what is left over makes more of the circle than the model, and than the encoder explains.
-    """
-
+    # feed, radius: the circle [m/s], [m]
     feed: float
     radius: float
-    scheme: str
-    chance: Chance
-    ci95: tuple[float, float]
-    model: Chance
+    scheme: str  # The scheme
+    chance: Chance  # Its largest glitch at each place between two counts [m]
+    ci95: tuple[float, float]  # Between what it lies [m]
+    model: Chance  # The same as `chance`, if friction were what was found and nothing besides
+    # Whether what is left over makes more of the circle than the model, and than the encoder explains
     other_law: bool = False
 
     @property

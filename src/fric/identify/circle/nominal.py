@@ -22,25 +22,14 @@ PRIOR_ALPHA, PRIOR_K = 0.4, 0.7
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Coordinates about a friction model and a delay.
+    """Coordinates about a friction model and a delay."""
 
-    Parameters
-    ----------
-    model
-        The nominal friction.
-    T_d
-        The nominal delay [s].
-    names
-        Coordinates that are free: of `FOUR`, ``ratio`` (what F_s exceeds F_c by), ``v_s``, ``delta``, ``alpha_i``,
-        ``k_i``, ``side`` (the level of the positive direction over that of the negative one).
-    side
-        What ``side`` is nominally, as a logarithm.
-    """
-
-    model: GMS
-    T_d: float
+    model: GMS  # The nominal friction
+    T_d: float  # The nominal delay [s]
+    # Coordinates that are free: of `FOUR`, ``ratio`` (what F_s exceeds F_c by), ``v_s``, ``delta``, ``alpha_i``,
+    # ``k_i``, ``side`` (the level of the positive direction over that of the negative one)
     names: tuple[str, ...] = FOUR
-    side: float = 0.0
+    side: float = 0.0  # What ``side`` is nominally, as a logarithm
 
     @classmethod
     def of(cls, nominal: FrictionModel, T_d: float) -> Coordinates:

@@ -17,18 +17,10 @@ STANDS_OUT = 20.0
 
 @dataclass(frozen=True)
 class Periodic:
-    """An error of position that repeats along one axis.
+    """An error of position that repeats along one axis."""
 
-    Parameters
-    ----------
-    axis
-        0 for the first axis of the circle, 1 for the second.
-    pitch
-        Length of a period [m].
-    """
-
-    axis: int
-    pitch: float
+    axis: int  # 0 for the first axis of the circle, 1 for the second
+    pitch: float  # Length of a period [m]
 
     def columns(self, angle: Real, radius: float) -> Real:
         """Return the radial deviation of a cosine and a sine of one metre along the axis, shape (n, 2)."""

@@ -18,28 +18,15 @@ ROUND = 2e-3
 
 @dataclass(frozen=True)
 class FoundCircle:
-    """A circle that a motion runs through.
+    """A circle that a motion runs through."""
 
-    Parameters
-    ----------
-    samples
-        The samples from rest to rest.
-    centre
-        Its centre [m].
-    radius, feed
-        As found [m], [m/s].
-    direction
-        1 counter-clockwise, -1 clockwise.
-    revolutions
-        How far it turns [1].
-    """
-
-    samples: slice
-    centre: tuple[float, float]
+    samples: slice  # The samples from rest to rest
+    centre: tuple[float, float]  # Its centre [m]
+    # radius, feed: as found [m], [m/s]
     radius: float
     feed: float
-    direction: int
-    revolutions: float
+    direction: int  # 1 counter-clockwise, -1 clockwise
+    revolutions: float  # How far it turns [1]
 
 
 def fit_circle(x: Real, y: Real) -> tuple[float, float, float]:
@@ -157,26 +144,13 @@ def rounded(value: float, within: float = ROUND) -> float:
 
 @dataclass(frozen=True)
 class Revolutions:
-    """The whole revolutions of a circle test at steady feed.
+    """The whole revolutions of a circle test at steady feed."""
 
-    Parameters
-    ----------
-    test
-        The circle test.
-    angle
-        Angle on the circle that was asked for [rad], unwrapped, in the order of the motion, shape (n,).
-    deviation
-        Radial deviation from the nominal circle [m], shape (n,).
-    revolution
-        Number of the revolution that each sample is of, shape (n,).
-    errors
-        Reference less position of each axis [m], by name, shape (n,); none of an axis without reference.
-    """
-
-    test: MeasuredCircle
-    angle: Real
-    deviation: Real
-    revolution: Indices
+    test: MeasuredCircle  # The circle test
+    angle: Real  # Angle on the circle that was asked for [rad], unwrapped, in the order of the motion, shape (n,)
+    deviation: Real  # Radial deviation from the nominal circle [m], shape (n,)
+    revolution: Indices  # Number of the revolution that each sample is of, shape (n,)
+    # Reference less position of each axis [m], by name, shape (n,); none of an axis without reference
     errors: dict[str, Real]
 
     @property

@@ -24,20 +24,11 @@ class Balance:
     """Voltages of one axis over some circles: ``W[u(t - T_d)] = m·W[z̈] + a·W[ż] + o + W[F]/K_f``.
 
     The plant's m = 1/B and a = A/B, and an offset o of each circle, are linear and eliminated.
-
-    Parameters
-    ----------
-    records
-        The circles.
-    coordinates
-        What is searched.
-    K_f
-        Force constant that the controller believes [N/V]: friction and it are not told apart, so it is kept.
     """
 
-    records: tuple[VoltageRecord, ...]
-    coordinates: Coordinates
-    K_f: float
+    records: tuple[VoltageRecord, ...]  # The circles
+    coordinates: Coordinates  # What is searched
+    K_f: float  # Force constant that the controller believes [N/V]: friction and it are not told apart, so it is kept
 
     @property
     def weights(self) -> Real:
@@ -68,27 +59,13 @@ class Balance:
 
 @dataclass(frozen=True)
 class Fitted:
-    """What a search found.
+    """What a search found."""
 
-    Parameters
-    ----------
-    balance
-        What was balanced.
-    x
-        The point found, shape (p,).
-    plant
-        m [V·s²/m], a [V·s/m], and the offset of each circle [V].
-    residual
-        What is left at each sample used, circle after circle, not weighed [V].
-    gradient
-        Its derivatives by x, then by the plant's parameters, shape (n, p + 2 + circles).
-    """
-
-    balance: Balance
-    x: Real
-    plant: Real
-    residual: Real
-    gradient: Real
+    balance: Balance  # What was balanced
+    x: Real  # The point found, shape (p,)
+    plant: Real  # m [V·s²/m], a [V·s/m], and the offset of each circle [V]
+    residual: Real  # What is left at each sample used, circle after circle, not weighed [V]
+    gradient: Real  # Its derivatives by x, then by the plant's parameters, shape (n, p + 2 + circles)
 
     @property
     def rms(self) -> float:

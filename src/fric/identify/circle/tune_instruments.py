@@ -26,25 +26,14 @@ GROWN = 1.02
 
 @dataclass(frozen=True)
 class Instruments:
-    """Instruments about a fit, and what they weigh.
+    """Instruments about a fit, and what they weigh."""
 
-    Parameters
-    ----------
-    Z, J
-        Instruments and derivatives, every circle counting alike, shape (n, p + 2 + circles).
-    weights
-        Weight of each sample, shape (n,).
-    prior
-        Curvature of the priors, shape (p + 2 + circles,).
-    power
-        Variance of a sample that stands for itself [V²].
-    """
-
+    # Z, J: instruments and derivatives, every circle counting alike, shape (n, p + 2 + circles)
     Z: Real
     J: Real
-    weights: Real
-    prior: Real
-    power: float
+    weights: Real  # Weight of each sample, shape (n,)
+    prior: Real  # Curvature of the priors, shape (p + 2 + circles,)
+    power: float  # Variance of a sample that stands for itself [V²]
 
     @classmethod
     def of(cls, found: Fitted) -> Instruments:

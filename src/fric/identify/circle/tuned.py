@@ -21,25 +21,16 @@ from fric.simulate.machine import Axis
 
 @dataclass(frozen=True)
 class TunedEstimates:
-    """Friction and plant with their 95 % intervals.
+    """Friction and plant with their 95 % intervals."""
 
-    Parameters
-    ----------
-    static, negative, gms, plant
-        Parameters by name; ``offset`` is among those of the static map. ``negative`` is the map of the negative
-        direction, where it has its own.
-    covariance
-        How the parameters that were fitted err together, in their logarithms.
-    coordinates
-        Covariance of the coordinates that were searched, shape (p, p).
-    """
-
+    # static, negative, gms, plant: parameters by name; ``offset`` is among those of the static map. ``negative`` is the
+    # map of the negative direction, where it has its own.
     static: dict[str, Estimate]
     negative: dict[str, Estimate] | None
     gms: dict[str, Estimate]
     plant: dict[str, Estimate]
-    covariance: Covariance
-    coordinates: Real
+    covariance: Covariance  # How the parameters that were fitted err together, in their logarithms
+    coordinates: Real  # Covariance of the coordinates that were searched, shape (p, p)
 
     def at(self, friction: FrictionModel) -> TunedEstimates:
         """Return the estimates where a controller believes another friction: what differs is fixed there."""

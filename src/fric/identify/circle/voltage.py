@@ -41,14 +41,9 @@ TAPS = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Filter:
-    """The filter over what is compared, from nodes, between which friction is linear, to the samples used.
+    """The filter over what is compared, from nodes, between which friction is linear, to the samples used."""
 
-    Parameters
-    ----------
-    time, used, nodes
-        As those of a `VoltageRecord`.
-    """
-
+    # time, used, nodes: as those of a `VoltageRecord`
     time: Real
     used: Mask
     nodes: Indices
@@ -78,58 +73,32 @@ class Filter:
 
 @dataclass(frozen=True)
 class VoltageRecord:
-    """One axis of one circle test, made ready to be replayed.
+    """One axis of one circle test, made ready to be replayed."""
 
-    Parameters
-    ----------
-    where
-        File, test and axis, for messages.
-    feed, radius
-        Of the circle [m/s], [m].
-    time
-        Even sample instants [s], shape (n,).
-    position, velocity
-        The motion [m], [m/s], without the encoder's steps, shape (n,).
-    inertia, damping
-        Acceleration [m/s²] and velocity [m/s] behind the filter of what is compared, shape (n,).
-    voltage
-        The control voltage behind the same filter, as a function of time.
-    used
-        Samples that are compared, evenly spaced, shape (n,).
-    nodes
-        Samples along which friction is replayed: all near a reversal, few where the axis slides, shape (k,).
-    revolution
-        Number of the revolution that a sample is of; -1 outside whole revolutions at steady feed, shape (n,).
-    angle
-        Angle on the circle [rad], shape (n,).
-    raw
-        What was recorded at even instants: time, reference, position, voltage, each of shape (N,).
-    whole
-        The motion at these instants [m], shape (N,).
-    test, axis
-        The circle test, and the name of the axis.
-    filter
-        The filter over what is compared, which all records at these samples share.
-    """
-
-    where: str
+    where: str  # File, test and axis, for messages
+    # feed, radius: of the circle [m/s], [m]
     feed: float
     radius: float
-    time: Real
+    time: Real  # Even sample instants [s], shape (n,)
+    # position, velocity: the motion [m], [m/s], without the encoder's steps, shape (n,)
     position: Real
     velocity: Real
+    # inertia, damping: acceleration [m/s²] and velocity [m/s] behind the filter of what is compared, shape (n,)
     inertia: Real
     damping: Real
-    voltage: CubicSpline
-    used: Mask
+    voltage: CubicSpline  # The control voltage behind the same filter, as a function of time
+    used: Mask  # Samples that are compared, evenly spaced, shape (n,)
+    # Samples along which friction is replayed: all near a reversal, few where the axis slides, shape (k,)
     nodes: Indices
+    # Number of the revolution that a sample is of; -1 outside whole revolutions at steady feed, shape (n,)
     revolution: Indices
-    angle: Real
-    raw: tuple[Real, ...]
-    whole: Real
+    angle: Real  # Angle on the circle [rad], shape (n,)
+    raw: tuple[Real, ...]  # What was recorded at even instants: time, reference, position, voltage, each of shape (N,)
+    whole: Real  # The motion at these instants [m], shape (N,)
+    # test, axis: the circle test, and the name of the axis
     test: MeasuredCircle
     axis: str
-    filter: Filter
+    filter: Filter  # The filter over what is compared, which all records at these samples share
 
     @property
     def sampled(self) -> float:

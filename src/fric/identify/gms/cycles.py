@@ -14,21 +14,11 @@ from fric.identify.records.reversals import find_reversals
 
 @dataclass(frozen=True)
 class HysteresisCycles:
-    """A pre-sliding record and its cycles.
+    """A pre-sliding record and its cycles."""
 
-    Parameters
-    ----------
-    record
-        The record as it was prepared.
-    reversals
-        Samples at which the motion reverses, shape (m,).
-    cycles
-        Number of the first and last cycle (from 1) that the identification uses.
-    """
-
-    record: Prepared
-    reversals: Indices
-    cycles: tuple[int, int]
+    record: Prepared  # The record as it was prepared
+    reversals: Indices  # Samples at which the motion reverses, shape (m,)
+    cycles: tuple[int, int]  # Number of the first and last cycle (from 1) that the identification uses
 
     @property
     def name(self) -> str:

@@ -70,15 +70,9 @@ def usual_cascade(plant: Plant, sampling: float, lags: float) -> Cascade:
 
 @dataclass(frozen=True)
 class Hunting:
-    """What hunting between two counts adds to the covariance of a fit by replay.
+    """What hunting between two counts adds to the covariance of a fit by replay."""
 
-    Parameters
-    ----------
-    plant
-        The plant that drives the axis; None where it is not known, and nothing is added.
-    """
-
-    plant: Plant | None
+    plant: Plant | None  # The plant that drives the axis; None where it is not known, and nothing is added
     _known: dict[int, Real] = field(default_factory=dict)
 
     def __call__(self, search: Search, x: Real, seen: Real) -> Real:

@@ -31,18 +31,10 @@ LEAST_SHARE = 1e-5
 
 @dataclass(frozen=True)
 class Blocks:
-    """Slip blocks in the order of their slip displacements.
+    """Slip blocks in the order of their slip displacements."""
 
-    Parameters
-    ----------
-    k
-        Stiffness of each block [N/m], shape (N,).
-    displacement
-        Displacement at which each block slips [m], shape (N,).
-    """
-
-    k: Real
-    displacement: Real
+    k: Real  # Stiffness of each block [N/m], shape (N,)
+    displacement: Real  # Displacement at which each block slips [m], shape (N,)
 
     def __len__(self) -> int:
         return len(self.k)
@@ -137,27 +129,14 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
 
 @dataclass(frozen=True)
 class Choice:
-    """The number of blocks that an information criterion chose, and what it chose from.
+    """The number of blocks that an information criterion chose, and what it chose from."""
 
-    Parameters
-    ----------
-    candidates
-        The fit with 1, 2, … blocks.
-    rms
-        Misfit of each [N].
-    criterion
-        Schwarz's criterion of each: the fewest blocks are chosen whose criterion is the least, to `BARE`.
-    spread
-        Median spread that a point of the curve is given [N].
-    unit
-        Unit of the force, for messages.
-    """
-
-    candidates: tuple[Blocks, ...]
-    rms: tuple[float, ...]
+    candidates: tuple[Blocks, ...]  # The fit with 1, 2, … blocks
+    rms: tuple[float, ...]  # Misfit of each [N]
+    # Schwarz's criterion of each: the fewest blocks are chosen whose criterion is the least, to `BARE`
     criterion: tuple[float, ...]
-    spread: float
-    unit: str = "N"
+    spread: float  # Median spread that a point of the curve is given [N]
+    unit: str = "N"  # Unit of the force, for messages
 
     @property
     def chosen(self) -> int:

@@ -38,37 +38,21 @@ SAME_AMPLITUDE = 1.15
 
 @dataclass(frozen=True)
 class VirginCurve:
-    """Force over displacement of a relaxed contact, from the origin.
+    """Force over displacement of a relaxed contact, from the origin."""
 
-    Parameters
-    ----------
-    displacement, force
-        The curve [m], [N], shape (n,).
-    band
-        Half width of its 95 % band, from the scatter of the cycles [N], shape (n,).
-    cycles
-        The curve of each cycle by itself [N], NaN where another record gives the curve, shape (cycles, n).
-    record
-        Name of the record that gives each part, with the displacement up to which it does [m].
-    level
-        Friction force at the reversals of the largest cycles [N]: the plateau, where these slide.
-    mismatch
-        Largest step between two records where one continues the other [N]; positive where the smaller one ends higher.
-    final_slope
-        Least slope of the curve's outer half relative to its mean slope: 0 where all blocks slip.
-    step
-        The encoder's step [m]; 0 where none is visible.
-    """
-
+    # displacement, force: the curve [m], [N], shape (n,)
     displacement: Real
     force: Real
-    band: Real
-    cycles: Real
+    band: Real  # Half width of its 95 % band, from the scatter of the cycles [N], shape (n,)
+    cycles: Real  # The curve of each cycle by itself [N], NaN where another record gives the curve, shape (cycles, n)
+    # Name of the record that gives each part, with the displacement up to which it does [m]
     record: tuple[tuple[str, float], ...]
-    level: float
+    level: float  # Friction force at the reversals of the largest cycles [N]: the plateau, where these slide
+    # Largest step between two records where one continues the other [N]; positive where the smaller one ends higher
     mismatch: float = 0.0
+    # Least slope of the curve's outer half relative to its mean slope: 0 where all blocks slip
     final_slope: float = 0.0
-    step: float = 0.0
+    step: float = 0.0  # The encoder's step [m]; 0 where none is visible
 
     def __call__(self, z: Real | float) -> Real:
         """Return the force [N] at displacements z [m], linear between the points and from the origin."""

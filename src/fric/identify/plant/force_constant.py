@@ -46,27 +46,17 @@ DIFFERS = 0.05
 
 @dataclass(frozen=True)
 class ForceScale:
-    """K_f, and how late the logged force is.
+    """K_f, and how late the logged force is."""
 
-    Parameters
-    ----------
-    K_f
-        Force constant [N/V]; None where nothing tells it.
-    lag
-        By how much the logged force is later than the logged input at low frequency, filter included [s]; None
-        where no record has both.
-    filter
-        Corner of the first-order filter that is part of the lag [Hz]; None where none is seen.
-    warnings
-        What the user should know of them.
-    """
-
-    K_f: Estimate | None
+    K_f: Estimate | None  # Force constant [N/V]; None where nothing tells it
+    # By how much the logged force is later than the logged input at low frequency, filter included [s]; None where no
+    # record has both
     lag: Estimate | None = None
+    # Corner of the first-order filter that is part of the lag [Hz]; None where none is seen
     filter: Estimate | None = None
     sampling: float = 0.0
     """Sampling rate of the records [Hz]."""
-    warnings: tuple[Notice, ...] = ()
+    warnings: tuple[Notice, ...] = ()  # What the user should know of them
 
     @property
     def shift(self) -> float:

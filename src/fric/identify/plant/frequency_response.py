@@ -40,44 +40,22 @@ COHERENT = 0.5
 
 @dataclass(frozen=True)
 class MeasuredResponse:
-    """A frequency response Z/U, measured, with what is known of the experiment.
+    """A frequency response Z/U, measured, with what is known of the experiment."""
 
-    Parameters
-    ----------
-    table
-        Frequency, magnitude, unwrapped phase, coherence and deviation.
-    method
-        Averaged over ``periods`` or ``segments``, or given as a ``table``.
-    description
-        How it was estimated, in words.
-    averages
-        Independent averages; 0 where a table does not say.
-    correlation
-        Neighbouring lines that tell as much as one (1 where they are independent).
-    sampling
-        Sampling rate of the record [Hz]; None for a table.
-    reversing
-        Equivalent gain of Coulomb friction along the motion, ``mean(v'·sign(v))/mean(v'²)`` [s/m] with
-        v' = v - mean(v): a friction of F_c N damps the small motion like F_c times as much N·s/m. 0 where the
-        motion never reverses; None for a table.
-    speed
-        Root mean square of v' [m/s]; None for a table.
-    lines
-        All lines of the excitation's period; None where it has none.
-    warnings
-        What the record cannot tell.
-    """
-
-    table: FrequencyResponse
+    table: FrequencyResponse  # Frequency, magnitude, unwrapped phase, coherence and deviation
+    # Averaged over ``periods`` or ``segments``, or given as a ``table``
     method: Literal["periods", "segments", "table"]
-    description: str
-    averages: float
-    correlation: float = 1.0
-    sampling: float | None = None
+    description: str  # How it was estimated, in words
+    averages: float  # Independent averages; 0 where a table does not say
+    correlation: float = 1.0  # Neighbouring lines that tell as much as one (1 where they are independent)
+    sampling: float | None = None  # Sampling rate of the record [Hz]; None for a table
+    # Equivalent gain of Coulomb friction along the motion, ``mean(v'·sign(v))/mean(v'²)`` [s/m] with v' = v - mean(v):
+    # a friction of F_c N damps the small motion like F_c times as much N·s/m. 0 where the motion never reverses; None
+    # for a table.
     reversing: float | None = None
-    speed: float | None = None
-    lines: MeanLines | None = None
-    warnings: tuple[Notice, ...] = ()
+    speed: float | None = None  # Root mean square of v' [m/s]; None for a table
+    lines: MeanLines | None = None  # All lines of the excitation's period; None where it has none
+    warnings: tuple[Notice, ...] = ()  # What the record cannot tell
 
     @property
     def response(self) -> Complex:

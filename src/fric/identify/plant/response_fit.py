@@ -70,31 +70,17 @@ EQUATION_1 = Form()
 
 @dataclass(frozen=True)
 class Solution:
-    """Parameters of eq. (1), and of Coulomb friction and a second mass where they were asked for.
+    """Parameters of eq. (1), and of Coulomb friction and a second mass where they were asked for."""
 
-    Parameters
-    ----------
-    values
-        A [1/s], ln B, T_d [s], F_c/M [m/s²] where friction was fitted, and those of a second mass as in `Form`;
-        shape (p,).
-    covariance
-        Covariance of these, shape (p, p).
-    chi2
-        Chi-squared over its freedom, for the deviations as they were measured [1].
-    misfit
-        Relative deviation that has to be added to the measured ones to explain the residuals; 0 where noise does.
-    freedom
-        Degrees of freedom, correlated lines counted once.
-    form
-        Which parameters there are.
-    """
-
+    # A [1/s], ln B, T_d [s], F_c/M [m/s²] where friction was fitted, and those of a second mass as in `Form`; shape
+    # (p,)
     values: Real
-    covariance: Real
-    chi2: float
+    covariance: Real  # Covariance of these, shape (p, p)
+    chi2: float  # Chi-squared over its freedom, for the deviations as they were measured [1]
+    # Relative deviation that has to be added to the measured ones to explain the residuals; 0 where noise does
     misfit: float
-    freedom: float
-    form: Form = EQUATION_1
+    freedom: float  # Degrees of freedom, correlated lines counted once
+    form: Form = EQUATION_1  # Which parameters there are
 
     def plant(self, reversing: float = 0.0) -> LinearPlant:
         """Return eq. (1), with what friction adds to A along a motion with this gain [s/m]."""

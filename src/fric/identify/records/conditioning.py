@@ -17,21 +17,11 @@ BANDWIDTH = 20.0
 
 @dataclass(frozen=True)
 class Conditioning:
-    """How a record is filtered and thinned out before the fit.
+    """How a record is filtered and thinned out before the fit."""
 
-    Parameters
-    ----------
-    cutoff
-        Corner of the fourth-order Butterworth filter, run forwards and backwards over the position [Hz].
-    decimation
-        One sample of so many is kept, after a zero-phase Chebyshev filter over each column of the fit.
-    border
-        Samples left out at the start of a record, where filter and differences see its edge.
-    """
-
-    cutoff: float
-    decimation: int
-    border: int
+    cutoff: float  # Corner of the fourth-order Butterworth filter, run forwards and backwards over the position [Hz]
+    decimation: int  # One sample of so many is kept, after a zero-phase Chebyshev filter over each column of the fit
+    border: int  # Samples left out at the start of a record, where filter and differences see its edge
 
     @classmethod
     def of(

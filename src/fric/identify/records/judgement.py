@@ -37,23 +37,12 @@ CONDITION = 1e3
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What records can tell of friction, all taken together.
+    """What records can tell of friction, all taken together."""
 
-    Parameters
-    ----------
-    slides
-        False where the force rises up to every reversal, so that no branch ever slides.
-    slope
-        Least slope of the branches that come nearest to a plateau, relative to their mean slope.
-    peak
-        Largest friction force: half of what it swings between reversals [N].
-    resolved
-        The shortest travel after a reversal that is seen [m]: a step of the encoder, and `SAMPLES` samples.
-    """
-
-    slides: bool
-    slope: float
-    peak: float
+    slides: bool  # False where the force rises up to every reversal, so that no branch ever slides
+    slope: float  # Least slope of the branches that come nearest to a plateau, relative to their mean slope
+    peak: float  # Largest friction force: half of what it swings between reversals [N]
+    # The shortest travel after a reversal that is seen [m]: a step of the encoder, and `SAMPLES` samples
     resolved: float
 
 

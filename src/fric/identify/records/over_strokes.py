@@ -41,43 +41,24 @@ LIKELY_RATE, SURE_RATE = 0.99, 0.999
 
 @dataclass(frozen=True)
 class OverPlace:
-    """What comes again at the same place in stroke after stroke.
+    """What comes again at the same place in stroke after stroke."""
 
-    Parameters
-    ----------
-    cogging
-        Root mean square of the force over position [N].
-    friction
-        Root mean square of the friction over position [N].
-    strokes
-        Strokes that were compared.
-    length
-        Length of the travel that they were compared over [m].
-    """
-
-    cogging: float
-    friction: float
-    strokes: int
-    length: float
+    cogging: float  # Root mean square of the force over position [N]
+    friction: float  # Root mean square of the friction over position [N]
+    strokes: int  # Strokes that were compared
+    length: float  # Length of the travel that they were compared over [m]
 
 
 @dataclass(frozen=True)
 class OverTime:
-    """How the size of the force changes in time, whatever the speed.
+    """How the size of the force changes in time, whatever the speed."""
 
-    Parameters
-    ----------
-    rate, half
-        Relative rate and half of its 95 % interval [1/s].
-    duration
-        Time from the first record to the last, where one clock tells it, else that of all records together [s].
-    clocked, sure
-        Whether one clock tells it, and whether the rate is no chance.
-    """
-
+    # rate, half: relative rate and half of its 95 % interval [1/s]
     rate: float
     half: float
+    # Time from the first record to the last, where one clock tells it, else that of all records together [s]
     duration: float
+    # clocked, sure: whether one clock tells it, and whether the rate is no chance
     clocked: bool
     sure: bool
 

@@ -43,32 +43,19 @@ PIECES = 10
 
 @dataclass(frozen=True)
 class Prepared:
-    """One record to replay a model along.
+    """One record to replay a model along."""
 
-    Parameters
-    ----------
-    log
-        The record.
-    motion
-        Its motion, without the encoder's steps.
-    force
-        Friction force [N], shape (n,): what drove the axis at that instant, less inertia and linear damping where a
-        plant is known.
-    used
-        Samples that are compared, shape (n,). What comes before the first reversal is not among them, since the
-        state in which the record begins is not known.
-    reversals
-        Samples at which the motion reverses, shape (r,); of a record in sliding, at which its velocity does.
-    done
-        What was made of the record.
-    """
-
-    log: Log
-    motion: Motion
+    log: Log  # The record
+    motion: Motion  # Its motion, without the encoder's steps
+    # Friction force [N], shape (n,): what drove the axis at that instant, less inertia and linear damping where a plant
+    # is known
     force: Real
+    # Samples that are compared, shape (n,). What comes before the first reversal is not among them, since the state in
+    # which the record begins is not known.
     used: Mask
+    # Samples at which the motion reverses, shape (r,); of a record in sliding, at which its velocity does
     reversals: Indices
-    done: Preparation
+    done: Preparation  # What was made of the record
 
     @property
     def name(self) -> str:

@@ -49,24 +49,12 @@ JITTER = 0.1
 
 @dataclass(frozen=True)
 class Timing:
-    """What is amiss with the clock of a record.
+    """What is amiss with the clock of a record."""
 
-    Parameters
-    ----------
-    jitter
-        Standard deviation of the instants around what the time says [s]; 0 where none is told.
-    displaced
-        What that does to the position: root mean square [m].
-    lost
-        Share of the samples that were lost while the time was counted on [1]; 0 where none is told.
-    speed
-        Usual speed while it moves [m/s]; 0 where the position tells nothing of the clock.
-    """
-
-    jitter: float = 0.0
-    displaced: float = 0.0
-    lost: float = 0.0
-    speed: float = 0.0
+    jitter: float = 0.0  # Standard deviation of the instants around what the time says [s]; 0 where none is told
+    displaced: float = 0.0  # What that does to the position: root mean square [m]
+    lost: float = 0.0  # Share of the samples that were lost while the time was counted on [1]; 0 where none is told
+    speed: float = 0.0  # Usual speed while it moves [m/s]; 0 where the position tells nothing of the clock
 
 
 def timing(log: Log) -> Timing:

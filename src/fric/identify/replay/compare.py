@@ -56,42 +56,23 @@ def near_reversals(record: Prepared, presliding: float) -> Mask:
 
 @dataclass(frozen=True)
 class Score:
-    """How one model did.
+    """How one model did."""
 
-    Parameters
-    ----------
-    name
-        The model.
-    fits
-        Its fit in each split.
-    parameters
-        Number of parameters that were fitted.
-    residual
-        Measured minus replayed force [N] of each record, from the split that scores a sample; nan where none does.
-    rms, rms_near
-        Root mean square of that over all samples scored, and over those near reversals [N].
-    rms_fitted
-        Root mean square over the samples that were fitted, of all splits [N].
-    bits
-        What the model saves of the description of the fitted samples against a constant force, by BIC [bit]:
-        ``n·log2(rms of the force/rms of the residual) - p/2·log2(n)``, with n the number of independent residuals of
-        the model that has most of them.
-    bits_per_parameter
-        That, for each parameter.
-    nanoseconds
-        Time of one replayed step [ns].
-    """
-
-    name: str
-    fits: tuple[ReplayFit, ...]
-    parameters: int
+    name: str  # The model
+    fits: tuple[ReplayFit, ...]  # Its fit in each split
+    parameters: int  # Number of parameters that were fitted
+    # Measured minus replayed force [N] of each record, from the split that scores a sample; nan where none does
     residual: tuple[Real, ...]
+    # rms, rms_near: root mean square of that over all samples scored, and over those near reversals [N]
     rms: float
     rms_near: float
-    rms_fitted: float
+    rms_fitted: float  # Root mean square over the samples that were fitted, of all splits [N]
+    # What the model saves of the description of the fitted samples against a constant force, by BIC [bit]: ``n·log2(rms
+    # of the force/rms of the residual) - p/2·log2(n)``, with n the number of independent residuals of the model that
+    # has most of them
     bits: float
-    bits_per_parameter: float
-    nanoseconds: float
+    bits_per_parameter: float  # That, for each parameter
+    nanoseconds: float  # Time of one replayed step [ns]
 
     @property
     def model(self) -> FrictionModel:

@@ -36,25 +36,16 @@ LEVEL = Parameter("level", "ratio", doc="friction level of the records relative 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One direction of the search.
+    """One direction of the search."""
 
-    Parameters
-    ----------
-    section, parameter
-        The section of a friction file, and the parameter in it.
-    block
-        Number of the block, from 0; None for a parameter that is one number.
-    scale
-        How it is searched: ``log``; ``linear``; ``ratio``, the logarithm of its ratio to `Parameter.at_least`;
-        ``share``, the logarithm of its ratio to the last block's share.
-    lower, upper
-        Bounds of the coordinate.
-    """
-
+    # section, parameter: the section of a friction file, and the parameter in it
     section: str
     parameter: Parameter
-    block: int | None
+    block: int | None  # Number of the block, from 0; None for a parameter that is one number
+    # How it is searched: ``log``; ``linear``; ``ratio``, the logarithm of its ratio to `Parameter.at_least`; ``share``,
+    # the logarithm of its ratio to the last block's share
     scale: Scale
+    # lower, upper: bounds of the coordinate
     lower: float
     upper: float
 
@@ -66,28 +57,15 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """The free coordinates of a model, and the values of what is not free.
+    """The free coordinates of a model, and the values of what is not free."""
 
-    Parameters
-    ----------
-    model
-        The model.
-    free
-        What is searched.
-    held
-        Values in SI of the parameters that are not searched, by section and name; nan for one that is as low as the
-        parameter it is never below.
-    blocks
-        Number of blocks of a model that has any.
-    negative
-        Static map of the negative direction, where each has its own.
-    """
-
-    model: type[FrictionModel]
-    free: tuple[Coordinate, ...]
+    model: type[FrictionModel]  # The model
+    free: tuple[Coordinate, ...]  # What is searched
+    # Values in SI of the parameters that are not searched, by section and name; nan for one that is as low as the
+    # parameter it is never below
     held: Mapping[tuple[str, str], float]
-    blocks: int
-    negative: StaticMap | None = None
+    blocks: int  # Number of blocks of a model that has any
+    negative: StaticMap | None = None  # Static map of the negative direction, where each has its own
 
     @classmethod
     def of(

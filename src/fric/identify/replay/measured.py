@@ -12,24 +12,12 @@ from fric.identify.records.prepared import Prepared
 
 @dataclass(frozen=True)
 class Replay:
-    """One record, measured against replayed.
+    """One record, measured against replayed."""
 
-    Parameters
-    ----------
-    record
-        The record as it was prepared; its ``used`` are the samples that the fit used.
-    replayed
-        The model's force along the motion, with what the record adds of its own [N], shape (n,).
-    held_out
-        Samples after the chosen cycles, which the fit did not see, shape (n,).
-    own
-        What the record adds of its own, in the order of its `Preparation.own`, shape (m,).
-    """
-
-    record: Prepared
-    replayed: Real
-    held_out: Mask
-    own: Real
+    record: Prepared  # The record as it was prepared; its ``used`` are the samples that the fit used
+    replayed: Real  # The model's force along the motion, with what the record adds of its own [N], shape (n,)
+    held_out: Mask  # Samples after the chosen cycles, which the fit did not see, shape (n,)
+    own: Real  # What the record adds of its own, in the order of its `Preparation.own`, shape (m,)
 
     @property
     def name(self) -> str:

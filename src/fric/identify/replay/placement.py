@@ -41,32 +41,17 @@ DRAWS, LEAST = 96, 1e-4
 
 @dataclass(frozen=True)
 class Placement:
-    """Where blocks are well placed.
+    """Where blocks are well placed."""
 
-    Parameters
-    ----------
-    search
-        The search.
-    model
-        The model whose static map and C are taken.
-    blocks
-        What a block of unit share adds to the force over the logarithm of its k/alpha, in d directions.
-    target
-        The measured force in these directions, shape (d,).
-    noisy
-        In how many of them it is measured; the other one says that shares sum to 1.
-    apart
-        How far two knots are apart at least, over F_s [m/N].
-    places, shares
-        The least-squares points: the logarithms of k/alpha [N/m], and the shares, shape (m, N), the best first.
-    """
-
-    search: Search
-    model: GMS
+    search: Search  # The search
+    model: GMS  # The model whose static map and C are taken
+    # What a block of unit share adds to the force over the logarithm of its k/alpha, in d directions
     blocks: CubicSpline
-    target: Real
-    noisy: int
-    apart: float
+    target: Real  # The measured force in these directions, shape (d,)
+    noisy: int  # In how many of them it is measured; the other one says that shares sum to 1
+    apart: float  # How far two knots are apart at least, over F_s [m/N]
+    # places, shares: the least-squares points: the logarithms of k/alpha [N/m], and the shares, shape (m, N), the best
+    # first
     places: Real
     shares: Real
 

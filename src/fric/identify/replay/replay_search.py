@@ -30,39 +30,20 @@ STEP = 1e-5
 
 @dataclass(frozen=True)
 class Point:
-    """Where a search stands.
+    """Where a search stands."""
 
-    Parameters
-    ----------
-    x
-        Coordinates, shape (p,).
-    residual
-        What is left of the force there, weighted [N], shape (n,).
-    gradient
-        The derivatives of the residual, shape (n, p).
-    """
-
-    x: Real
-    residual: Real
-    gradient: Real
+    x: Real  # Coordinates, shape (p,)
+    residual: Real  # What is left of the force there, weighted [N], shape (n,)
+    gradient: Real  # The derivatives of the residual, shape (n, p)
 
 
 @dataclass(frozen=True)
 class Search:
-    """A model's coordinates and the records that it is fitted to.
+    """A model's coordinates and the records that it is fitted to."""
 
-    Parameters
-    ----------
-    coordinates
-        What is searched.
-    records
-        What it is compared with.
-    weights
-        What each sample used weighs, one array a record; the same where not given. Their mean square is 1.
-    """
-
-    coordinates: Coordinates
-    records: Sequence[Prepared]
+    coordinates: Coordinates  # What is searched
+    records: Sequence[Prepared]  # What it is compared with
+    # What each sample used weighs, one array a record; the same where not given. Their mean square is 1.
     weights: tuple[Real, ...] | None = None
 
     @cached_property

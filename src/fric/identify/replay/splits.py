@@ -14,14 +14,9 @@ Masks = tuple[Mask, ...]
 
 @dataclass(frozen=True)
 class Split:
-    """Which samples are fitted and which are scored; one mask a record each.
+    """Which samples are fitted and which are scored; one mask a record each."""
 
-    Parameters
-    ----------
-    fitted, scored
-        Masks of the records' samples, each of shape (n,).
-    """
-
+    # fitted, scored: masks of the records' samples, each of shape (n,)
     fitted: Masks
     scored: Masks
 

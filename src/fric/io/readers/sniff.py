@@ -26,29 +26,16 @@ _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff",
 
 @dataclass(frozen=True)
 class Shape:
-    """What was found: how to read the data, and what stands above them.
+    """What was found: how to read the data, and what stands above them."""
 
-    Parameters
-    ----------
-    encoding, delimiter, decimal
-        As in a mapping's ``format``.
-    first
-        Lines before the first line of data.
-    columns
-        Names and units.
-    preamble
-        Values named in the lines above the header, as in ``Sampling period:;51.200``.
-    spaced
-        Whether there are spaces behind delimiters.
-    """
-
+    # encoding, delimiter, decimal: as in a mapping's ``format``
     encoding: str
     delimiter: str
     decimal: str
-    first: int
-    columns: tuple[Column, ...]
-    preamble: dict[str, str]
-    spaced: bool
+    first: int  # Lines before the first line of data
+    columns: tuple[Column, ...]  # Names and units
+    preamble: dict[str, str]  # Values named in the lines above the header, as in ``Sampling period:;51.200``
+    spaced: bool  # Whether there are spaces behind delimiters
 
 
 def encoding_of(head: bytes) -> str:
