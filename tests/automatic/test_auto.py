@@ -110,7 +110,8 @@ def test_foreign_logs_are_recognised_and_copies_left_out(tmp_path):
     assert all(one.mapping == "" and one.kinds == {"constant-velocity"} and "static" in one.uses for one in alone.logs)
     (tmp_path / "noise.csv").write_text("a,b\n1,2\n2,3\n", encoding="utf-8")
     told = find_sources([tmp_path / "noise.csv", *strokes]).description
-    assert any("left out" in text and "noise.csv --propose map.yaml" in text for text in told)
+    (left,) = (one for one in told if one.code == "file-left-out")
+    assert "noise.csv --propose map.yaml" in left
 
 
 def test_the_one_bundled_mapping_that_fits_is_used_and_said(tmp_path):
@@ -202,7 +203,7 @@ def test_a_log_that_no_step_reads_is_told(names, unused, tmp_path):
     session = Session(tmp_path, lambda words: Path(words[words.index("-o") + 1]).touch(), lambda text: None)
     identify_axes(session, found, lean=True)
     assert (
-        sum("sliding-sine.h5 (sliding-sine) is used by no step of axis x" in text for text in found.description)
+        sum(one.code == "file-unused" and "sliding-sine" in one and "axis x" in one for one in found.description)
         == unused
     )
 

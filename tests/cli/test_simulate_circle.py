@@ -180,7 +180,7 @@ def test_a_drive_that_saturates_on_the_way_is_told(tmp_path: Path) -> None:
     low.write_text(text.replace("limit: {value: 10, ", "limit: {value: 0.85, "))
     done = RUN.invoke(app, ["simulate", "circle", str(low), "--scheme", "b", "--gain", "2.5", "--json"])
     assert done.exit_code == 0, done.exception
-    assert "axis x saturates" in done.stderr
+    assert "axis x: The voltage is at its limit" in done.stderr
     assert json.loads(done.stdout)["schemes"]["b"]["warnings"]
 
 

@@ -184,7 +184,7 @@ def test_a_force_that_rises_along_the_axis_is_taken_off() -> None:
         assert float(fit.static.estimates["F_c"]) == pytest.approx(80.0, abs=0.02)
         assert float(fit.static.estimates["offset"]) == pytest.approx(300.0 * 15.69e-3, abs=0.05)  # there
         told = {w.code: w.severity for w in fit.warnings}
-        assert told["force-over-position"] == "note"
+        assert told["force-along-axis"] == "note"
         assert "wrong" not in told.values()
 
 

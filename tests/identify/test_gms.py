@@ -93,10 +93,10 @@ def test_the_plant_is_taken_off_and_its_share_told():
     large = fit.records[1].record.done
     assert large.damping_share == pytest.approx(plant.damping * 283e-6 / 158, rel=0.1)
     assert not told(fit, "sine-too-fast")
-    # the same loop at 12 Hz: M·A·w² is 31 N of 165
+    # the same loop at 12 Hz: M·A·w² is 31 N of 165 at most, and of less where the force is not at its level
     fast = record(45e-6, frequency=12.0, cycles=20, dt=2e-4, **settings)
     (warning,) = told(identify_gms([fast], static=PAPER, plant=plant, blocks=2), "sine-too-fast")
-    assert warning.values["share"] == pytest.approx(31 / 165, rel=0.1)
+    assert 31 / 165 < warning.values["share"] < 0.3
 
 
 def test_an_offset_is_absorbed():

@@ -101,7 +101,8 @@ def at_places(
     only
         As in `follow`.
     """
-    count = max(machine.axes[name].encoder.resolution for name in ([only] if only else pair(machine)))
+    moved = [machine.axes[name] for name in ([only] if only else pair(machine)) if name in machine.axes]
+    count = max((axis.encoder.resolution for axis in moved), default=0.0)
     rough = max(accuracy, ACCURACY)
     slow = feed < SLOW and count > 0.0 and places > 1
     first = once(machine, rough if slow else accuracy)
