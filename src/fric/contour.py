@@ -21,7 +21,7 @@ SWINGS = 5
 
 
 class Figures(NamedTuple):
-    """What is told of a contour in numbers."""
+    """The figures of a contour error, as numbers."""
 
     glitches: tuple[float, ...]  # m, signed, one a reversal
     rms: float  # m

@@ -1,4 +1,4 @@
-"""A figure as a part of a page: SVG that the page's script can zoom, read and switch, with ids of its own."""
+"""A figure as a part of a page: SVG that the page's script zooms, reads and switches; no two figures share an id."""
 
 import io
 import json

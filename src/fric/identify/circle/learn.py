@@ -1,7 +1,7 @@
 """A repeated contour learned in simulation, round after round.
 
 What does not repeat hangs on where position 0 lies between two counts of an encoder. So a contour is learned at several
-places, each from its own rounds, and medians over them are told and judged.
+places, each from its own rounds, and their medians are printed and judged.
 """
 
 from collections.abc import Callable, Mapping, Sequence

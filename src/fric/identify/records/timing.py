@@ -51,9 +51,9 @@ JITTER = 0.1
 class Timing:
     """What is amiss with the clock of a record."""
 
-    jitter: float = 0.0  # Standard deviation of the instants around what the time says [s]; 0 where none is told
+    jitter: float = 0.0  # Standard deviation of the sampling instants [s]; 0 where none is seen
     displaced: float = 0.0  # What that does to the position: root mean square [m]
-    lost: float = 0.0  # Share of the samples that were lost while the time was counted on [1]; 0 where none is told
+    lost: float = 0.0  # Share of the samples that were lost while the time was counted on [1]; 0 where none is seen
     speed: float = 0.0  # Usual speed while it moves [m/s]; 0 where the position tells nothing of the clock
 
 
