@@ -97,7 +97,7 @@ _ARRAYS = types.UniTuple(ARRAY, BLOCKS)  # type: ignore[no-untyped-call]
         numba_type(Traces, ARRAY),
     )
 )
-def _closed_loop(
+def _closed_loop(  # noqa: PLR0913 - compiled: Numba takes arrays, not objects
     step: Step,
     state: Real,
     parameters: Real,
@@ -183,7 +183,7 @@ def parts_of_a_sample(plant: PlantConstants, T_s: float) -> tuple[int, tuple[flo
     return int(late), (share * T_s, (1.0 - share) * T_s)
 
 
-def closed_loop(
+def closed_loop(  # noqa: PLR0913 - what the compiled loop takes
     step: Step,
     state: Real,
     parameters: Real,

@@ -164,7 +164,7 @@ _RESULT = types.Tuple((INSTANT, types.int64))  # type: ignore[no-untyped-call]
     ),
     makes_arrays=False,
 )  # fmt: skip
-def advance(
+def advance(  # noqa: PLR0913 - compiled: Numba takes numbers, not objects
     friction: Step,
     state: Real,
     parameters: Real,

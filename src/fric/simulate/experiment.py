@@ -136,7 +136,7 @@ def sliding_sine_around(
 
 
 @Experiment
-def frequency_response(
+def frequency_response(  # noqa: PLR0913 - the verb experiment gives each setting
     axis: Axis,
     *,
     mean: float | None = None,

@@ -182,7 +182,7 @@ def _driven(log: Log, plant: Plant) -> Real:
     return acting_force(log.time, force, -lag)
 
 
-def _run(
+def _run(  # noqa: PLR0913 - one closed loop for three ways of validation
     log: Log,
     rate: float,
     plant: Plant,

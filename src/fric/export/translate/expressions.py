@@ -112,7 +112,7 @@ class Expressions:
             return ir.Operation("to real", (value,), ir.REAL)
         return value
 
-    def expression(self, node: ast.expr) -> ir.Expression:
+    def expression(self, node: ast.expr) -> ir.Expression:  # noqa: C901 - a case for each kind of expression
         """Return an expression as the program has it."""
         match node:
             case ast.Constant(value=bool() as value):

@@ -50,7 +50,7 @@ UNDETERMINED = float(np.log(10.0))
 
 
 @one_blas_thread()
-def identify_gms(
+def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     logs: Sequence[Log],
     *,
     static: StaticMap | None = None,
@@ -125,7 +125,7 @@ def _on_time(
     return again if sure else fit, [lateness_notice(ready, late, sure=sure)]
 
 
-def _identified(
+def _identified(  # noqa: PLR0913 - the settings of identify_gms, and the lag
     ready: Sequence[Prepared],
     count: int,
     static: StaticMap | None,

@@ -38,7 +38,7 @@ Method = Literal["response", "motion"]
 
 
 @one_blas_thread()
-def identify_plant(
+def identify_plant(  # noqa: PLR0913 - the verb of its name gives each setting
     records: Sequence[Log | FrequencyResponse],
     *,
     hold: float | None = None,

@@ -201,7 +201,7 @@ def _unit(name: str, channel: str, motion: Motion) -> str:
     return {"mass": f"V*s^2/{length}", "viscous": f"V*s/{length}", "force": "V"}[dimension]
 
 
-def _plant(
+def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
     values: Real, covariance: Real, quantile: float, direction: str, channel: str,
     K_f: Estimate | None, delay: float | None, sampling: float, motion: Motion,
 ) -> dict[str, Estimate]:  # fmt: skip

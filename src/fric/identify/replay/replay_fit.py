@@ -98,7 +98,7 @@ class ReplayFit:
 
 
 @one_blas_thread()
-def identify_by_replay(
+def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each setting
     name: str,
     records: Sequence[Prepared],
     *,

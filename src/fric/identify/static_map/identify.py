@@ -54,7 +54,7 @@ class StaticFit:
 
 
 @one_blas_thread()
-def identify_static(
+def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     records: Sequence[Log | ForceVelocity],
     *,
     plant: Plant | None = None,
