@@ -36,7 +36,7 @@ def test_table_1_through_an_encoder(seed):
     assert rms_error(fit.model) < 0.5
     assert len(fit.blocks) == 3
     assert fit.choice is not None
-    assert "one more block" in fit.choice.reason
+    assert "blocks: another lowers" in fit.choice.reason
     assert sum(fit.model.alpha) == pytest.approx(1.0, abs=1e-12)
     assert (np.diff(fit.model.slip_displacements) > 0).all()
     assert fit.rmse == pytest.approx(1.0, rel=0.1)  # the noise, and nothing else

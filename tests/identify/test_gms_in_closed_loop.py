@@ -42,7 +42,7 @@ def test_every_seed_is_within_one_newton_and_three_blocks():
         fit = identify_gms(noisy("presliding-sine", seed), static=PAPER, plant=axis().plant)
         errors.append(rms_error(fit.model))
         assert len(fit.blocks) == 3
-        assert "one more block" in fit.choice.reason
+        assert "blocks: another lowers" in fit.choice.reason
     assert max(errors) < 1.0
 
 

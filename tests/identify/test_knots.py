@@ -89,7 +89,7 @@ def test_the_criterion_gives_three_for_table_1_and_says_why():
     true = Blocks(np.asarray(TABLE_1.k)[order], TABLE_1.slip_displacements[order])
     choice = choose_blocks(exact(true, 450e-6))
     assert len(choice.blocks) == 3
-    assert "one more block" in choice.reason
+    assert "blocks: another lowers" in choice.reason
 
 
 @settings(max_examples=10, deadline=None)

@@ -151,14 +151,12 @@ class Choice:
     @property
     def reason(self) -> str:
         """Why there are not more, in one sentence."""
-        chosen = self.chosen
-        text = f"{chosen + 1} blocks: the criterion is {self.criterion[chosen]:.0f}"
-        if chosen + 1 == len(self.candidates):
-            return f"{text}, the least, and no more than {chosen + 1} blocks were tried"
+        chosen, count = self.chosen, self.chosen + 1
+        if count == len(self.candidates):
+            return f"{count} blocks have the least criterion, and no more than {count} were tried"
         return (
-            f"{text}, against {self.criterion[chosen + 1]:.0f} with {chosen + 2}: one more block lowers the "
-            f"misfit from {self.rms[chosen]:.2g} to {self.rms[chosen + 1]:.2g} {self.unit} rms, less than it is worth "
-            f"where friction repeats to {self.spread:.2g} {self.unit}"
+            f"{count} blocks: another lowers the misfit from {self.rms[chosen]:.2g} to {self.rms[count]:.2g} "
+            f"{self.unit} rms, less than it is worth where friction repeats to {self.spread:.2g} {self.unit}"
         )
 
 

@@ -19,6 +19,8 @@ from fric.identify.static_map.stribeck_fit import DELTA_RANGE, Solution, Stribec
 
 CLEARLY = 0.8
 """Ratio of errors under which a free shape factor is taken: it trades with F_s at slow strokes that stick and slip."""
+LEAST_RISE = 1e-6
+"""Rise of F_s with age, as a share of F_s, under which F_s does not age."""
 FEWEST = 8
 """Strokes from which on a richer form is asked for."""
 DESCRIPTIONS = {
@@ -219,7 +221,7 @@ class Ageing(NamedTuple):
     residual: Real
     """Measured less fitted force [N], shape (n,)."""
     jacobian: Real
-    """Its derivatives by all parameters but for their sign, each scaled, shape (n, p)."""
+    """Its derivatives by all free parameters but for their sign, each scaled, shape (n, p)."""
 
 
 def aged(problem: StribeckProblem, solution: Solution) -> Ageing:
@@ -243,6 +245,9 @@ def aged(problem: StribeckProblem, solution: Solution) -> Ageing:
     lower = [0.0, 0.0, 0.0, 0.0, -np.inf, low, np.log(0.1 * slowest)]
     upper = [np.inf] * 5 + [high, np.log(100 * slowest)]
     begin = np.clip([*start, np.log(theta["v_s"]), np.log(2 * slowest)], lower, upper)
-    found = least_squares(misfit, begin, bounds=(lower, upper), x_scale="jac")
-    error = problem.standard_error
-    return Ageing(float(found.x[2] * scale[2]), found.fun * error, np.asarray(found.jac) * error[:, None])
+    tight = 1e-12
+    found = least_squares(misfit, begin, bounds=(lower, upper), x_scale="jac", ftol=tight, xtol=tight, gtol=tight)
+    error, jacobian = problem.standard_error, np.asarray(found.jac)
+    if found.x[2] < LEAST_RISE:  # at its bound neither the rise nor the speed at which it begins is free
+        jacobian = np.delete(jacobian, [2, 6], axis=1)
+    return Ageing(float(found.x[2] * scale[2]), found.fun * error, jacobian * error[:, None])
