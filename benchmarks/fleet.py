@@ -27,9 +27,9 @@ def numbers(found: Any) -> list[Any]:
     told = []
     for outcome in found.outcomes:
         for name, axis in outcome.axes.items():
-            for kind, tree in axis["documents"].items():
-                kept = {key: part for key, part in tree.items() if key != "provenance"}
-                told.append((outcome.unit.machine, outcome.unit.date, name, kind, kept))
+            for document in filter(None, (axis.friction, axis.plant)):
+                kept = {key: part for key, part in document.tree().items() if key != "provenance"}
+                told.append((outcome.unit.machine, outcome.unit.date, name, document.type, kept))
     return told
 
 

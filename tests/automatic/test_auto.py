@@ -12,9 +12,8 @@ import pytest
 from typer.testing import CliRunner
 
 import fric
-from fric.automatic.session import Session, identify_axes
 from fric.automatic.sources import find_sources
-from fric.automatic.steps import axis_steps, trace_step
+from fric.automatic.steps import Session, axis_steps, identify_axes, trace_step
 from fric.cli.main import app
 from fric.errors import FricError
 from fric.io.hdf5 import read_logs
@@ -63,7 +62,7 @@ def test_logs_end_in_a_report_and_a_verdict_that_is_not_sure_of_itself(first, fo
 
 
 def test_what_is_up_to_date_is_not_done_again(first, folder):
-    again = fric.auto(*LOGS, output=folder / "out", tolerance="5 um", run=lambda words: pytest.fail(f"ran {words}"))
+    again = fric.auto(*LOGS, output=folder / "out", tolerance="5 um", run=lambda step: pytest.fail(f"ran {step}"))
     assert (again.steps, again.made) == (7, 0)
     assert again.document["axes"] == first["axes"]
 
@@ -81,10 +80,10 @@ def test_steps_are_commands_to_be_run_again_by_hand(first, folder):
 
 @pytest.mark.long(30)
 def test_a_measured_circle_that_differs_is_told_and_the_verdict_is_not_trusted(first, folder):
-    def without_tune(words):
-        if words[0] == "tune":
+    def without_tune(step):
+        if step.command == "tune":
             raise FricError("not here: it takes long")
-        assert RUN.invoke(app, list(words)).exit_code == 0
+        step.make()
 
     def verdict(name: str) -> dict:
         return fric.auto(*LOGS, output=folder / "out", circles=[folder / name], run=without_tune).verdict()
@@ -200,7 +199,7 @@ def test_what_cannot_be_made_says_which_record_is_missing(names, done, missing, 
 def test_a_log_that_no_step_reads_is_told(names, unused, tmp_path):
     """Of a mix of two machines with one name of axis, the ordinary motion of the one vanished without a word."""
     found = find_sources([DATA / f"{name}.h5" for name in names])
-    session = Session(tmp_path, lambda words: Path(words[words.index("-o") + 1]).touch(), lambda text: None)
+    session = Session(tmp_path, lambda step: step.output.touch(), lambda text: None)
     identify_axes(session, found, lean=True)
     assert (
         sum(one.code == "file-unused" and "sliding-sine" in one and "axis x" in one for one in found.description)
@@ -209,15 +208,14 @@ def test_a_log_that_no_step_reads_is_told(names, unused, tmp_path):
 
 
 def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path):
-    def refuse_gms(words):
-        if words[1] == "gms":
+    def refuse_gms(step):
+        if step.command == "identify gms":
             raise FricError("no cycle is whole", hint="Log three.")
-        done = RUN.invoke(app, list(words))
-        assert done.exit_code == 0, done.output
+        step.make()
 
     found = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms)
-    assert found.axes["x"]["done"] == ["plant", "static", "controller", "observer"]
-    assert any("no cycle is whole" in text for text in found.axes["x"]["missing"])
+    assert found.axes["x"].done == ["plant", "static", "controller", "observer"]
+    assert any("no cycle is whole" in text for text in found.axes["x"].missing)
     assert "# failed: fric identify gms" in (tmp_path / "out" / "steps.sh").read_text(encoding="utf-8")
     assert found.verdict()["scheme"] is not None  # the static map alone is simulated
 

@@ -10,8 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import fric
-from fric.automatic.change import LEVEL, holm, probability
-from fric.automatic.fleet import find_fleet
+from fric.automatic.fleet import LEVEL, find_fleet, holm, probability
 from fric.cli.auto import run_here
 from fric.cli.main import app
 from fric.documents.fleet import FleetDocument

@@ -12,8 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import fric
-from fric.automatic.session import Session
-from fric.automatic.steps import Step
+from fric.automatic.steps import Session, step
 from fric.cli.completion import records
 from fric.cli.main import app
 from fric.documents.machine import MachineDocument
@@ -141,11 +140,11 @@ def test_a_script_holds_names_of_files_as_words(tmp_path: Path) -> None:
     evil = tmp_path / "a\ntouch evil\n.csv"
     evil.write_text("")
 
-    def run(words: object) -> None:
+    def run(_: object) -> None:
         raise FricError("no")
 
     session = Session(tmp_path / "out", run, lambda _: None)
-    session.take(Step("x: ingest", ("ingest", str(evil)), (evil,), (tmp_path / "out" / "log.h5",)))
+    session.take(step("x: ingest", "ingest", [evil], {}, output=tmp_path / "out" / "log.h5"))
     session.close()
     subprocess.run(["sh", str(session.folder / "steps.sh")], cwd=tmp_path, check=True, capture_output=True)
     assert not list(tmp_path.rglob("evil"))

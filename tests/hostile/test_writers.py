@@ -21,9 +21,8 @@ import numpy as np
 import pytest
 
 import fric
-from fric.automatic.fleet import Unit, UnitOutcome
-from fric.automatic.result import FleetResult
-from fric.automatic.session import Session
+from fric.automatic.fleet import FleetResult, Unit, UnitAxis, UnitOutcome
+from fric.automatic.steps import Session
 from fric.cli.console import finish
 from fric.errors import FricError
 from fric.export import targets
@@ -168,7 +167,7 @@ def tuned() -> Any:
 
 
 def _fleet(folder: Path) -> None:
-    axes = {"x": {"done": ["static map"], "missing": [], "documents": {}}}
+    axes = {"x": UnitAxis(["static map"])}
     units = [Unit("m1", f"2026-0{n}", folder) for n in (1, 2)]
     FleetResult(
         folder, [UnitOutcome(one, axes, (Notice("a note", "some-code", "doubt"),)) for one in units], []
@@ -180,7 +179,7 @@ def _both(folder: Path) -> None:
 
 
 def _session(folder: Path) -> None:
-    Session(folder / "out", lambda words: None, lambda _: None).close()
+    Session(folder / "out", lambda _: None, lambda _: None).close()
 
 
 def _logged(folder: Path) -> None:

@@ -1,28 +1,56 @@
-"""A fleet: a folder ``DIR/machine/date`` of logs, identified on all cores or on a cluster, and what changed since."""
+"""A fleet: a folder ``DIR/machine/date`` of logs, identified on all cores or on a cluster, and what changed since.
+
+Every number at two dates is held against its intervals, with as many chances in mind.
+"""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
-from io import StringIO
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import groupby, pairwise
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
-from fric.automatic.session import Run, Session, identify_axes, run_apart
+import numpy as np
+from scipy.special import stdtr, stdtrit
+
+from fric.arrays import Real
 from fric.automatic.sources import find_sources
-from fric.documents.yaml import plain, read_tree
+from fric.automatic.steps import Session, Step, identify_axes, run_step
+from fric.documents.fleet import FleetDocument
+from fric.documents.friction import FrictionDocument
+from fric.documents.plant import PlantDocument
+from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError
+from fric.estimate import Estimate
 from fric.flaws.files import CIRCLE_FAILED, NO_LOG, UNIT_FAILED
+from fric.identify.circle.diagnose import Diagnosis
 from fric.notice import Notice
+from fric.output import staged, together
+from fric.report.drift import Change, document_changes, limits_of
+from fric.report.page import environment
+from fric.report.report_input import Item
+from fric.results.base import Result
 from fric.results.diagnose import diagnose
+from fric.results.text import Piece, Table
 from fric.simulate.processes import run_all
 from fric.units import readable
 
 DATE = re.compile(r"\d{4}-?\d{2}(-?\d{2}(\D.*)?)?")
 """Names of folders that are dates: 2026-11, 2026-11-21, 20261121, with a time behind it or without."""
 
-KINDS = ("static", "friction", "plant")
-"""Documents of an axis whose numbers are compared; the friction of a GMS model holds its static map."""
+LEVEL = 0.05
+"""Probability with which an axis of a fleet that did not change is said to have, at most: of all axes together."""
+
+FREEDOM = {"gms": 4.0, "plant": 7.0, "glitch": 7.0}
+"""Degrees of freedom of what intervals are from: cycles of a record, periods of an excitation, less one.
+
+Of a glitch as few as of a plant: its intervals are held against 400 circles, and no more of their tails is known.
+"""
+
+SHOWN = ("F_c", "F_s", "v_s", "sigma")
+"""Numbers of an axis that the table of a fleet shows."""
 
 
 @dataclass(frozen=True)
@@ -34,13 +62,23 @@ class Unit:
     folder: Path
 
 
+@dataclass
+class UnitAxis:
+    """What came of an axis of one machine at one date."""
+
+    done: list[str] = field(default_factory=list)  # Which steps were done
+    missing: list[str] = field(default_factory=list)  # What is missing for others
+    friction: FrictionDocument | None = None  # Its friction, or its static map alone
+    plant: PlantDocument | None = None  # Its plant
+    glitches: dict[str, Estimate] = field(default_factory=dict)  # Glitches on measured circles [m], by name
+
+
 @dataclass(frozen=True)
 class UnitOutcome:
     """What came of the logs of one machine at one date."""
 
     unit: Unit  # Where they are from
-    # By axis, which steps were done and what is missing, its documents by kind, and its glitches on measured circles
-    axes: dict[str, dict[str, Any]]
+    axes: dict[str, UnitAxis]  # What came of each axis
     description: tuple[Notice, ...]  # What was guessed, left out, or could not be read
     # steps, made: steps there are, and how many had to be run
     steps: int = 0
@@ -69,14 +107,11 @@ class FleetStudy:
     units: tuple[Unit, ...]  # Machines and dates
     output: Path  # Folder for all that is made: a folder of each machine and date, with its steps
     mapping: str | None = None  # What the columns of foreign logs mean
-    run: Run = run_apart  # Runs one command
+    run: Callable[[Step], None] = run_step  # Makes one step
 
     def __call__(self, index: int) -> UnitOutcome:
         """Identify plant, static map and GMS of each axis; what fails is said, and is no end of the others."""
-        with redirect_stdout(StringIO()), redirect_stderr(StringIO()):  # what commands print of hundreds is no help
-            return self._identified(self.units[index])
-
-    def _identified(self, unit: Unit) -> UnitOutcome:
+        unit = self.units[index]
         try:
             found = find_sources([unit.folder], self.mapping, self.output / unit.machine / unit.date / "mappings")
         except FricError as error:
@@ -84,33 +119,36 @@ class FleetStudy:
         if not (found.logs or found.circles):
             return UnitOutcome(unit, {}, (NO_LOG.found(), *found.description))
         session = Session(self.output / unit.machine / unit.date, self.run, lambda _: None)
-        axes: dict[str, dict[str, Any]] = {}
+        axes: dict[str, UnitAxis] = {}
         for name, one in identify_axes(session, found, lean=True).items():
-            files = {kind: session.folder / name / f"{kind}.yaml" for kind in KINDS}
-            documents = {kind: plain(read_tree(file)) for kind, file in files.items() if file.exists()}
-            axes[name] = {"done": one["done"], "missing": one["missing"], "documents": documents, "glitches": {}}
+            frictions = (session.folder / name / file for file in ("friction.yaml", "static.yaml"))
+            friction = next((read_document(file, FrictionDocument) for file in frictions if file.exists()), None)
+            plant = read_document(one.files["plant"], PlantDocument) if one.files["plant"].exists() else None
+            axes[name] = UnitAxis(one.done, one.missing, friction, plant)
         for path in found.circles:
             try:
-                glitches = _glitches(diagnose(path).document)
+                glitches = _glitches(diagnose(path).found)
             except FricError as error:
                 found.description.append(CIRCLE_FAILED.found(str(path), why=error.what))
                 continue
-            for name, one in glitches.items():
-                known = axes.setdefault(name, {"done": [], "missing": [], "documents": {}, "glitches": {}})
-                known["glitches"] |= one
-                known["done"] += [] if "circle" in known["done"] else ["circle"]
+            for name, of_axis in glitches.items():
+                axis = axes.setdefault(name, UnitAxis())
+                axis.glitches |= of_axis
+                axis.done += [] if "circle" in axis.done else ["circle"]
         session.close()
         return UnitOutcome(unit, axes, tuple(found.description), session.steps, session.made)
 
 
-def _glitches(diagnosis: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def _glitches(found: Diagnosis) -> dict[str, dict[str, Estimate]]:
     """Return the glitches of a measured circle by axis and name, which says quadrant and test."""
-    radius, feed = (readable(diagnosis[name]["value"], unit) for name, unit in (("radius", "m"), ("feed", "m/s")))
-    sense = ", clockwise" if diagnosis["direction"]["value"] < 0 else ""
-    found: dict[str, dict[str, Any]] = {}
-    for quadrant, one in diagnosis["glitch"].items():
-        found.setdefault(quadrant[1:], {})[f"glitch {quadrant}, {radius} at {feed}{sense}"] = one
-    return found
+    test = found.test
+    radius, feed = readable(test.radius, "m"), readable(test.feed, "m/s")
+    sense = ", clockwise" if test.direction < 0 else ""
+    glitches: dict[str, dict[str, Estimate]] = {}
+    for quadrant, one in found.glitches.items():
+        name = f"glitch {quadrant}, {radius} at {feed}{sense}"
+        glitches.setdefault(quadrant[1:], {})[name] = Estimate(one.value, one.unit, one.ci95)
+    return glitches
 
 
 def run_fleet(
@@ -118,7 +156,7 @@ def run_fleet(
     output: Path,
     *,
     mapping: str | None = None,
-    run: Run = run_apart,
+    run: Callable[[Step], None] = run_step,
     workers: int | None = None,
     scheduler: str | None = None,
     advance: Callable[..., object] = lambda *_, **__: None,
@@ -148,3 +186,232 @@ def run_fleet(
     study = FleetStudy(tuple(units), output.resolve(), mapping, run)
     advance(0, total=len(units))
     return run_all(study, len(units), workers=workers, scheduler=scheduler, advance=advance)
+
+
+@dataclass(frozen=True)
+class Drift:
+    """One number of an axis at two dates."""
+
+    # machine, axis, dates: where and when
+    machine: str
+    axis: str
+    dates: tuple[str, str]
+    change: Change  # The number at both dates
+    p: float  # Probability of such a difference where nothing changed
+    adjusted: float = 1.0  # The same, by Holm, with all numbers of the fleet in mind
+
+    @property
+    def changed(self) -> bool:
+        """Whether it changed, at the level that holds for the whole fleet."""
+        return self.adjusted <= LEVEL
+
+
+def drifts(found: Sequence[UnitOutcome]) -> list[Drift]:
+    """Return every number that two following dates of an axis share, by its adjusted probability."""
+    every = [drift for machine in _machines(found) for drift in _of_machine(machine)]
+    adjusted = holm(np.array([one.p for one in every]))
+    done = [replace(one, adjusted=float(p)) for one, p in zip(every, adjusted, strict=True)]
+    return sorted(done, key=lambda one: (one.adjusted, one.p))
+
+
+def holm(p: Real) -> Real:
+    """Return probabilities adjusted for their number, shape (n,): one at most 5 % is by chance in 5 % of all families.
+
+    Holm's step-down (Scandinavian Journal of Statistics 6, 1979): ``max over j ≤ i of (n - j + 1)·p_(j)``, for any
+    dependence of the tests.
+    """
+    order = np.argsort(p, kind="stable")
+    stepped = np.maximum.accumulate((len(p) - np.arange(len(p))) * p[order])
+    adjusted = np.empty_like(p)
+    adjusted[order] = np.minimum(stepped, 1.0)
+    return adjusted
+
+
+def probability(change: Change, freedom: float) -> float | None:
+    """Return the two-sided probability of a difference where nothing changed; None where its interval tells nothing.
+
+    The interval's side towards 0 is ``t·s`` with Student's quantile t at 97.5 %: the difference over s is held against
+    Student's distribution. Its tails, and not the normal one's, are what hundreds of comparisons meet.
+
+    Parameters
+    ----------
+    change
+        The number at both dates.
+    freedom
+        Degrees of freedom of its intervals.
+    """
+    limits = change.difference_ci95
+    if limits is None:
+        return None
+    side = change.difference - limits[0] if change.difference > 0 else limits[1] - change.difference
+    if not (isfinite(side) and side > 0):
+        return None
+    return float(2 * stdtr(freedom, -abs(change.difference) / side * float(stdtrit(freedom, 0.975))))
+
+
+def _machines(found: Sequence[UnitOutcome]) -> Iterator[list[UnitOutcome]]:
+    ordered = sorted(found, key=lambda one: (one.unit.machine, one.unit.date))
+    for _, dates in groupby(ordered, key=lambda one: one.unit.machine):
+        yield list(dates)
+
+
+def _of_machine(dates: Sequence[UnitOutcome]) -> Iterator[Drift]:
+    for before, after in pairwise(dates):
+        for axis in before.axes.keys() & after.axes.keys():
+            of = (before.unit.machine, axis, (before.unit.date, after.unit.date))
+            for change, freedom in _changes(before.axes[axis], after.axes[axis]):
+                if (p := probability(change, freedom)) is not None:
+                    yield Drift(*of, change, p)
+
+
+def _changes(before: UnitAxis, after: UnitAxis) -> Iterator[tuple[Change, float]]:
+    """Yield each number that an axis has at both dates, and the degrees of freedom of its intervals."""
+    for one, other in ((before.friction, after.friction), (before.plant, after.plant)):
+        if one is not None and other is not None:
+            for change in document_changes(Item("", one), Item("", other)):
+                yield change, min(_freedom(document, change.name) for document in (one, other))
+    for name in sorted(before.glitches.keys() & after.glitches.keys()):
+        early, late = before.glitches[name], after.glitches[name]
+        limits = limits_of(early.ci95), limits_of(late.ci95)
+        yield Change(name, early.unit, float(early), float(late), *limits), FREEDOM["glitch"]
+
+
+def _freedom(document: FrictionDocument | PlantDocument, name: str) -> float:
+    """Return the degrees of freedom of a number's interval: of a static map its strokes less its parameters."""
+    if isinstance(document, PlantDocument):
+        return FREEDOM["plant"]
+    if name.startswith("gms."):
+        return FREEDOM["gms"]
+    fit = document.fit_of("static")
+    count = len(fit.covariance.names) if fit.covariance is not None else 5
+    return max(float((fit.points or count + 5) - count), 1.0)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FleetResult(Result):
+    """What came of a fleet.
+
+    Parameters
+    ----------
+    folder
+        Where all files are.
+    outcomes
+        What came of each machine and date.
+    drifts
+        Each number at two following dates, the surest change first.
+    """
+
+    folder: Path
+    outcomes: Sequence[UnitOutcome]
+    drifts: Sequence[Drift]
+
+    @property
+    def changed(self) -> list[tuple[str, str]]:
+        """Machine and axis of each that changed, the surest first."""
+        return list(dict.fromkeys((one.machine, one.axis) for one in self.drifts if one.changed))
+
+    @property
+    def warnings(self) -> Sequence[Notice]:
+        """What was guessed, left out, or could not be read, by machine and date."""
+        return [notice.at(f"{one.unit.machine}/{one.unit.date}") for one in self.outcomes for notice in one.description]
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The fleet file."""
+        return FleetDocument.made(
+            {
+                "page": str(self.folder / "fleet.html"), "level": LEVEL, "tests": len(self.drifts),
+                "units": [
+                    {
+                        "machine": one.unit.machine, "date": one.unit.date, "notes": list(one.description),
+                        "axes": {
+                            name: {"done": axis.done, "missing": axis.missing} for name, axis in one.axes.items()
+                        },
+                    }
+                    for one in self.outcomes
+                ],
+                "changed": [list(one) for one in self.changed],
+                "changes": [_entry(one) for one in self.drifts if one.change.verdict == "moved"],
+            }
+        ).tree()  # fmt: skip
+
+    def report(self) -> list[Piece]:
+        """Return what changed, and the numbers of every axis at every date."""
+        rows = [
+            (
+                f"{one.machine} {one.axis}", " → ".join(one.dates), one.change.name,
+                readable(one.change.before, one.change.unit), readable(one.change.after, one.change.unit),
+                "" if one.change.relative is None else f"{one.change.relative:+.1%}", f"{one.adjusted:.2g}",
+            )
+            for one in self.drifts if one.changed
+        ]  # fmt: skip
+        machines = len({one.unit.machine for one in self.outcomes})
+        count = len(self.changed)
+        head = f"{count} {'axis' if count == 1 else 'axes'} of {machines} machines changed"
+        head += f", at {LEVEL:.0%} for all {len(self.drifts)} numbers together"
+        made, steps = sum(one.made for one in self.outcomes), sum(one.steps for one in self.outcomes)
+        changes = Table(("changed", "dates", "", "before", "after", "", "by chance"), rows)
+        every = Table(("axis", "date", *SHOWN, "glitch"), self.values())
+        foot = f"{made} of {steps} steps were run, the rest was up to date"
+        return [head, *([changes] if rows else []), every, foot, str(self.folder / "fleet.html")]
+
+    def values(self) -> list[tuple[str, ...]]:
+        """Return a row an axis and date: its name, the date, what was identified, its largest glitch, for people."""
+        rank = {one: n for n, one in enumerate(self.changed)}
+        rows = []
+        for outcome in self.outcomes:
+            for name, axis in outcome.axes.items():
+                friction = axis.friction
+                known = friction.estimates("static") if friction and friction.static else {}
+                glitch = max(axis.glitches.values(), key=lambda one: abs(float(one)), default=None)
+                shown = tuple(_shown(one) for one in (*map(known.get, SHOWN), glitch))
+                place = rank.get((outcome.unit.machine, name), len(rank))
+                rows.append((place, (f"{outcome.unit.machine} {name}", outcome.unit.date, *shown)))
+        return [row for _, row in sorted(rows, key=lambda one: one[0])]
+
+    def write(self) -> None:
+        """Write the page and the fleet file into the folder."""
+        document, target = self.folder / "fleet.yaml", self.folder / "fleet.html"
+        page = environment().get_template("fleet.html.j2").render(
+            fleet=self, level=LEVEL, shown=(*SHOWN, "glitch"), rows=self.values(),
+            unchanged=[one for one in self.drifts if not one.changed and one.change.verdict == "moved"][:50],
+        )  # fmt: skip
+        with together(document) as made, staged(target, force=True) as draft:
+            draft.write_text(page, encoding="utf-8")
+            write_document(document, self.document, force=True)
+            made.append(document)
+
+
+def _shown(found: Estimate | None) -> str:
+    if found is None:
+        return "–"
+    low, high = limits_of(found.ci95) or (-inf, inf)
+    half = f" ± {readable(0.5 * (high - low), found.unit, 2)}" if isfinite(high - low) else ""
+    return readable(float(found), found.unit) + half
+
+
+def _entry(one: Drift) -> dict[str, Any]:
+    change = one.change
+    return {
+        "machine": one.machine, "axis": one.axis, "parameter": change.name, "unit": change.unit,
+        "dates": list(one.dates), "before": change.before, "after": change.after, "relative": change.relative,
+        "ci95": change.difference_ci95 or (inf, inf), "p": one.p, "adjusted": one.adjusted, "changed": one.changed,
+    }  # fmt: skip
+
+
+def fleet(
+    units: Sequence[Unit],
+    folder: Path,
+    *,
+    mapping: str | None,
+    run: Callable[[Step], None],
+    workers: int | None,
+    scheduler: str | None,
+    advance: Callable[..., object],
+) -> FleetResult:
+    """Identify every machine at every date, and write the fleet's page; see `run_fleet`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    found = run_fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
+    made = FleetResult(folder, found, drifts(found))
+    made.write()
+    return made

@@ -6,14 +6,26 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fric.automatic.fleet import find_fleet
-from fric.automatic.result import FleetResult, fleet
-from fric.automatic.session import Run, Session, identify_axes, run_apart
+from fric.automatic.fleet import FleetResult, find_fleet, fleet
 from fric.automatic.sources import Sources, find_sources
-from fric.automatic.steps import circle_step, diagnosis_step, machine_tree, step, trace_step, tune_step
+from fric.automatic.steps import (
+    AxisOutcome,
+    Session,
+    Step,
+    circle_step,
+    diagnosis_step,
+    identify_axes,
+    machine_tree,
+    run_step,
+    step,
+    trace_step,
+    tune_step,
+)
 from fric.documents.automatic import AutoDocument
 from fric.documents.bundled import located
-from fric.documents.yaml import plain, read_tree
+from fric.documents.friction import FrictionDocument
+from fric.documents.plant import PlantDocument
+from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.flaws.files import GAINS_DESIGNED, STEP_FAILED, TUNED
 from fric.notice import Notice, once
@@ -37,7 +49,7 @@ class AutoResult(Result):
     folder
         Where all files are.
     axes
-        By axis, which steps were done, and what is missing.
+        What came of each axis: which steps were done, and what is missing.
     description
         What was guessed or left out.
     steps, made
@@ -49,7 +61,7 @@ class AutoResult(Result):
     """
 
     folder: Path
-    axes: dict[str, dict[str, list[str]]]
+    axes: dict[str, AxisOutcome]
     description: list[Notice]
     steps: int
     made: int
@@ -82,8 +94,8 @@ class AutoResult(Result):
         """Return what was done and is missing of each axis, and the verdict."""
         lines: list[Piece] = []
         for name, one in self.axes.items():
-            lines.append(f"axis {name}: {', '.join(one['done']) or 'nothing'}")
-            lines += [f"  missing for {text}" for text in one["missing"]]
+            lines.append(f"axis {name}: {', '.join(one.done) or 'nothing'}")
+            lines += [f"  missing for {text}" for text in one.missing]
         lines += self._decided().lines()
         lines.append(f"{self.made} of {self.steps} steps were run, the rest was up to date")
         return [*lines, f"{self.folder / 'report.html'}"] if self.page else lines
@@ -99,7 +111,7 @@ def auto(
     mapping: str | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
-    run: Run = run_apart,
+    run: Callable[[Step], None] = run_step,
     say: Callable[[str], None] = lambda _: None,
     advance: Callable[..., object] = lambda *_, **__: None,
 ) -> AutoResult | FleetResult:
@@ -125,7 +137,8 @@ def auto(
     workers, scheduler
         Of a fleet: processes at a time, one a core where not given; or the address of a Dask cluster.
     run
-        Runs one command; of a fleet in other processes, and so a function that can be pickled.
+        Makes one step, raising a `FricError` where it fails; of a fleet in other processes, and so a function that can
+        be pickled.
     say
         Is told each command as it is run.
     advance
@@ -140,9 +153,7 @@ def auto(
     if units := find_fleet(list(map(Path, logs))):
         if machine or circles or tolerance is not None:
             raise FricError("a fleet is identified, and takes no machine, circle or tolerance")
-        return fleet(
-            units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance
-        )  # fmt: skip
+        return fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
     found = find_sources(map(Path, logs), mapping, folder / "mappings")
     tests = find_sources(map(Path, circles))
     found.circles, found.traces = [*found.circles, *tests.circles], [*found.traces, *tests.traces]
@@ -160,75 +171,62 @@ def auto(
     given = located(Path(machine), "machine") if machine else None
     subject = _machine(session, axes, given)
     _circles(session, found, axes, subject, given is not None)
-    documents = [path for one in axes.values() for path in one["files"].values() if path.exists()]
-    pages = [*documents, *([folder / "circle.h5"] if (folder / "circle.h5").exists() else [])]
+    pages = [path for one in axes.values() for path in one.there]
+    pages += [path for path in (folder / "circle.h5",) if path.exists()]
     page, allowed = None, None if tolerance is None else in_si(tolerance, "position")
     if pages:
         pages += [subject] if subject is not None else []
-        read = [*pages, *(path for one in axes.values() for path in one["logs"])]
-        target = folder / "report.html"
-        asked = [word for circle in found.circles for word in ("--circle", circle)]
-        asked += [] if allowed is None else ["--tolerance", f"{allowed!r} m"]
-        session.take(step("report", ["report", *read, *asked, "-o", target], [*read, *found.circles], [target]))
+        read = [*pages, *(path for one in axes.values() for path in one.logs)]
+        asked = {"circle": found.circles, "tolerance": None if allowed is None else f"{allowed!r} m"}
+        session.take(step("report", "report", read, asked, [*read, *found.circles], output=folder / "report.html"))
         page = make_report(*pages, circles=found.circles, tolerance=allowed)
     session.close()
-    words = {name: {"done": one["done"], "missing": one["missing"]} for name, one in axes.items()}
-    for name, text in session.failed.items():
+    for name, failure in session.failed.items():
         if name.partition(":")[0] not in axes:
-            found.description.append(STEP_FAILED.found(name, why=text))
+            found.description.append(STEP_FAILED.found(name, why=str(failure)))
     described = list(once(found.description))
-    rotary = bool(axes) and all(one["motion"] == "rotary" for one in axes.values())
-    return AutoResult(folder, words, described, session.steps, session.made, page, rotary)
+    rotary = bool(axes) and all(one.motion == "rotary" for one in axes.values())
+    return AutoResult(folder, axes, described, session.steps, session.made, page, rotary)
 
 
-def _machine(session: Session, axes: dict[str, dict[str, Any]], given: Path | None) -> Path | None:
+def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None) -> Path | None:
     """Return the machine file: the one that is given, or one made of what was identified."""
     if given is not None:
         return given
-    whole = {
-        name: one["files"]
-        for name, one in axes.items()
-        if one["motion"] == "linear" and all(path.exists() for path in one["files"].values())
-    }
-    if not whole or any("K_f" not in plain(read_tree(files["plant"])) for files in whole.values()):
+    whole = {name: one.files for name, one in axes.items() if one.motion == "linear" and one.whole}
+    if not whole or any(read_document(files["plant"], PlantDocument).K_f is None for files in whole.values()):
         return None
     path = session.folder / "machine.yaml"
     session.write(machine_tree(whole, session.folder), path)
     return path
 
 
-def _circles(
-    session: Session, found: Sources, axes: dict[str, dict[str, Any]], machine: Path | None, given: bool
-) -> None:
+def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], machine: Path | None, given: bool) -> None:
     """Simulate the circle, and hold measured ones against the machine."""
     if machine is None:
         return
-    more: list[object] = []
-    reads = [path for one in axes.values() for path in one["files"].values() if path.exists()]
+    options: dict[str, Any] = {}
+    reads, whole = [path for one in axes.values() for path in one.there], [n for n, one in axes.items() if one.whole]
     if given:
         names = machine_of("auto", machine).axes
-        for name, one in axes.items():
-            parts = [one["files"][part] for part in ("friction", "plant")] if name in names else []
-            parts = [path for path in parts if path.exists()]
-            more += [word for path in parts for word in ("--friction", f"{name}={path}")]
-    elif any("gms" not in plain(read_tree(one["files"]["friction"])) for one in axes.values() if _known(one)):
-        more += ["--scheme", "a,b,d,e"]  # there is no GMS model to feed forward
-    if not given and len(whole := [name for name, one in axes.items() if _known(one)]) == 1:
-        more += ["--axis", whole[0]]
+        parts = [
+            (name, axes[name].files[part]) for name in axes if name in names for part in ("friction", "plant")
+        ]  # fmt: skip
+        options["friction"] = [f"{name}={path}" for name, path in parts if path.exists()]
+    else:
+        frictions = [read_document(axes[name].files["friction"], FrictionDocument) for name in whole]
+        if not all(one.section("gms") for one in frictions):
+            options["scheme"] = "a,b,d,e"  # there is no GMS model to feed forward
+        if len(whole) == 1:
+            options["axis"] = whole[0]
     if found.circles:
         test = diagnose(found.circles[0]).found.test
-        more += ["--radius", f"{test.radius!r} m", "--velocity", f"{test.feed!r} m/s"]
-        more += [word for path in found.circles for word in ("--measured", path)]
+        options |= {"radius": f"{test.radius!r} m", "velocity": f"{test.feed!r} m/s", "measured": found.circles}
         reads += found.circles
-    if found.circles and not given:
-        found.description.append(GAINS_DESIGNED.found())
-    session.take(circle_step(machine, session.folder, *more, reads=reads))
+        if not given:
+            found.description.append(GAINS_DESIGNED.found())
+    session.take(circle_step(machine, session.folder, options, reads))
     for circle in found.circles:
         session.take(diagnosis_step(circle, machine, session.folder, reads))
     if found.circles and session.take(tune_step(found.circles, machine, session.folder, reads)):
         found.description.append(TUNED.found(folder=str(session.folder / "tuned")))
-
-
-def _known(axis: dict[str, Any]) -> bool:
-    """Tell whether all is known of an axis that a machine file takes."""
-    return all(path.exists() for path in axis["files"].values())

@@ -1,14 +1,36 @@
-"""The steps from the records of one axis to what its controller may believe, and those with the whole machine."""
+"""The steps of `fric auto`: each one verb, run in this process, and the command that does the same by hand."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fric.automatic.sources import Source
+from fric.automatic.sources import Source, Sources
+from fric.documents.identified import read_identified
 from fric.documents.machine import MachineDocument
-from fric.documents.provenance import provenance
-from fric.documents.yaml import plain, read_tree
+from fric.documents.machine_files import NOMINAL_DOCUMENTS
+from fric.documents.provenance import commanded, provenance
+from fric.documents.yaml import dump, plain, read_document, read_tree, write_document
+from fric.errors import FricError
+from fric.flaws.files import FILE_UNUSED, STEP_FAILED
+from fric.io.memory import keep_freed_memory
+from fric.output import staged, together
+from fric.report.summary import make_report
+from fric.reproduce.step_cache import StepCache
+from fric.results.base import Result
+from fric.results.circle import circle
+from fric.results.controller import design_controller
+from fric.results.diagnose import diagnose
+from fric.results.given import Advance, silent
+from fric.results.gms import identify_gms
+from fric.results.ingest import ingest
+from fric.results.ingest_circles import ingest_circles
+from fric.results.observer import design_observer
+from fric.results.plant import identify_plant
+from fric.results.static import identify_static
+from fric.results.tune import tune
+from fric.units import Motion
 
 MACHINES = 24
 """Machines that are drawn from the intervals of what was identified."""
@@ -21,23 +43,264 @@ TWIN = {"x": "y", "y": "x"}
 
 @dataclass(frozen=True)
 class Step:
-    """One ordinary command."""
+    """A verb, what it is given, and the files that it leaves."""
 
     name: str  # What it gives, as in ``x: plant``
-    words: tuple[str, ...]  # The command, without ``fric``
-    # reads, leaves: files that it reads, and files that it leaves
-    reads: tuple[Path, ...]
-    leaves: tuple[Path, ...]
+    command: str  # The command of the verb, as in ``identify plant``
+    given: tuple[Path, ...]  # Files that it is given by position
+    options: Mapping[str, Any]  # Its options, by name
+    reads: tuple[Path, ...]  # Files that it depends on
+    leaves: tuple[Path, ...]  # Files that are there when it is done
+    output: Path | None = None  # Where the result goes
+    plot: Path | None = None  # Where the figure goes
 
     @property
     def ready(self) -> bool:
         """Whether all that it reads is there."""
         return all(path.exists() for path in self.reads)
 
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The command, without ``fric``; what it leaves is replaced."""
+        words = [*self.command.split(), *self.given]
+        for name, value in self.options.items():
+            flag = f"--{name.replace('_', '-')}"
+            words += [flag] if value is True else _repeated(flag, value)
+        words += _repeated("-o", self.output) + _repeated("--plot", self.plot)
+        return (*map(str, words), "--force")
 
-def step(name: str, words: Iterable[object], reads: Iterable[Path], leaves: Iterable[Path]) -> Step:
-    """Return a step; what it leaves is replaced."""
-    return Step(name, (*map(str, words), "--force"), tuple(reads), tuple(leaves))
+    def make(self, advance: Advance = silent) -> Result:
+        """Call the verb, write what it leaves, and return its result.
+
+        Parameters
+        ----------
+        advance
+            Is told of its progress, where the verb tells any.
+
+        Raises
+        ------
+        FricError
+            As the verb.
+        """
+        with commanded("fric", *self.words), together(*self.leaves) as made:
+            result = VERBS[self.command](self, advance)
+            if self.output is not None and self.command != "ingest":  # which writes as it reads
+                result.save(self.output, force=True)
+                made.append(self.output)
+            if self.plot is not None:
+                result.plot(self.plot, force=True)
+        return result
+
+
+def _repeated(flag: str, value: Any) -> list[object]:
+    values = value if isinstance(value, list | tuple) else [] if value is None else [value]
+    return [word for one in values for word in (flag, one)]
+
+
+def run_step(step: Step) -> None:
+    """Make a step, and print nothing."""
+    step.make()
+
+
+def _plain(verb: Callable[..., Result]) -> Callable[[Step, Advance], Result]:
+    """Return how a step of a verb is made that takes the options of its command."""
+
+    def made(step: Step, _: Advance) -> Result:
+        return verb(*step.given, **step.options)
+
+    return made
+
+
+def _ingested(step: Step, advance: Advance) -> Result:
+    keep_freed_memory()
+    given: dict[str, Any] = dict(step.options)
+    read: Callable[..., Result] = ingest
+    if given.get("kind") == "circle":
+        read = ingest_circles
+        del given["kind"]
+    mapping = given.pop("map", None)
+    return read(*step.given, output=step.leaves[0], mapping=mapping, force=True, advance=advance, **given)
+
+
+def _simulated(step: Step, advance: Advance) -> Result:
+    given = dict(step.options)
+    machines, files, schemes = given.pop("monte_carlo"), given.pop("friction", ()), given.pop("scheme", "all")
+    given.pop("from_intervals")
+    subject = read_identified(step.given[0], nominal_files=files)
+    return circle(subject, schemes, machines=machines, advance=advance, **given)
+
+
+def _diagnosed(step: Step, advance: Advance) -> Result:
+    return diagnose(*step.given, **step.options, advance=advance)
+
+
+def _tuned(step: Step, advance: Advance) -> Result:
+    result = tune(*step.given, **step.options, advance=advance)
+    if not result.found.improves:
+        raise FricError("nothing explains the circles better than what the controllers believe already")
+    return result
+
+
+def _reported(step: Step, advance: Advance) -> Result:
+    circles, tolerance = (step.options.get(name) for name in ("circle", "tolerance"))
+    return make_report(*step.given, circles=circles or (), tolerance=tolerance, advance=advance)
+
+
+VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {
+    "ingest": _ingested,
+    "identify plant": _plain(identify_plant),
+    "identify static": _plain(identify_static),
+    "identify gms": _plain(identify_gms),
+    "design controller": _plain(design_controller),
+    "design observer": _plain(design_observer),
+    "simulate circle": _simulated,
+    "diagnose": _diagnosed,
+    "tune": _tuned,
+    "report": _reported,
+}
+"""How the step of each command is made."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A step that failed."""
+
+    step: Step  # The step
+    why: FricError  # What its verb raised
+
+    def __str__(self) -> str:
+        return str(self.why).replace("\n", ". ")
+
+
+@dataclass
+class AxisOutcome:
+    """What came of the records of one axis."""
+
+    motion: Motion  # Of the axis
+    done: list[str] = field(default_factory=list)  # Steps that were made, or are up to date
+    missing: list[str] = field(default_factory=list)  # What cannot be made: which record is missing, or why it failed
+    files: Mapping[str, Path] = field(default_factory=dict)  # Its documents by `PARTS`, there or not
+    logs: Sequence[Path] = ()  # Its log files
+
+    @property
+    def whole(self) -> bool:
+        """Whether all is known that a machine file takes."""
+        return all(path.exists() for path in self.files.values())
+
+    @property
+    def there(self) -> list[Path]:
+        """Its documents that are there."""
+        return [path for path in self.files.values() if path.exists()]
+
+
+class Session:
+    """One run: its folder, its script, and what came of each step.
+
+    Parameters
+    ----------
+    folder
+        Where all files go.
+    run
+        Makes one step; raises a `FricError` where it fails.
+    say
+        Is told each command as it is run.
+    """
+
+    def __init__(self, folder: Path, run: Callable[[Step], None], say: Callable[[str], None]) -> None:
+        self.folder, self.run, self.say = folder, run, say
+        self.shop = StepCache(folder)
+        self.script = ["#!/bin/sh", "# What `fric auto` ran, to be run again by hand."]
+        self.script += ["set -eu", f"cd {shlex.quote(str(Path.cwd()))}"]
+        self.steps = self.made = 0
+        self.failed: dict[str, Failure] = {}
+
+    def take(self, step: Step) -> bool:
+        """Run a step unless it is up to date; return whether what it leaves is there."""
+        if not step.ready:
+            return False
+        self.steps += 1
+        text = shlex.join(["fric", *step.words])
+        for path in step.leaves:
+            path.parent.mkdir(parents=True, exist_ok=True)
+
+        def make() -> None:
+            self.say(f"$ {text}")
+            self.run(step)
+
+        settings = {"words": list(step.words)}
+        try:
+            self.made += self.shop.step(step.name, make, reads=step.reads, leaves=step.leaves, settings=settings)
+        except FricError as error:
+            self.failed[step.name] = Failure(step, error)
+            self.script.append(f"# failed: {' '.join(text.splitlines())}")
+            return False
+        self.script.append(text)
+        return True
+
+    def write(self, tree: dict[str, Any], path: Path) -> None:
+        """Write a document, and the lines of the script that write it."""
+        known = plain(read_tree(path)) if path.exists() else {}
+        if known.get("axes") != tree["axes"]:
+            write_document(path, tree, force=True)
+        self.script += [f"cat > {shlex.quote(str(path))} <<'END'", dump(tree).rstrip(), "END"]
+
+    def close(self) -> None:
+        """Write the script."""
+        with staged(self.folder / "steps.sh", force=True) as draft:
+            draft.write_text("\n".join(self.script) + "\n", encoding="utf-8")
+
+
+def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> dict[str, AxisOutcome]:
+    """Ingest and identify; return what came of each axis.
+
+    Parameters
+    ----------
+    session
+        Where the steps are run.
+    found
+        The logs.
+    lean
+        Identify alone: no figures, no controller, no observer.
+    """
+    logs = [one for one in found.logs if one.mapping is None]
+    for one, left in ingest_steps(found.logs, session.folder):
+        if session.take(one):
+            logs.append(left)
+        else:
+            found.description.append(STEP_FAILED.found(one.name, why=str(session.failed.get(one.name, "failed"))))
+    axes: dict[str, AxisOutcome] = {}
+    for name in sorted({one.axis for one in logs}):
+        of_axis = [one for one in logs if one.axis == name]
+        plan = axis_steps(of_axis, session.folder / name, lean=lean)
+        read = {path for one in plan.steps for path in one.reads}
+        for unused in (log for log in of_axis if log.path not in read):
+            found.description.append(FILE_UNUSED.found(str(unused.path), kinds=sorted(unused.kinds), axis=name))
+        done = [one.name.partition(": ")[2] for one in plan.steps if session.take(one)]
+        failed = [session.failed[one.name] for one in plan.steps if one.name in session.failed]
+        broken = [f"{one.step.name.partition(': ')[2]}: {one}" for one in failed]
+        files = {part: session.folder / name / f"{part}.yaml" for part in PARTS}
+        if "gms" not in done and "static" in done:
+            files["friction"] = session.folder / name / "static.yaml"
+        missing, paths = [*plan.missing, *broken], [one.path for one in of_axis]
+        axes[name] = AxisOutcome(of_axis[0].motion, done, missing, files, paths)
+    return axes
+
+
+def step(
+    name: str,
+    command: str,
+    given: Iterable[Path],
+    options: Mapping[str, Any],
+    reads: Iterable[Path] | None = None,
+    *,
+    output: Path | None = None,
+    plot: Path | None = None,
+    leaves: Iterable[Path] | None = None,
+) -> Step:
+    """Return a step; it depends on what it is given, and leaves result and figure, where nothing else is said."""
+    files, asked = tuple(given), {key: one for key, one in options.items() if one is not None}
+    left = tuple(path for path in (output, plot) if path is not None) if leaves is None else tuple(leaves)
+    return Step(name, command, files, asked, files if reads is None else tuple(reads), left, output, plot)
 
 
 def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, Source]]:
@@ -49,18 +312,17 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
     for (axis, kind, mapping), members in groups.items():
         log = folder / axis / f"{kind}{'-' + Path(mapping).stem if mapping else ''}.h5"
         files = [one.path for one in members]
-        words = ["ingest", *files, "-o", log, *(["--map", mapping] if mapping else [])]
-        words += ["--kind", kind] if len(members[0].kinds) == 1 else []
+        options = {"map": mapping or None, "kind": kind if len(members[0].kinds) == 1 else None}
         uses, both = frozenset().union(*(m.uses for m in members)), all(m.both for m in members)
         left = Source(log, axis, members[0].motion, members[0].kinds, uses, both=both)
         reads = [*files, *([Path(mapping)] if mapping.endswith(".yaml") else [])]
-        yield step(f"{axis}: ingest {kind}", words, reads, [log]), left
+        yield step(f"{axis}: ingest {kind}", "ingest", files, options, reads, output=log), left
 
 
 def trace_step(trace: Path, folder: Path) -> Step:
     """Return the step that reads a foreign file with circle tests."""
     test = folder / "circles" / f"{trace.stem}.h5"
-    return step(f"ingest {trace.stem}", ["ingest", trace, "--kind", "circle", "-o", test], [trace], [test])
+    return step(f"ingest {trace.stem}", "ingest", [trace], {"kind": "circle"}, output=test)
 
 
 @dataclass(frozen=True)
@@ -91,30 +353,30 @@ def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> A
     def of(*kinds: str, use: str = "") -> list[Path]:
         return [one.path for one in logs if one.kinds & set(kinds) and (not use or use in one.uses)]
 
-    def identify(what: str, files: list[Path], output: Path, *more: object, reads: Iterable[Path] = ()) -> None:
-        figure = output.with_suffix(".png")
-        words = ["identify", what, *files, *more, "-o", output, *([] if lean else ["--plot", figure])]
-        steps.append(step(f"{axis}: {what}", words, [*files, *reads], [output, *([] if lean else [figure])]))
+    def identify(what: str, files: list[Path], output: Path, reads: Iterable[Path], options: Mapping[str, Any]) -> None:
+        figure = None if lean else output.with_suffix(".png")
+        given = (f"{axis}: {what}", f"identify {what}", files, options, [*files, *reads])
+        steps.append(step(*given, output=output, plot=figure))
 
     responses = of("frequency-response")
     if shaken := responses or of("motion"):
         scaled = any(one.both for one in logs if one.path in shaken)
         steady = [one.path for one in logs if one.kinds == {"constant-velocity"} and one.both and not scaled]
         beside = steady if responses else []  # K_f, which no response tells
-        identify("plant", [*shaken, *beside], plant, *([] if responses else ["--method", "motion"]))
+        identify("plant", [*shaken, *beside], plant, (), {} if responses else {"method": "motion"})
     else:
         missing.append("plant: a frequency response, or an ordinary motion with position and voltage or force")
     known = [plant] if shaken else []
-    damping = [word for path in known for word in ("--plant", path)]
+    damping: dict[str, Any] = {"plant": plant} if shaken else {}
     if strokes := of("constant-velocity", use="static"):
-        form = ["--delta", "1", "--over-position", "off", "--direction", "both"] if lean else []
-        identify("static", strokes, static, *damping, *form, reads=known)
+        form = {"delta": "1", "over_position": "off", "direction": "both"} if lean else {}
+        identify("static", strokes, static, known, damping | form)
     else:
         missing.append("static map: strokes at constant velocity, at five speeds or more, with force")
     if slow := of("presliding-sine", use="gms"):
         sines = list(dict.fromkeys([*slow, *of("sliding-sine", use="gms")]))
-        given = ["--static", static] if strokes else []
-        identify("gms", sines, friction, *damping, *given, reads=[*known, *([static] if strokes else [])])
+        given = {"static": static} if strokes else {}
+        identify("gms", sines, friction, [*known, *given.values()], damping | given)
         if not of("sliding-sine"):
             missing.append("C of the GMS model: a sine in sliding, around a steady speed")
     else:
@@ -122,36 +384,37 @@ def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> A
     if lean:
         return AxisSteps(tuple(steps), tuple(missing))
     if responses:
-        words = ["design", "controller", plant, "-o", controller]
-        steps.append(step(f"{axis}: controller", words, [plant], [controller]))
-        figure = observer.with_suffix(".png")
-        words = ["design", "observer", plant, *responses[:1], "--controller", controller, "-o", observer]
-        reads = [plant, controller, *responses[:1]]
-        steps.append(step(f"{axis}: observer", [*words, "--plot", figure], reads, [observer, figure]))
+        steps.append(step(f"{axis}: controller", "design controller", [plant], {}, output=controller))
+        read = [plant, *responses[:1]]
+        steps.append(
+            step(
+                f"{axis}: observer", "design observer", read, {"controller": controller}, [*read, controller],
+                output=observer, plot=observer.with_suffix(".png"),
+            )
+        )  # fmt: skip
     else:
         missing.append("controller and observer: a frequency response from voltage to position")
     return AxisSteps(tuple(steps), tuple(missing))
 
 
-def circle_step(machine: Path, folder: Path, *more: object, reads: Iterable[Path] = ()) -> Step:
+def circle_step(machine: Path, folder: Path, options: Mapping[str, Any], reads: Iterable[Path] = ()) -> Step:
     """Return the step that simulates the circle, with machines drawn from the intervals."""
+    asked = {**options, "monte_carlo": MACHINES, "from_intervals": True}
     run, figure = folder / "circle.h5", folder / "circle.png"
-    words = ["simulate", "circle", machine, *more, "--monte-carlo", MACHINES, "--from-intervals"]
-    return step("circle", [*words, "-o", run, "--plot", figure], [machine, *reads], [run, figure])
+    return step("circle", "simulate circle", [machine], asked, [machine, *reads], output=run, plot=figure)
 
 
 def diagnosis_step(circle: Path, machine: Path, folder: Path, reads: Iterable[Path] = ()) -> Step:
     """Return the step that holds a measured circle against what the machine file predicts."""
+    read = [circle, machine, *reads]
     figure = folder / f"{circle.stem}.png"
-    words = ["diagnose", circle, "--machine", machine, "--plot", figure]
-    return step(f"{circle.stem}: diagnosis", words, [circle, machine, *reads], [figure])
+    return step(f"{circle.stem}: diagnosis", "diagnose", [circle], {"machine": machine}, read, plot=figure)
 
 
 def tune_step(circles: Sequence[Path], machine: Path, folder: Path, reads: Iterable[Path] = ()) -> Step:
     """Return the step that refits what the controllers believe to measured circles."""
-    target = folder / "tuned"
-    words = ["tune", machine, *circles, "-o", target]
-    return step("tune", words, [*circles, machine, *reads], [target / "machine.yaml"])
+    given, target = [machine, *circles], folder / "tuned"
+    return step("tune", "tune", given, {}, [*given, *reads], output=target, leaves=[target / "machine.yaml"])
 
 
 def machine_tree(axes: Mapping[str, Mapping[str, Path]], folder: Path) -> dict[str, Any]:
@@ -169,14 +432,13 @@ def machine_tree(axes: Mapping[str, Mapping[str, Path]], folder: Path) -> dict[s
         tree["axes"][name] = {part: str(path.relative_to(folder)) for part, path in files.items()}
     if len(axes) == 1:
         ((name, files),) = axes.items()
-        twin = {part: _bare(path) for part, path in files.items()}
-        tree["axes"][TWIN.get(name, "y")] = twin
+        tree["axes"][TWIN.get(name, "y")] = {part: _bare(part, path) for part, path in files.items()}
     return tree | {"provenance": provenance()}
 
 
-def _bare(path: Path) -> dict[str, Any]:
+def _bare(part: str, path: Path) -> dict[str, Any]:
     """Return the values of a file, without what ties it to its axis."""
-    tree = plain(read_tree(path))
+    tree = read_document(path, NOMINAL_DOCUMENTS[part]).tree()
     tied = {"fric", "axis", "motion", "fit", "warnings", "warnings_coded", "provenance", "margins", "limits", "reason"}
     tied |= {"bandwidth", "second_mass"}
     return {key: value for key, value in tree.items() if key not in tied and not key.endswith("_fit")}

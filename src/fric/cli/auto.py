@@ -1,26 +1,26 @@
 """`fric auto`: the whole way in one command."""
 
+from __future__ import annotations
+
 import sys
-from collections.abc import Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import Annotated
-
-import typer
+from typing import TYPE_CHECKING, Annotated
 
 import fric
-from fric.cli.console import ERR, finish
+from fric.cli.console import ERR, OUT, finish
 from fric.cli.options import Implausible, Json, argument, option
+from fric.errors import printable
+
+if TYPE_CHECKING:
+    from fric.automatic.steps import Step
 
 
-def run_here(words: Sequence[str]) -> None:
-    """Run a command in this process; what it prints goes to standard error: standard output is for the end."""
-    from fric.cli.main import app
-
+def run_here(step: Step) -> None:
+    """Make a step, with its progress; what it prints goes to standard error: standard output is for the end."""
     with redirect_stdout(sys.stderr):
-        status = typer.main.get_command(app).main(list(words), prog_name="fric", standalone_mode=False)
-    if status:
-        raise fric.FricError(f"it ended with status {status}")
+        finish(step.make, doing=step.name)
+        OUT.print(f"wrote {' and '.join(printable(str(path)) for path in step.leaves)}", markup=False)
 
 
 def auto(

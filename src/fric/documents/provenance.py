@@ -3,7 +3,9 @@
 import os
 import shlex
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from datetime import UTC, datetime
 from functools import cache
 from hashlib import sha256
@@ -14,6 +16,18 @@ import numpy as np
 
 import fric
 from fric.log import Record
+
+_COMMAND: ContextVar[tuple[str, ...] | None] = ContextVar("command", default=None)
+
+
+@contextmanager
+def commanded(*words: str) -> Iterator[None]:
+    """Let the documents that are made meanwhile name a command in place of that of the process."""
+    before = _COMMAND.set(words)
+    try:
+        yield
+    finally:
+        _COMMAND.reset(before)
 
 
 def provenance(logs: Iterable[Record] = ()) -> dict[str, Any]:
@@ -27,7 +41,7 @@ def provenance(logs: Iterable[Record] = ()) -> dict[str, Any]:
     return {
         "fric": fric.__version__,
         "created": made.isoformat(timespec="seconds"),
-        "command": shlex.join([program, *sys.argv[1:]]),
+        "command": shlex.join(_COMMAND.get() or (program, *sys.argv[1:])),
         **arithmetic(),
         "logs": [{"file": log.source, "record": log.name, "sha256": log.sha256} for log in logs],
     }
