@@ -1,4 +1,4 @@
-from .automatic.result import FleetResult as FleetResult
+from .automatic.fleet import FleetResult as FleetResult
 from .automatic.run import AutoResult as AutoResult
 from .automatic.run import auto as auto
 from .control.base import ControlBlock as ControlBlock

@@ -19,10 +19,10 @@ from fric.identify.circle.left_over import LeftOver
 from fric.identify.circle.measured import measured_from_run
 from fric.identify.circle.trust import distrusts
 from fric.notice import Notice
-from fric.results.verdict import evidence_of
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.prediction import predicted as predicted_of
 from fric.simulate.spread import draw_machine
+from fric.verdict.evidence import evidence_of
 
 CIRCLE = Circle(0.03, 0.1)
 

@@ -13,12 +13,10 @@ from fric.control.scheme import PAPER_SCHEMES
 from fric.estimate import Estimate
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
-from fric.results.verdict import evidence_of
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.prediction import Prediction
-from fric.verdict.candidates import candidates_of
 from fric.verdict.decide import decide, difference, forbidden
-from fric.verdict.evidence import Candidate, Evidence
+from fric.verdict.evidence import Candidate, Evidence, candidates_of, evidence_of
 
 UM = 1e-6
 RNG = np.random.default_rng(3)

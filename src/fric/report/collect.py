@@ -31,7 +31,7 @@ from fric.results.diagnose import diagnose
 from fric.simulate.circle import CircleRun
 from fric.simulate.path import PathRun
 from fric.simulate.prediction import Prediction
-from fric.verdict.candidates import candidates_of
+from fric.verdict.evidence import candidates_of
 
 T = TypeVar("T", Item, ContourTest)
 

@@ -9,10 +9,9 @@ from fric.documents.provenance import provenance
 from fric.notice import Notice
 from fric.report.measured import MeasuredView
 from fric.report.report_input import ReportInput
-from fric.results.verdict import machine_name
 from fric.units import readable
 from fric.verdict.decide import decide
-from fric.verdict.evidence import Evidence, Verdict
+from fric.verdict.evidence import Evidence, Verdict, machine_name
 
 ORDER = ("fail", "not decided", "pass", "")
 """Results of verdicts: of several the first is that of the page."""

@@ -17,12 +17,11 @@ from fric.flaws import flaw_of
 from fric.log import Record
 from fric.notice import Notice
 from fric.results.diagnose import DiagnosisResult
-from fric.results.verdict import evidence_of, machine_name
 from fric.simulate.contour_run import ContourRun
 from fric.simulate.prediction import Prediction
 from fric.units import Motion, readable
 from fric.verdict.decide import decide
-from fric.verdict.evidence import Candidate, Verdict
+from fric.verdict.evidence import Candidate, Verdict, evidence_of, machine_name
 
 KINDS = ("friction", "plant", "controller", "observer")
 """The documents that a report tells of, in its order."""

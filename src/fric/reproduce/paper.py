@@ -32,12 +32,12 @@ from fric.results.base import Result
 from fric.results.circle import CircleResult
 from fric.results.given import Advance, silent
 from fric.results.text import Piece
-from fric.results.verdict import facts
 from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
 from fric.simulate.processes import end_with_parent
 from fric.verb import verb
+from fric.verdict.evidence import facts
 
 if TYPE_CHECKING:
     import pandas as pd

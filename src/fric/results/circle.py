@@ -17,9 +17,9 @@ from fric.errors import FricError
 from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
+from fric.results.given_models import circles_of
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
-from fric.results.verdict import evidence_of, facts
 from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
@@ -28,9 +28,8 @@ from fric.simulate.prediction import Prediction
 from fric.simulate.processes import run_all
 from fric.units import readable
 from fric.verb import verb
-from fric.verdict.candidates import candidates_of
 from fric.verdict.decide import decide
-from fric.verdict.evidence import Verdict
+from fric.verdict.evidence import Verdict, candidates_of, evidence_of, facts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -248,9 +247,10 @@ def circle(
     given: dict[str, Any] = {} if spreads is None else {"spreads": spreads}
     evidence = None
     if identified:
-        from fric.results.evidence import KnownMachine  # with SciPy's signal processing, which a table needs not
+        from fric.verdict.known_machine import KnownMachine  # with SciPy's signal processing, which a table needs not
 
-        evidence = KnownMachine.of(identified, measured, [axis] if axis else None, seed)
+        tests = circles_of("circle", [measured])
+        evidence = KnownMachine.of(identified, tests, [axis] if axis else None, seed)
         given |= evidence.drawn()
     given["accuracy"] = in_si(accuracy, "position")
     study = Study(subject, tuple(chosen), test, seed, only=axis, **given)

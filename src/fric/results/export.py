@@ -23,7 +23,6 @@ from fric.export import targets
 from fric.export.base import Files, Part, Target
 from fric.export.manifest import manifest, manifest_text
 from fric.export.select import compensation_of, machine_of
-from fric.export.trust import trust_of
 from fric.io.run import read_drawn, read_prediction, read_run_provenance, read_runs
 from fric.notice import Notice, once
 from fric.output import write_folder
@@ -32,13 +31,12 @@ from fric.results.diagnose import diagnose
 from fric.results.given import Advance, path_of, silent
 from fric.results.machine import schemes_of
 from fric.results.text import Piece, Table
-from fric.results.verdict import evidence_of
 from fric.simulate.machine import Machine
 from fric.simulate.prediction import Prediction
 from fric.units import readable
 from fric.verb import verb
-from fric.verdict.candidates import candidates_of
-from fric.verdict.evidence import Candidate
+from fric.verdict.evidence import Candidate, candidates_of, evidence_of
+from fric.verdict.trust import trust_of
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,12 @@ from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
-from fric.results.verdict import facts
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
 from fric.simulate.path import PathRun, PointPath, RecordedPath, path_document, run_path
 from fric.units import readable
 from fric.verb import verb
+from fric.verdict.evidence import facts
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -13,7 +13,6 @@ from fric.identify.circle.left_over import LeftOver
 from fric.identify.circle.measured import MeasuredCircle
 from fric.identify.circle.trust import distrusts, observers_distrust
 from fric.notice import Notice
-from fric.results.given_models import circles_of
 from fric.simulate.contour_run import pair
 from fric.simulate.monte_carlo import MonteCarlo
 from fric.simulate.prediction import Prediction, predicted
@@ -29,15 +28,10 @@ class KnownMachine:
     unused: tuple[Notice, ...] = ()  # Why a circle could not be used
 
     @classmethod
-    def of(cls, identified: Identified, measured: Any, axes: Sequence[str] | None, seed: int) -> KnownMachine:
-        """Return what is known, of measured circles or their files.
-
-        Raises
-        ------
-        FricError
-            When a file is no circle test.
-        """
-        tests = circles_of("circle", [measured])
+    def of(
+        cls, identified: Identified, tests: Sequence[MeasuredCircle], axes: Sequence[str] | None, seed: int
+    ) -> KnownMachine:
+        """Return what is known of a machine by what was identified and by measured circles."""
         machine, left, unused = identified.machine, None, []
         for test in tests:
             try:  # one that lacks a channel still judges, and completes nothing

@@ -10,9 +10,8 @@ from fric.notice import Notice, once
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
-from fric.verdict.candidates import candidates_of
 from fric.verdict.decide import decide, reasons_against
-from fric.verdict.evidence import Evidence
+from fric.verdict.evidence import Evidence, candidates_of
 
 
 def trust_of(
