@@ -225,10 +225,7 @@ def candidates_of(
     return found
 
 
-Runs = Sequence[ContourRun[Any, Any]]
-
-
-def facts(machine: Machine, runs: Runs) -> dict[str, Any]:
+def facts(machine: Machine, runs: Sequence[ContourRun[Any, Any]]) -> dict[str, Any]:
     """Return what a run file keeps of a machine, as plain data that `evidence_of` reads."""
     names = list(runs[0].traces)
     return provenance() | {
