@@ -7,14 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import read_machine
-from fric.documents.plant import PlantDocument
 from fric.planning.choose import choose
-from fric.planning.plan import Limits
-from fric.results.expected import DRAWS, expected, typical
+from fric.planning.expected import DRAWS, expected, typical
+from fric.planning.prior import prior_axis
 from fric.results.given import silent
-from fric.results.prior import prior_axis
+from fric.simulate.plan import Limits
 from fric.simulate.spread import draw_machine
 from fric.simulate.trial import runs_of
 from tests.planning.test_expected import SUBJECTS, achieved, anywhere, identified
@@ -29,11 +27,10 @@ def run() -> Iterator[tuple[str, str, str]]:
         trials = anywhere(truth, [trial for one in choose(truth, limits) for trial in one.trials(truth)], 77)
         logs = [trial.log(truth, made, 77) for trial, made in runs_of(truth, trials)]
         plant, *_, friction = identified(logs)
-        prior, _ = prior_axis(machine, axis, friction, plant=plant)
+        prior, _ = prior_axis(machine, axis, friction, plant)
         planned = choose(prior, limits)
-        known = (FrictionDocument.model_validate(friction.document), PlantDocument.model_validate(plant.document))
-        found = expected(prior, planned, silent, DRAWS, *known)
-        got = achieved(truth, planned, found.blocks or "auto", range(201, 201 + DRAWS))
+        found = expected(prior, planned, silent, DRAWS, friction, plant)
+        got = achieved(truth, planned, found.blocks, range(201, 201 + DRAWS))
         ratios = {
             key: np.array([one[key] for one in got]) / expectation.half_width
             for key, expectation in found.parameters.items()

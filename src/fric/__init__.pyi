@@ -65,14 +65,14 @@ from .results.learn import LearnResult as LearnResult
 from .results.learn import learn as learn
 from .results.model import ModelResult as ModelResult
 from .results.model import identify_model as identify_model
-from .results.next_record import NextRecordResult as NextRecordResult
-from .results.next_record import plan_next as plan_next
 from .results.observer import ObserverResult as ObserverResult
 from .results.observer import design_observer as design_observer
 from .results.path import PathResult as PathResult
 from .results.path import path as path
+from .results.plan import NextRecordResult as NextRecordResult
 from .results.plan import PlanResult as PlanResult
 from .results.plan import plan as plan
+from .results.plan import plan_next as plan_next
 from .results.plant import PlantResult as PlantResult
 from .results.plant import identify_plant as identify_plant
 from .results.records import InspectionResult as InspectionResult

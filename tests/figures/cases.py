@@ -57,10 +57,10 @@ from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs, read_records
 from fric.log import Log
 from fric.planning.choose import choose
-from fric.planning.plan import Expected, Limits, Plan
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.monte_carlo import Study, monte_carlo
 from fric.simulate.path import PointPath, run_path
+from fric.simulate.plan import Expected, Limits, Plan
 from fric.simulate.validation import validate_closed_loop
 from tests.figures.drawn import Panel, Wanted, curve, edges, function, near, part
 from tests.identify.virtual_logs import logs_of

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import fric
-from fric.documents.friction import FrictionDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.plan import PlanDocument
 from fric.documents.plant import PlantDocument
@@ -18,11 +17,20 @@ from fric.documents.yaml import read_document
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
 from fric.planning.choose import choose
-from fric.planning.plan import Expected, Limits
-from fric.results.expected import Expectation, anywhere, expected, half_widths, identified, scattering, typical
+from fric.planning.expected import (
+    Expectation,
+    anywhere,
+    expected,
+    half_widths,
+    identified,
+    lacks,
+    more_records,
+    scattering,
+    typical,
+)
+from fric.planning.prior import prior_axis
 from fric.results.given import silent
-from fric.results.plan import _lacks, _more
-from fric.results.prior import prior_axis
+from fric.simulate.plan import Expected, Limits
 from fric.simulate.spread import draw_machine
 from fric.simulate.trial import runs_of
 
@@ -59,7 +67,7 @@ def test_half_widths_of_the_papers_machine_are_as_expected(tmp_path: Path) -> No
         np.testing.assert_allclose(*(np.hstack(list(a.settings.values())) for a in (one, other)), rtol=1e-5)
     logs = fric.experiment("xy-table", plan=tmp_path / "plan", seed=101)
     assert sum(log.time[-1] for log in logs) < sum(plan.plan.lasting)
-    blocks = asked.blocks or "auto"
+    blocks = asked.blocks
     first = {name: half for name, (_, half, _) in half_widths(list(identified(list(logs), blocks))).items()}
     hold(plan.plan.expected, [first, *achieved(plan.plan.axis, plan.plan.planned, blocks, (102, 103))])
 
@@ -79,12 +87,11 @@ def test_half_widths_are_as_expected_of_a_friction_that_was_identified(name: str
     trials = [trial for one in planned for trial in one.trials(truth)]
     logs = [trial.log(truth, run, 77) for trial, run in runs_of(truth, anywhere(truth, trials, 77))]
     plant, *_, friction = identified(logs)
-    prior, _ = prior_axis(machine, axis, friction, plant=plant)
+    prior, _ = prior_axis(machine, axis, friction, plant)
     planned = choose(prior, limits)
-    known = FrictionDocument.model_validate(friction.document), PlantDocument.model_validate(plant.document)
-    found = expected(prior, planned, silent, 3, *known)
+    found = expected(prior, planned, silent, 3, friction, plant)
     # three runs on either side scatter by that; without what the fit left over it was twenty on the rig
-    hold(found.parameters, achieved(truth, planned, found.blocks or "auto", (201, 202, 203)), 3.0)
+    hold(found.parameters, achieved(truth, planned, found.blocks, (201, 202, 203)), 3.0)
 
 
 def test_a_response_that_scattered_along_the_way_is_expected_to_scatter_again() -> None:
@@ -99,7 +106,8 @@ def test_a_response_that_scattered_along_the_way_is_expected_to_scatter_again() 
     def plant(axis, seed: int) -> PlantDocument:
         trials = anywhere(axis, [trial for one in planned for trial in one.trials(axis)], seed)
         (result,) = identified([trial.log(axis, run, seed) for trial, run in runs_of(axis, trials)])
-        return PlantDocument.model_validate(result.document)
+        assert isinstance(result, PlantDocument)
+        return result
 
     simulated = [plant(model, seed) for seed in range(1, 6)]
     found = scattering(plant(axis, 77), simulated)
@@ -108,14 +116,14 @@ def test_a_response_that_scattered_along_the_way_is_expected_to_scatter_again() 
     assert all(factor < 1.5 for factor in scattering(plant(model, 78), simulated).values())
 
 
-def test_an_accuracy_takes_as_many_records_as_the_square_of_what_lacks() -> None:
+def test_an_accuracy_takes_as_many_records_as_the_square_of_whatlacks() -> None:
     found = Expectation(
         {"F_s": Expected(100.0, 4.0, "N", (3.0, 5.0)), "k_1": Expected(1e8, 1e6, "N/m", (1e6, 1e6))}, 1, ()
     )
     wanted = {"F_s": (0.02, True), "k": (2e6, False)}
-    assert dict(_lacks(wanted, found)) == {"F_s": pytest.approx(2.0), "k": pytest.approx(0.5)}
-    assert _more(wanted, found, {}) == {"constant-velocity": 4}
-    assert log(_more({"F_s": (1e-9, True)}, found, {})["constant-velocity"], 2) == 4
+    assert dict(lacks(wanted, found)) == {"F_s": pytest.approx(2.0), "k": pytest.approx(0.5)}
+    assert more_records(wanted, found, {}) == {"constant-velocity": 4}
+    assert log(more_records({"F_s": (1e-9, True)}, found, {})["constant-velocity"], 2) == 4
     with pytest.raises(fric.FricError, match="no parameter that a plan tells"):
         fric.plan(stroke=0.3, feed=0.1, machine="xy-table", accuracy=["F_x=2%"])
 

@@ -10,17 +10,18 @@ import numpy as np
 import pytest
 
 import fric
-from fric.documents.friction import FrictionDocument
+from fric.documents.machine_files import read_machine
+from fric.documents.yaml import write_document
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.hunting import Hunting
 from fric.identify.records.prepared import prepared
 from fric.identify.replay.coordinates import search_ranges
 from fric.identify.replay.information import replay_information
 from fric.planning.choose import choose
-from fric.planning.next_record import Candidate, by_what_they_leave
-from fric.planning.plan import Limits, Planned
-from fric.results.expected import identified
-from fric.results.prior import prior_axis
+from fric.planning.expected import identified
+from fric.planning.next_record import by_what_they_leave
+from fric.planning.prior import prior_axis
+from fric.simulate.plan import Candidate, Limits, Planned
 from fric.simulate.trial import runs_of
 
 LIMITS = Limits(0.3, 0.1, 5.0)
@@ -29,7 +30,7 @@ LIMITS = Limits(0.3, 0.1, 5.0)
 @cache
 def first():
     """An axis, its plan, the records of it, and what they give."""
-    axis, _ = prior_axis("xy-table")
+    axis, _ = prior_axis(read_machine("xy-table"))
     planned = choose(axis, LIMITS)
     logs = [t.log(axis, run, 3) for t, run in runs_of(axis, [t for one in planned for t in one.trials(axis)])]
     return axis, planned, logs, list(identified(logs))
@@ -37,13 +38,12 @@ def first():
 
 def test_information_of_all_sines_is_that_of_the_fit_to_them() -> None:
     axis, _, logs, (*_, gms) = first()
-    document = FrictionDocument.model_validate(gms.document)
-    model = document.friction("gms")
+    model = gms.friction("gms")
     sines = [log for log in logs if "sine" in log.kind]
     *cycled, slides = prepared(sines, axis.plant)
     records = [*(find_cycles(one).for_replay() for one in cycled), slides.in_sliding()]
     names, information = replay_information(records, model, search_ranges(records), Hunting(axis.plant))
-    told = document.fit_of("gms").covariance.covariance()
+    told = gms.fit_of("gms").covariance.covariance()
     at = [told.names.index(name) for name in names]
     assert set(told.names) - set(names) == {f"alpha_{len(model.alpha)}"}
     by_fit = np.sqrt(np.diag(np.array(told.matrix)[np.ix_(at, at)]))
@@ -56,7 +56,7 @@ def test_information_of_all_sines_is_that_of_the_fit_to_them() -> None:
 
 def test_a_record_is_blind_for_what_it_does_not_show() -> None:
     axis, _, logs, (*_, gms) = first()
-    model = FrictionDocument.model_validate(gms.document).friction("gms")
+    model = gms.friction("gms")
     slides = prepared([log for log in logs if log.kind == "sliding-sine"], axis.plant)[0].in_sliding()
     sines = prepared([log for log in logs if "sine" in log.kind], axis.plant)
     names, information = replay_information([slides], model, search_ranges(sines))
@@ -91,7 +91,7 @@ def test_the_record_that_is_said_to_narrow_most_narrows_a_file_that_lacks_it(tmp
 
 def test_a_file_without_gms_is_refused_with_what_to_do(tmp_path: Path) -> None:
     _, _, _, (_, static, _) = first()
-    static.save(tmp_path / "static.yaml")
+    write_document(tmp_path / "static.yaml", static.tree())
     with pytest.raises(fric.FricError, match="fric plan --friction"):
         fric.plan_next(tmp_path / "static.yaml")
 

@@ -22,8 +22,8 @@ from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.export.motion import DIALECTS, Arc, Move
 from fric.planning.choose import choose
-from fric.planning.plan import Limits, Plan
 from fric.results.plan import PlanResult
+from fric.simulate.plan import Limits, Plan
 from tests.export.structured_text import Program
 from tests.linuxcnc.bench import Program as Bench
 from tests.linuxcnc.bench import Recording, run_program

@@ -1,6 +1,6 @@
 """A plan, ``fric: plan/1``: the records to take of an axis, and the intervals to be expected from them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
@@ -11,8 +11,8 @@ from fric.documents.quantity import Known, Part, Quantity, in_units, known
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.notice import Notice
-from fric.planning.plan import Limits, Plan, Planned, Setting
 from fric.simulate.experiment import EXPERIMENTS
+from fric.simulate.plan import Limits, Narrowing, Plan, Planned, Setting
 from fric.units import Motion
 
 SETTINGS = {
@@ -112,7 +112,7 @@ def plan_tree(
     prior: str,
     blocks: int | None,
     notices: Iterable[Notice],
-    narrowing: Mapping[str, Any] | None = None,
+    narrowing: Narrowing | None = None,
 ) -> dict[str, Any]:
     """Return a plan, ready to be written or printed.
 
@@ -138,4 +138,15 @@ def plan_tree(
         ],
         "expected": plan.expected,
     }  # fmt: skip
-    return PlanDocument.made(content | known(blocks=blocks, narrowing=narrowing), notices=notices).tree()
+    if narrowing is not None:
+        content["narrowing"] = {
+            "scheme": narrowing.scheme, "radius": Estimate(narrowing.test.radius, "m"),
+            "feed": Estimate(narrowing.test.feed, "m/s"), "half_width": Estimate(narrowing.half_width, "m"),
+            "shares": narrowing.shares,
+            "records": [
+                experiment_entry(one.planned, motion, axis, one.lasting)
+                | {"half_width": Estimate(one.half_width, "m")}
+                for one in narrowing.candidates
+            ],
+        }  # fmt: skip
+    return PlanDocument.made(content | known(blocks=blocks), notices=notices).tree()

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from fric.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
 from fric.friction.directed import Directed
-from fric.planning.plan import Plan
+from fric.simulate.plan import Plan
 from fric.units import prefixed, si_unit
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from fric.errors import FricError
 from fric.friction.directed import Directed
 from fric.friction.stribeck import OnStaticMap, StaticMap
-from fric.planning.plan import Limits, Planned, Setting
 from fric.reference import multisine
 from fric.simulate.machine import Axis
+from fric.simulate.plan import Limits, Planned, Setting
 from fric.units import readable, si_unit
 
 MARGIN = 0.99

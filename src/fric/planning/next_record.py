@@ -5,7 +5,7 @@ To first order the glitch varies by ``gᵀ·Σ·g``: g are its derivatives over 
 ``Σ' = (Σ⁻¹ + I)⁻¹``: that of the fits' own residuals, weights and models, at the last result.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import exp, log
 
@@ -28,9 +28,9 @@ from fric.identify.static_map.points import stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
 from fric.planning.choose import choose
-from fric.planning.plan import Limits, Planned
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.machine import Axis, Machine, NominalFriction
+from fric.simulate.plan import Candidate, Limits, Narrowing, Planned
 from fric.simulate.trial import logs_of
 
 NORMAL = 1.959963984540054
@@ -44,29 +44,6 @@ SURE = 0.4
 
 LARGEST = 0.5
 """Largest step of a logarithm or logit in which a derivative is taken."""
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One more record."""
-
-    planned: Planned  # The experiment
-    lasting: float  # How long it lasts [s]
-    half_width: float  # Half the 95 % interval of the predicted glitch with it [m]
-    # By how much that would differ with other noise, and from other places between two encoder counts [m]
-    scatter: float
-
-
-@dataclass(frozen=True)
-class Narrowing:
-    """What the glitch is not known for, and what narrows it."""
-
-    half_width: float  # Half the 95 % interval of the predicted glitch as it is known [m]
-    # Share of its variance that is due to each parameter alone, with what errs with it [1]; they sum to 1
-    shares: Mapping[str, float]
-    # Records by what they leave, the best first; of those that differ by less than they scatter the shortest
-    candidates: tuple[Candidate, ...]
-    test: Circle  # The circle
 
 
 def narrowing(
@@ -131,7 +108,9 @@ def narrowing(
         )
         lasting = sum(len(trial.reference) for trial in one.trials(axis)) / axis.cascade.sampling
         found.append(Candidate(one, lasting, after, 0.5 * (most - least)))
-    return Narrowing(half, dict(zip(names, map(float, shares), strict=True)), by_what_they_leave(found), test)
+    return Narrowing(
+        half, dict(zip(names, map(float, shares), strict=True)), by_what_they_leave(found), test, scheme.name
+    )
 
 
 def by_what_they_leave(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:

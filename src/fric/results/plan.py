@@ -1,9 +1,11 @@
-"""A plan: the records to take of an axis, programs that make its motions, and the intervals to be expected."""
+"""A plan: the records to take of an axis, programs that make its motions, and the intervals to be expected.
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+After a first identification: the one more record that would narrow the predicted glitch most.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil, inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -11,34 +13,26 @@ from fric.documents.friction import FrictionDocument
 from fric.documents.plan import SETTINGS, plan_tree
 from fric.documents.plant import PlantDocument, PlantPart
 from fric.documents.yaml import dump
+from fric.drive.sensing import Encoder
 from fric.errors import FricError, near
 from fric.export.motion import DIALECTS, Arc, Move
-from fric.flaws.plan import PLAN_ACCURACY
+from fric.flaws.plan import PLAN_FRICTION_ALONE
 from fric.friction import models
-from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.notice import Notice
 from fric.output import write_folder
-from fric.planning.choose import choose, durations
-from fric.planning.plan import Expected, Limits, Plan, Planned
+from fric.planning.choose import durations
+from fric.planning.expected import DRAWS, IDENTIFIED_BY, Wanted, planned_for
+from fric.planning.next_record import narrowing
+from fric.planning.prior import TYPICAL, prior_axis
 from fric.results.base import Result
-from fric.results.expected import DRAWS, Expectation, expected
-from fric.results.given import Advance, in_si, silent
+from fric.results.given import Advance, in_si, logs_of, silent
 from fric.results.given_models import document_of
-from fric.results.prior import TYPICAL, prior_axis
+from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Axis
+from fric.simulate.plan import Expected, Limits, Narrowing, Plan, Planned
 from fric.units import readable, si_unit
 from fric.verb import verb
-
-MOST = 16
-"""Times as many strokes, cycles or periods as usual that an accuracy may take."""
-
-IDENTIFIED_BY = {
-    "constant-velocity": (*STATIC_PARAMETERS, "offset"), "presliding-sine": ("alpha", "k"),
-    "sliding-sine": ("C",), "frequency-response": ("A", "B", "T_d", "K_f", "force_lag"),
-}  # fmt: skip
-"""Which parameters each kind of record tells."""
-
 
 GOOD_TO = "expected half-widths are those of simulated records, and good to ± 20 %"
 """What is said under half-widths that rest on simulated records, and so on chance."""
@@ -59,14 +53,14 @@ class PlanResult(Result):
     notices
         What stands in for what is not known, and what cannot be expected.
     narrowing
-        Of one more record after a first result: what it would do, as it stands in the document.
+        Of one more record after a first result: what it would do.
     """
 
     plan: Plan
     blocks: int | None
     prior: str
     notices: Sequence[Notice]
-    narrowing: Mapping[str, Any] | None = None
+    narrowing: Narrowing | None = None
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -124,6 +118,32 @@ class PlanResult(Result):
         """Write a folder: plan.yaml, and a folder of programs for each dialect."""
         programs = {f"{name}/{file}": text for name, files in self.files().items() for file, text in files.items()}
         write_folder(Path(path), {"plan.yaml": dump(self.document), **programs}, force=force)
+
+
+class NextRecordResult(PlanResult):
+    """A plan of one record: of all candidates the one that narrows the predicted glitch most."""
+
+    def report(self) -> list[Piece]:
+        """Return the candidates by what they leave, and what the glitch is not known for."""
+        found = self.narrowing
+        assert found is not None
+        rows = [
+            (
+                one.planned.kind, readable(one.lasting, "s"), readable(one.half_width, "m", 2),
+                f"{one.half_width / found.half_width - 1:+.0%}".replace("-", "−"),
+                settings_in_words(one.planned, self.plan.axis.motion),
+            )
+            for one in found.candidates
+        ]  # fmt: skip
+        shares = sorted(found.shares.items(), key=lambda item: -item[1])
+        described = ", ".join(f"{name} {share:.0%}" for name, share in shares if share > 0.02)
+        feed, radius = readable(found.test.feed, "m/s"), readable(found.test.radius, "m")
+        return [
+            f"the glitch of scheme ({found.scheme}) at {feed} on a circle of {radius} is known to "
+            f"± {readable(found.half_width, 'm', 2)}, for {described}",
+            Table(("one more record", "time", "then ±", "", "what to run"), rows),
+            f"{GOOD_TO}; of records that differ by less the shorter one comes first",
+        ]
 
 
 def spread(one: Expected) -> str:
@@ -192,23 +212,11 @@ def plan(
     FricError
         When the limits leave no room, or an accuracy is of no parameter.
     """
-    subject, notices = prior_axis(machine, axis, friction, noise=noise, encoder=encoder, like=like, plant=plant)
-    known = None if friction is None else document_of("plan", FrictionDocument, friction)
-    responded = None if plant is None else document_of("plan", PlantDocument, plant)
-    limits = Limits(
-        in_si(stroke, "position", subject.motion), in_si(feed, "velocity", subject.motion),
-        in_si(acceleration, "acceleration", subject.motion),
-    )  # fmt: skip
-    wanted = _accuracies(accuracy, subject)
-    times: dict[str, int] = {}
-    while True:
-        planned = choose(subject, limits, times)
-        found = expected(subject, planned, advance, draws, known, responded)
-        more = _more(wanted, found, times)
-        if more == times:
-            break
-        times = more
-    notices += _missed(wanted, found)
+    subject, notices, known, responded = _prior(
+        "plan", machine, axis, friction, plant, noise=noise, encoder=encoder, like=like
+    )
+    limits = _limits(stroke, feed, acceleration, subject)
+    planned, found = planned_for(subject, limits, _accuracies(accuracy, subject), advance, draws, known, responded)
     named = TYPICAL if machine is None else str(machine) if isinstance(machine, str | Path) else "a machine"
     prior = f"axis {subject.name} of {named}"
     prior += f" with the friction of {friction}" if isinstance(friction, str | Path) else ""
@@ -219,7 +227,39 @@ def plan(
     return PlanResult(made, found.blocks, prior, [*notices, *found.notices])
 
 
-def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) -> dict[str, tuple[float, bool]]:
+def _prior(
+    verb: str,
+    machine: Any,
+    axis: str,
+    friction: Any,
+    plant: Any = None,
+    *,
+    noise: float | str | None,
+    encoder: float | str | None,
+    like: Any,
+) -> tuple[Axis, list[Notice], FrictionDocument | None, PlantDocument | None]:
+    """Return the axis as it is known beforehand, what stands in for what is not, and its friction and plant."""
+    known = None if friction is None else document_of(verb, FrictionDocument, friction)
+    of = None if known is None else (known.axis, known.motion)
+    responded = None if plant is None else document_of(verb, PlantDocument, plant, of, "friction")
+    logs = () if like is None else logs_of(verb, [like])
+    subject = None if machine is None else machine_of(verb, machine)
+    found, notices = prior_axis(subject, axis, known, responded, logs)
+    if encoder is not None:
+        found = replace(found, encoder=Encoder(in_si(encoder, "position", found.motion)))
+    if noise is not None:
+        found = replace(found, force_noise=in_si(noise, "force", found.motion))
+    return found, notices, known, responded
+
+
+def _limits(stroke: float | str, feed: float | str, acceleration: float | str, axis: Axis) -> Limits:
+    return Limits(
+        in_si(stroke, "position", axis.motion), in_si(feed, "velocity", axis.motion),
+        in_si(acceleration, "acceleration", axis.motion),
+    )  # fmt: skip
+
+
+def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) -> Wanted:
     """Return the half-width asked for by parameter, and whether it is relative to the value."""
     pairs = given.items() if isinstance(given, Mapping) else (one.partition("=")[::2] for one in given)
     dimensions = {p.name: p.dimension for name in ("static", "gms") for p in models()[name].parameters}
@@ -241,27 +281,61 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
     return found
 
 
-def _lacks(wanted: Mapping[str, tuple[float, bool]], found: Expectation) -> Iterator[tuple[str, float]]:
-    """Yield each parameter asked for, and the half-width to be expected over the one asked for; of blocks the worst."""
-    for name, (target, relative) in wanted.items():
-        of = [one for key, one in found.parameters.items() if key == name or key.rpartition("_")[0] == name]
-        yield name, max((one.half_width / (target * (abs(one.value) if relative else 1.0)) for one in of), default=inf)
+@verb
+def plan_next(
+    last: Any,
+    *,
+    stroke: float | str = 0.3,
+    feed: float | str = 0.1,
+    acceleration: float | str = 5.0,
+    machine: Any = None,
+    scheme: Any = "c",
+    noise: float | str | None = None,
+    encoder: float | str | None = None,
+    like: Any = None,
+    advance: Advance = silent,
+) -> NextRecordResult:
+    """Tell which one more record would narrow the predicted glitch of an axis most.
 
+    Parameters
+    ----------
+    last
+        The last result: a friction file with a GMS model and its covariance, or a result.
+    stroke, feed, acceleration
+        What the axis may do [m], [m/s], [m/s²], also as texts with units.
+    machine
+        The machine that runs the circle: plant, controller, the other axis; a typical one where not given.
+    scheme
+        The compensation whose glitch is predicted.
+    noise, encoder, like
+        As in `plan`.
+    advance
+        Is told of each circle and each record.
 
-def _more(wanted: Mapping[str, tuple[float, bool]], found: Expectation, times: Mapping[str, int]) -> dict[str, int]:
-    """Return how many times as many strokes, cycles or periods to take: a half-width falls with their root."""
-    more = dict(times)
-    for name, lack in _lacks(wanted, found):
-        kind = next(kind for kind, names in IDENTIFIED_BY.items() if name in names)
-        if lack > 1.0:
-            needed = times.get(kind, 1) * lack**2 if isfinite(lack) else MOST
-            more[kind] = max(more.get(kind, 1), min(ceil(needed), MOST))
-    return more
-
-
-def _missed(wanted: Mapping[str, tuple[float, bool]], found: Expectation) -> list[Notice]:
-    return [
-        PLAN_ACCURACY.found(name=name, lack=lack, times=MOST)
-        for name, lack in _lacks(wanted, found)
-        if lack > 1.0
-    ]  # fmt: skip
+    Raises
+    ------
+    FricError
+        When the file has no GMS model with covariance, or the machine no two axes.
+    """
+    axis, notices, document, _ = _prior("plan_next", machine, "", last, noise=noise, encoder=encoder, like=like)
+    assert document is not None
+    described = [document.fit_of(section).covariance for section in ("static", "gms") if section in document.sections()]
+    if len(described) < 2 or not all(described):
+        raise FricError(
+            "the friction file does not tell how static map and GMS model err",
+            hint="It takes one of `fric identify gms --static`; `fric plan --friction` says which records that takes.",
+        )
+    (chosen,) = schemes_of("plan_next", scheme)
+    subject = machine_of("plan_next", TYPICAL if machine is None else machine)
+    if axis.name not in subject.axes:
+        axis = replace(axis, name="x")
+    limits = _limits(stroke, feed, acceleration, axis)
+    fit = document.fit_of("static")
+    between = 0.0 if fit.between_strokes is None else float(fit.between_strokes.si("force", axis.motion))
+    covariances = [block.covariance() for block in described if block is not None]
+    found = narrowing(subject, axis, limits, covariances, between, chosen, advance)
+    axis = replace(axis, name=document.axis)
+    best = found.candidates[0]
+    notices.append(PLAN_FRICTION_ALONE.found(scheme=chosen.name))
+    made = Plan(axis, limits, (best.planned,), [best.lasting], {})
+    return NextRecordResult(made, None, f"axis {axis.name} as identified last", notices, found)

@@ -6,25 +6,26 @@ from another place between two counts of the encoder, and identified each time; 
 geometric mean of the half-widths, and between which two they lie.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from math import ceil, inf, isfinite
 
 import numpy as np
 
-from fric.documents.friction import FrictionDocument
-from fric.documents.plant import PlantDocument
+from fric.documents.friction import FrictionDocument, gms_tree, static_tree
+from fric.documents.plant import PlantDocument, plant_tree
 from fric.errors import FricError
-from fric.flaws.plan import PLAN_LEFT_OVER, PLAN_NOT_ENOUGH, PLAN_PLANT_UNSURE
+from fric.estimate import Estimate
+from fric.flaws.plan import PLAN_ACCURACY, PLAN_LEFT_OVER, PLAN_NOT_ENOUGH, PLAN_PLANT_UNSURE
+from fric.friction.stribeck import STATIC_PARAMETERS
+from fric.identify.gms.identify import identify_gms
+from fric.identify.plant.identify import identify_plant
+from fric.identify.static_map.identify import identify_static
 from fric.log import Log
 from fric.notice import Notice
-from fric.planning.plan import Expected, Planned
-from fric.results.base import Identified
-from fric.results.given import Advance
-from fric.results.gms import identify_gms
-from fric.results.plant import identify_plant
-from fric.results.static import identify_static
+from fric.planning.choose import choose
 from fric.simulate.machine import Axis
+from fric.simulate.plan import Expected, Limits, Planned
 from fric.simulate.trial import Trial, runs_of
 
 DRAWS = 9
@@ -39,6 +40,18 @@ ACCURACY = 1e-10
 NOTABLE = 1.2
 """Widening by what models do not hold from which on it is told."""
 
+MOST = 16
+"""Times as many strokes, cycles or periods as usual that an accuracy may take."""
+
+IDENTIFIED_BY = {
+    "constant-velocity": (*STATIC_PARAMETERS, "offset"), "presliding-sine": ("alpha", "k"),
+    "sliding-sine": ("C",), "frequency-response": ("A", "B", "T_d", "K_f", "force_lag"),
+}  # fmt: skip
+"""Which parameters each kind of record tells."""
+
+Wanted = Mapping[str, tuple[float, bool]]
+"""Half-width that is asked for by parameter, and whether it is relative to the value."""
+
 
 @dataclass(frozen=True)
 class Expectation:
@@ -49,32 +62,55 @@ class Expectation:
     notices: tuple[Notice, ...]  # What cannot be expected of these records
 
 
-def identified(logs: Sequence[Log], blocks: int | str = "auto") -> Iterator[Identified]:
+def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[PlantDocument | FrictionDocument]:
     """Yield plant, static map and GMS model of the records of one axis, each as far as there are records for it."""
     plant = static = None
-    kinds = {log.kind for log in logs}
-    if "frequency-response" in kinds:
-        plant = identify_plant(*(log for log in logs if log.kind == "frequency-response"))
+    of_kind = {kind: [log for log in logs if log.kind == kind] for kind in {log.kind for log in logs}}
+    if responses := of_kind.get("frequency-response"):
+        plant = PlantDocument.model_validate(plant_tree(identify_plant(responses), responses))
         yield plant
-    if "constant-velocity" in kinds:
-        strokes = [log for log in logs if log.kind == "constant-velocity"]
+    known = None if plant is None else plant.plant(logs[0].motion)
+    if strokes := of_kind.get("constant-velocity"):
+        error = 0.0 if plant is None else plant.damping_error(logs[0].motion)
         # in one form in all runs: half-widths of one run with delta free and one without have no mean
-        static = identify_static(*strokes, plant=plant, delta=1.0, over_position="off")
+        fit = identify_static(strokes, plant=known, delta=1.0, over_position="off", damping_error=error)
+        static = FrictionDocument.model_validate(static_tree(fit, strokes))
         yield static
-    sines = [log for log in logs if log.kind in {"presliding-sine", "sliding-sine"}]
-    if "presliding-sine" in kinds:
-        yield identify_gms(*sines, static=static, plant=plant, blocks=blocks)
+    if "presliding-sine" in of_kind:
+        sines = [log for log in logs if log.kind in {"presliding-sine", "sliding-sine"}]
+        forward, backward = (None, None) if static is None else static.maps()
+        found = identify_gms(sines, static=forward, negative=backward, plant=known, blocks=blocks)
+        yield FrictionDocument.model_validate(gms_tree(found, sines, static))
 
 
-def half_widths(results: Sequence[Identified]) -> dict[str, tuple[float, float, str]]:
+def half_widths(documents: Sequence[PlantDocument | FrictionDocument]) -> dict[str, tuple[float, float, str]]:
     """Return value, half the width of the 95 % interval (infinite where it is open) and unit by parameter, in SI."""
     found = {}
-    for result in results:
-        for (_, name), value, low, high, unit, _ in result.to_frame().itertuples():
-            if not np.isnan(low):
-                half = high - value if low == 0 else 0.5 * (high - low)  # at its bound it has one side
-                found[str(name)] = (float(value), float(half), str(unit))
+    for document in documents:
+        for name, value, (low, high), unit in (one for section in _sections(document) for one in _elements(section)):
+            half = high - value if low == 0 else 0.5 * (high - low)  # at its bound it has one side
+            found[name] = (value, half, unit)
     return found
+
+
+def _sections(document: PlantDocument | FrictionDocument) -> Iterator[Mapping[str, Estimate]]:
+    """Yield what was identified, by section and name."""
+    if isinstance(document, FrictionDocument):
+        yield from (document.estimates(section) for section in document.sections())
+        return
+    yield document.estimates(document.motion)
+    if document.second_mass is not None:
+        yield document.second_mass.estimates(document.motion)
+
+
+def _elements(section: Mapping[str, Estimate]) -> Iterator[tuple[str, float, tuple[float, float], str]]:
+    """Yield name, value, interval and unit of each number that has an interval; of a vector each element's."""
+    for name, one in section.items():
+        if one.ci95 is not None:
+            values, limits = np.ravel(np.array(one.value, float)), np.reshape(np.array(one.ci95, float), (-1, 2))
+            names = [f"{name}_{n}" for n in range(1, len(values) + 1)] if isinstance(one.value, tuple) else [name]
+            for key, value, (low, high) in zip(names, values.tolist(), limits.tolist(), strict=True):
+                yield key, value, (low, high), one.unit
 
 
 def typical(halves: Sequence[float]) -> float:
@@ -106,15 +142,10 @@ def left_over(known: FrictionDocument) -> dict[str, float]:
 
 def known_half_widths(known: FrictionDocument) -> dict[str, dict[str, float]]:
     """Return half the width of each 95 % interval of a friction file, by section and parameter, in SI."""
-    found: dict[str, dict[str, float]] = {}
-    for section in ("static", "gms"):
-        rows = found.setdefault(section, {})
-        for name, one in known.estimates(section).items() if known.section(section) else ():
-            if one.ci95 is not None:
-                limits = np.reshape(np.array(one.ci95, float), (-1, 2))
-                names = [f"{name}_{n}" for n in range(1, len(limits) + 1)] if isinstance(one.value, tuple) else [name]
-                rows |= dict(zip(names, (0.5 * (limits[:, 1] - limits[:, 0])).tolist(), strict=True))
-    return found
+    return {
+        section: {name: 0.5 * (high - low) for name, _, (low, high), _ in _elements(known.estimates(section))}
+        for section in ("static", "gms") if known.section(section)
+    }  # fmt: skip
 
 
 def widening(
@@ -132,7 +163,7 @@ def widening(
         rests = [one[section] for one in own if section in one]
         usual = typical(rests) if rests and rest > max(rests) else 0.0
         most = rest / usual if usual else 1.0
-        for name, half in known_half_widths(known)[section].items():
+        for name, half in known_half_widths(known).get(section, {}).items():
             if most > 1.0 and name in parameters:
                 found[name] = min(max(half / parameters[name].half_width, 1.0), most)
     return found
@@ -174,7 +205,7 @@ def _sureness(document: PlantDocument) -> dict[str, float]:
 def expected(
     axis: Axis,
     planned: Sequence[Planned],
-    advance: Advance,
+    advance: Callable[..., object],
     draws: int = DRAWS,
     known: FrictionDocument | None = None,
     plant: PlantDocument | None = None,
@@ -207,18 +238,18 @@ def expected(
         for trial, run in runs_of(axis, anywhere(axis, trials, seed), ACCURACY):
             logs.append(trial.log(axis, run, seed))
             advance()
-        results: list[Any] = []
+        results: list[PlantDocument | FrictionDocument] = []
         try:
-            for result in identified(logs, blocks or "auto"):
+            for result in identified(logs, blocks):
                 results.append(result)
         except FricError as error:
             notices.append(PLAN_NOT_ENOUGH.found(why=error.what))
-        if blocks is None and results and "gms" in results[-1].document:
-            blocks = len(results[-1].document["gms"]["k"]["value"])
-        if results and known is not None and "static" in results[-1].document:
-            documents.append(FrictionDocument.model_validate(results[-1].document))
-        if results and plant is not None and results[0].document["fric"] == PlantDocument.type_name():
-            plants.append(PlantDocument.model_validate(results[0].document))
+        last = results[-1] if results else None
+        if isinstance(last, FrictionDocument) and last.section("gms") and blocks is None:
+            blocks = len(last.estimates("gms")["k"].value)  # type: ignore[arg-type]
+        if isinstance(last, FrictionDocument) and last.section("static"):
+            documents.append(last)
+        plants += [one for one in results if isinstance(one, PlantDocument)]
         found.append(half_widths(results))
         advance()
     parameters = {}
@@ -237,3 +268,57 @@ def expected(
     if plant is None and {"A", "B"} & parameters.keys() and {"F_c", "F_s"} & set(uncertain):
         notices.append(PLAN_PLANT_UNSURE.found())
     return Expectation(parameters, blocks, tuple(dict.fromkeys(notices)))
+
+
+def planned_for(
+    axis: Axis,
+    limits: Limits,
+    wanted: Wanted,
+    advance: Callable[..., object],
+    draws: int = DRAWS,
+    known: FrictionDocument | None = None,
+    plant: PlantDocument | None = None,
+) -> tuple[tuple[Planned, ...], Expectation]:
+    """Return the experiments that give the half-widths that are asked for, as far as any do, and what they tell.
+
+    Parameters
+    ----------
+    axis, limits
+        The axis as it is known beforehand, and what it may do.
+    wanted
+        Half-width that is asked for by parameter, and whether it is relative to the value.
+    advance, draws, known, plant
+        As in `expected`.
+    """
+    times: dict[str, int] = {}
+    while True:
+        planned = choose(axis, limits, times)
+        found = expected(axis, planned, advance, draws, known, plant)
+        more = more_records(wanted, found, times)
+        if more == times:
+            return planned, replace(found, notices=(*_missed(wanted, found), *found.notices))
+        times = more
+
+
+def lacks(wanted: Wanted, found: Expectation) -> Iterator[tuple[str, float]]:
+    """Yield each parameter asked for, and the half-width to be expected over the one asked for; of blocks the worst."""
+    for name, (target, relative) in wanted.items():
+        of = [one for key, one in found.parameters.items() if key == name or key.rpartition("_")[0] == name]
+        yield name, max((one.half_width / (target * (abs(one.value) if relative else 1.0)) for one in of), default=inf)
+
+
+def more_records(wanted: Wanted, found: Expectation, times: Mapping[str, int]) -> dict[str, int]:
+    """Return how many times as many strokes, cycles or periods to take: a half-width falls with their root."""
+    more = dict(times)
+    for name, lack in lacks(wanted, found):
+        kind = next(kind for kind, names in IDENTIFIED_BY.items() if name in names)
+        if lack > 1.0:
+            needed = times.get(kind, 1) * lack**2 if isfinite(lack) else MOST
+            more[kind] = max(more.get(kind, 1), min(ceil(needed), MOST))
+    return more
+
+
+def _missed(wanted: Wanted, found: Expectation) -> Iterator[Notice]:
+    for name, lack in lacks(wanted, found):
+        if lack > 1.0:
+            yield PLAN_ACCURACY.found(name=name, lack=lack, times=MOST)

@@ -10,6 +10,7 @@ import numpy as np
 
 from fric.errors import FricError
 from fric.reference import Reference
+from fric.simulate.circle import Circle
 from fric.simulate.experiment import trials_of_kind
 from fric.simulate.machine import Axis
 from fric.simulate.trial import Trial
@@ -102,3 +103,27 @@ class Plan:
     planned: Sequence[Planned]
     lasting: Sequence[float]
     expected: Mapping[str, Expected]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One more record."""
+
+    planned: Planned  # The experiment
+    lasting: float  # How long it lasts [s]
+    half_width: float  # Half the 95 % interval of the predicted glitch with it [m]
+    # By how much that would differ with other noise, and from other places between two encoder counts [m]
+    scatter: float
+
+
+@dataclass(frozen=True)
+class Narrowing:
+    """What the glitch is not known for, and what narrows it."""
+
+    half_width: float  # Half the 95 % interval of the predicted glitch as it is known [m]
+    # Share of its variance that is due to each parameter alone, with what errs with it [1]; they sum to 1
+    shares: Mapping[str, float]
+    # Records by what they leave, the best first; of those that differ by less than they scatter the shortest
+    candidates: tuple[Candidate, ...]
+    test: Circle  # The circle
+    scheme: str  # Name of the compensation

@@ -1,5 +1,6 @@
 """An axis as it is known before an experiment: a machine file, and what is known better."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.documents.friction import FrictionDocument
+from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
@@ -14,11 +16,9 @@ from fric.flaws.plan import PLAN_TYPICAL
 from fric.friction.directed import Directed
 from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.identify.records.resolution import lattice_step
+from fric.log import Log
 from fric.notice import Notice
-from fric.results.given import in_si, logs_of
-from fric.results.given_models import document_of
-from fric.results.machine import machine_of
-from fric.simulate.machine import Axis
+from fric.simulate.machine import Axis, Machine
 
 TYPICAL = "xy-table"
 """The bundled machine that stands in where none is given."""
@@ -28,31 +28,24 @@ REST = 10
 
 
 def prior_axis(
-    machine: Any = None,
+    machine: Machine | None = None,
     axis: str = "x",
-    friction: Any = None,
-    *,
-    noise: float | str | None = None,
-    encoder: float | str | None = None,
-    like: Any = None,
-    plant: Any = None,
+    friction: FrictionDocument | None = None,
+    plant: PlantDocument | None = None,
+    like: Sequence[Log] = (),
 ) -> tuple[Axis, list[Notice]]:
     """Return an axis as it is known, and what stands in for what is not.
 
     Parameters
     ----------
     machine
-        The machine, its file, or the name of a bundled one; a typical one where not given.
+        The machine; a typical one where not given.
     axis
         Name of the axis; that of the friction where it is given.
-    friction
-        What is known of its friction: a friction file or a result.
-    noise, encoder
-        Of its logs: force noise, rms [N], and encoder step [m].
+    friction, plant
+        What is known of its friction and of its plant.
     like
-        A typical log, which tells both.
-    plant
-        What is known of its plant: a plant file or a result.
+        A typical log, which tells the force noise and the encoder step of others.
 
     Raises
     ------
@@ -60,30 +53,20 @@ def prior_axis(
         When the machine has no such axis, or a file is of another motion.
     """
     notices: list[Notice] = []
-    known = None if friction is None else document_of("plan", FrictionDocument, friction)
-    subject = machine_of("plan", TYPICAL if machine is None else machine)
-    name = axis if known is None else known.axis
+    name = axis if friction is None else friction.axis
     if machine is None:
-        found = replace(subject.axis("x"), name=name)
-        notices.append(PLAN_TYPICAL.found(machine=TYPICAL, like=like is not None))
+        found = replace(read_machine(TYPICAL).axis("x"), name=name)
+        notices.append(PLAN_TYPICAL.found(machine=TYPICAL, like=bool(like)))
     else:
-        found = subject.axis(name)
-    if known is not None:
-        if known.motion != found.motion:
-            raise FricError(f"the friction is of a {known.motion} axis, and axis {name} of the machine is not",
+        found = machine.axis(name)
+    if friction is not None:
+        if friction.motion != found.motion:
+            raise FricError(f"the friction is of a {friction.motion} axis, and axis {name} of the machine is not",
                             hint="Give the machine with --machine.")  # fmt: skip
-        found = replace(found, friction=_friction(known, found))
+        found = replace(found, friction=_friction(friction, found))
     if plant is not None:
-        of = (known.axis, found.motion) if known is not None else None
-        given = document_of("plan", PlantDocument, plant, of, "friction")
-        found = replace(found, plant=given.plant(found.motion))
-    if like is not None:
-        found = _logged_like(found, like)
-    if encoder is not None:
-        found = replace(found, encoder=Encoder(in_si(encoder, "position", found.motion)))
-    if noise is not None:
-        found = replace(found, force_noise=in_si(noise, "force", found.motion))
-    return found, notices
+        found = replace(found, plant=plant.plant(found.motion))
+    return _logged_like(found, like) if like else found, notices
 
 
 def _friction(known: FrictionDocument, axis: Axis) -> Any:
@@ -101,13 +84,12 @@ def _friction(known: FrictionDocument, axis: Axis) -> Any:
     return Directed(whole, static.negative) if isinstance(static, Directed) else whole
 
 
-def _logged_like(axis: Axis, like: Any) -> Axis:
+def _logged_like(axis: Axis, logs: Sequence[Log]) -> Axis:
     """Return the axis with the force noise and the encoder of a log.
 
     While the encoder stands still, the loop adds nothing of its own to the force: what is white there is noise. It is
     what second differences hold, ``var(ΔΔF) = 6·σ²``. In a log without rests all of it is taken.
     """
-    logs = logs_of("plan", [like])
     second: list[Real] = []
     whole: list[Real] = []
     for log in (one for one in logs if one.force is not None):
