@@ -82,7 +82,7 @@ def blocks_from_knots(knots: Real, force: Real) -> Blocks:
     return Blocks(k, knots)
 
 
-def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
+def fit_blocks(curve: VirginCurve, count: int, seed: int = 0, begun: list[Real] | None = None) -> Blocks:
     """Fit a concave piecewise-linear curve of ``count`` blocks by weighted least squares.
 
     The knots are placed by NLopt: one after the other where each helps most, all moved by Sbplx, and again after
@@ -98,6 +98,8 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
         Number of blocks.
     seed
         Seed of CRS2.
+    begun
+        Knots placed one after the other, of 1, 2 … knots, from fits of other numbers of blocks; more are added.
     """
     z, force, weight = curve.displacement, curve.force, weights(curve)
     extent = float(z[-1])
@@ -111,7 +113,7 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0) -> Blocks:
         return limit / d, rest**2
 
     free = count if sliding else count - 1
-    knots = _placed(lambda x: solved(x)[1], low, high, free, seed) if free else np.zeros(0)
+    knots = _placed(lambda x: solved(x)[1], low, high, free, seed, begun) if free else np.zeros(0)
     order = np.argsort(knots)
     k, _ = solved(knots[order])
     d = np.exp(knots[order])
@@ -183,8 +185,9 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, seed: int = 0, un
     share = np.clip(share, 0.0, 1.0)
     number = float(share.sum())
     candidates, rms, criterion = [], [], []
+    begun: list[Real] = []
     for count in range(1, most + 1):
-        blocks = fit_blocks(curve, count, seed)
+        blocks = fit_blocks(curve, count, seed, begun)
         residual = curve.force - blocks(curve.displacement)
         candidates.append(blocks)
         rms.append(float(np.sqrt(np.mean(residual**2))))
@@ -232,15 +235,18 @@ def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
     return found
 
 
-def _placed(cost: Callable[[Real], float], low: float, high: float, count: int, seed: int) -> Real:
-    """Return the knots (logarithms) of least cost."""
+def _placed(
+    cost: Callable[[Real], float], low: float, high: float, count: int, seed: int, begun: list[Real] | None
+) -> Real:
+    """Return the knots (logarithms) of least cost; see `fit_blocks`."""
     bounds = np.full(count, low), np.full(count, high)
     grid = np.linspace(low, high, 40)
-    greedy = np.zeros(0)
-    for _ in range(count):  # add a knot where it helps most, then move all
-        tried = [np.append(greedy, one) for one in grid]
+    begun = [] if begun is None else begun
+    while len(begun) < count:  # add a knot where it helps most, then move all
+        tried = [np.append(begun[-1] if begun else np.zeros(0), one) for one in grid]
         best = min(tried, key=cost)
-        greedy = _optimized(nlopt.LN_SBPLX, cost, best, bounds[0][: len(best)], bounds[1][: len(best)])
+        begun.append(_optimized(nlopt.LN_SBPLX, cost, best, bounds[0][: len(best)], bounds[1][: len(best)]))
+    greedy = begun[count - 1]
     nlopt.srand(seed + 1)
     roamed = _optimized(nlopt.GN_CRS2_LM, cost, greedy, *bounds)
     roamed = _optimized(nlopt.LN_SBPLX, cost, roamed, *bounds)
