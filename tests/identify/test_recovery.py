@@ -16,7 +16,9 @@ ASIDE = 0.2
 recovered = cache(lambda name: recover(name, range(SEEDS)))
 
 
-@pytest.mark.parametrize("name", FITTED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long(15)) if name == "leuven" else name for name in FITTED]
+)
 def test_intervals_cover_the_truth(name):
     recovered(name).check()
 

@@ -73,12 +73,12 @@ def tuned(seed: int):
     return tune(machine, tests), axes, radius
 
 
-def better(found, axes, radius: float) -> list[tuple[float, float]]:
+def better(found, axes, radius: float, feeds=FEEDS) -> list[tuple[float, float]]:
     """Return by feed what the plain machine leaves before and after, medians over three places [m]."""
     after = tuple(believing(axis, found.machine.axes[name]) for name, axis in zip("xy", axes, strict=True))
     return [
         tuple(float(np.median([left(which, radius, feed, n / 3) for n in range(3)])) for which in (axes, after))
-        for feed in FEEDS
+        for feed in feeds
     ]
 
 
@@ -86,7 +86,7 @@ def test_a_clean_machine_is_tuned():
     found, axes, radius = tuned(2)
     assert "tuning-refused" not in {warning.code for warning in found.warnings}
     assert all(one.improves for one in found.axes.values())
-    (before, after), _ = better(found, axes, radius)
+    ((before, after),) = better(found, axes, radius, FEEDS[:1])
     assert after < 0.3 * before
 
 
