@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
+from fric.arrays import Real
 from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.drive.plant import Plant, hold_delay
@@ -84,6 +86,7 @@ def next_circles(
     observers = all(tuned[name].axis.observer is not None for name in names)
     true = {name: _true(tuned[name]) for name in names}
     step = max(tuned[name].axis.encoder.resolution for name in names)
+    again = cache(lambda name: recorded_again(tuned[name].after, PLACES))
     for n, test in enumerate(tests):
         whole = {name: _completed(tuned[name], n) for name in names}
         for scheme in (PAPER_SCHEMES[name] for name in ("cf" if observers else "c")):
@@ -97,7 +100,7 @@ def next_circles(
             width = 0.3 * (max(around) - min(around)) + step / 4
             high = max(around) + width + SMEARED * max(own.median - alone.median, 0.0)
             ci95 = max(min(around) - width, 0.0), high
-            other = _exceeds(own, alone) and _exceeds(own, _of_the_encoder(test, n, tuned, scheme))
+            other = _exceeds(own, alone) and _exceeds(own, _of_the_encoder(test, n, tuned, scheme, again))
             found.append(NextCircle(test.feed, test.radius, scheme.name, own, ci95, alone, other))
             done()
     return found
@@ -120,16 +123,18 @@ def _exceeds(one: Chance, other: Chance) -> bool:
     return larger and all(difference > 0 for difference in (one - other).values)
 
 
-def _of_the_encoder(test: MeasuredCircle, n: int, tuned: Mapping[str, TunedAxis], scheme: Scheme) -> Chance:
+def _of_the_encoder(
+    test: MeasuredCircle, n: int, tuned: Mapping[str, TunedAxis], scheme: Scheme, again: Callable[[str], list[Real]]
+) -> Chance:
     """Return what machines leave of the n-th circle whose friction is that of the model, and which record it again.
 
-    What the encoder does not show is left over too, and is added to friction as what another law leaves.
+    What the encoder does not show is left over too, and is added to friction as what another law leaves. ``again``
+    gives what an axis leaves over where its circles are recorded again, see `recorded_again`.
     """
-    again = {name: recorded_again(one.after, PLACES) for name, one in tuned.items()}
     glitches = []
     for place in range(PLACES):
         axes = {
-            name: _completed(replace(one, after=replace(one.after, residual=again[name][place])), n)
+            name: _completed(replace(one, after=replace(one.after, residual=again(name)[place])), n)
             for name, one in tuned.items()
         }
         glitches.append(_glitch(test, axes, scheme, place))
