@@ -317,8 +317,8 @@ def plan_next(
     FricError
         When the file has no GMS model with covariance, or the machine no two axes.
     """
-    axis, notices, document, _ = _prior("plan_next", machine, "", last, noise=noise, encoder=encoder, like=like)
-    assert document is not None
+    document = document_of("plan_next", FrictionDocument, last)
+    axis, notices, _, _ = _prior("plan_next", machine, "", document, noise=noise, encoder=encoder, like=like)
     described = [document.fit_of(section).covariance for section in ("static", "gms") if section in document.sections()]
     if len(described) < 2 or not all(described):
         raise FricError(
