@@ -63,7 +63,7 @@ def checked(path, limits: Limits, rounding: float) -> None:
     assert a.max() <= 1e3 * limits.acceleration * (1 + 1e-3) + 2 * rounding / least**2
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=2, deadline=None)
 @example(limits=Limits(0.3, 0.1, 5.0), machine="xy-table")
 @example(limits=Limits(0.01, 0.5, 0.2), machine="virtual-rig")
 @given(limits=LIMITS, machine=st.sampled_from(["xy-table", "virtual-rig"]))
