@@ -85,19 +85,19 @@ def test_a_measured_circle_that_differs_is_told_and_the_verdict_is_not_trusted(f
             raise FricError("not here: it takes long")
         step.make()
 
-    def verdict(name: str) -> dict:
-        return fric.auto(*LOGS, output=folder / "out", circles=[folder / name], run=without_tune).verdict()
+    def verdict(name: str):
+        return fric.auto(*LOGS, output=folder / "out", circles=[folder / name], run=without_tune).verdict
 
     fric.circle(folder / "out" / "machine.yaml", "a", revolutions=3).save(folder / "same.h5")
     same = verdict("same.h5")
     # the circle speaks for it; what is left is what the strokes show of the rig: its friction varies over position
-    assert all(why.startswith("Force depends on position") for why in same["why"]), same["why"]
-    assert same["trusted"] == (not same["why"])
+    assert all(why.startswith("Force depends on position") for why in same.why), same.why
+    assert same.trusted == (not same.why)
     fric.circle("xy-table", "a", revolutions=3).save(folder / "other.h5")
     other = verdict("other.h5")
-    assert not other["trusted"]
-    assert other["scheme"] is None
-    assert any("does not show the circle that it was fitted to" in why for why in other["why"]), other["why"]
+    assert not other.trusted
+    assert other.choice is None
+    assert any("does not show the circle that it was fitted to" in why for why in other.why), other.why
 
 
 def test_foreign_logs_are_recognised_and_copies_left_out(tmp_path):
@@ -217,7 +217,7 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path):
     assert found.axes["x"].done == ["plant", "static", "controller", "observer"]
     assert any("no cycle is whole" in text for text in found.axes["x"].missing)
     assert "# failed: fric identify gms" in (tmp_path / "out" / "steps.sh").read_text(encoding="utf-8")
-    assert found.verdict()["scheme"] is not None  # the static map alone is simulated
+    assert found.verdict.choice is not None  # the static map alone is simulated
 
 
 def test_nothing_to_read_is_an_error(tmp_path):

@@ -11,6 +11,7 @@ import pytest
 
 import fric
 from fric.control.scheme import choose_schemes
+from fric.documents.contours import MonteCarloPart
 from fric.errors import FricError
 from fric.io.recognise import recognise
 from fric.io.report import read_report, write_report
@@ -18,7 +19,7 @@ from fric.io.run import read_runs, write_runs
 from fric.report.collect import as_data, collect, contour_test, thinned
 from fric.report.page import render_report
 from fric.simulate.circle import run_circle
-from fric.simulate.monte_carlo import Study, monte_carlo, monte_carlo_document
+from fric.simulate.monte_carlo import Study, monte_carlo
 from fric.simulate.path import PointPath, run_path
 
 from .conftest import LOGS, PAPER
@@ -116,7 +117,7 @@ def test_what_many_machines_gave_comes_as_intervals(files: SimpleNamespace, tmp_
     write_runs(path, [run_circle(machine, scheme) for scheme in schemes], many=found)
     for one in collect([path]).tests[0].contours:
         low, high = one.interval
-        assert (low, high) == pytest.approx(monte_carlo_document(found)["schemes"][one.scheme.name]["ci95"])
+        assert (low, high) == pytest.approx(MonteCarloPart.model_validate(found).schemes[one.scheme.name].ci95)
         assert 0 < low <= one.middle <= one.stays_under
         assert len(one.swings) == len(one.drawn) == 8
     assert "on 95 % of machines" in render_report(collect([path]))

@@ -92,7 +92,6 @@ def test_what_does_not_hang_on_counts_is_run_once() -> None:
         run = run_circle(machine, PAPER_SCHEMES["a"], test)
         assert not run.places
         assert run.chance() == Chance((run.circularity.glitch,), 0.0)
-        assert run.intervals() is None
 
 
 @pytest.mark.parametrize(("machine", "test"), [(TABLE, SMALL), (coarse(), Circle(revolutions=1))])

@@ -10,11 +10,12 @@ import pytest
 from scipy.stats import spearmanr
 
 from fric.control.scheme import PAPER_SCHEMES
+from fric.documents.contours import MonteCarloPart
 from fric.documents.machine_files import read_machine
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.simulate.circle import Circle, run_circle
-from fric.simulate.monte_carlo import MonteCarlo, Outcome, Study, monte_carlo, monte_carlo_document
+from fric.simulate.monte_carlo import MonteCarlo, Outcome, Study, monte_carlo
 from fric.simulate.processes import outcomes
 from fric.simulate.spread import Spread
 
@@ -109,7 +110,7 @@ def test_quantiles_and_the_best_of_known_glitches():
 
 def test_a_scheme_that_cannot_run_is_never_the_best_and_is_told():
     found = MonteCarlo(Study(MACHINE, PAPER[:2]), 2, (_outcome(0, [2.0, np.nan]), _outcome(1, [3.0, np.nan])))
-    told = monte_carlo_document(found)["schemes"]
+    told = MonteCarloPart.model_validate(found).model_dump()["schemes"]
     assert (told["a"]["best"], told["b"]["best"], told["b"]["failed"]) == (1.0, 0.0, 2)
     assert told["b"]["median"] is None
     assert told["b"]["ci95"] == [None, None]

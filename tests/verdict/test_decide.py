@@ -10,6 +10,7 @@ import pytest
 import fric
 from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
+from fric.documents.contours import VerdictPart
 from fric.estimate import Estimate
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
@@ -99,7 +100,7 @@ def test_no_scheme_is_recommended_against_a_measured_circle():
     assert not found.trusted
     assert "c.h5: +x shows 33" in found.headline
     assert found.next[-1] == "fric tune m.yaml c.h5 -o tuned"
-    assert found.as_dict()["scheme"] is None
+    assert found.choice is None
 
 
 def test_a_machine_that_is_known_exactly_is_not_trusted_before_others_were_drawn():
@@ -173,7 +174,7 @@ def test_nothing_passes_above_a_warning_or_against_a_circle():
     assert (seen.result[0], [one.code for one in seen.why]) == ("fail", ["measured-beyond"])
     assert not decide(evidence(*table)).result[0]
     for one in (warned, seen):
-        assert one.as_dict()["passes"] is one.passes
+        assert VerdictPart.model_validate(one).passes is one.passes
         assert any(line.startswith(f"{one.result[0]}: ") for line in one.lines())
 
 

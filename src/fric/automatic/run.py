@@ -77,14 +77,12 @@ class AutoResult(Result):
     def document(self) -> dict[str, Any]:
         """Report, axes, and the verdict."""
         report = str(self.folder / "report.html") if self.page else None
-        content = {"report": report, "axes": self.axes, "verdict": self.verdict()}
+        content = {"report": report, "axes": self.axes, "verdict": self.verdict}
         return AutoDocument.made(content, notices=self.warnings).tree()
 
-    def verdict(self) -> dict[str, Any]:
-        """Return the scheme to use, its glitch, and whether that is to be trusted, and why not."""
-        return self._decided().as_dict()
-
-    def _decided(self) -> Verdict:
+    @cached_property
+    def verdict(self) -> Verdict:
+        """The scheme to use, its glitch, and whether that is to be trusted, and why not."""
         inputs = self.page.inputs if self.page else None
         if inputs and inputs.tests:
             return inputs.verdict(inputs.tests[-1])
@@ -96,7 +94,7 @@ class AutoResult(Result):
         for name, one in self.axes.items():
             lines.append(f"axis {name}: {', '.join(one.done) or 'nothing'}")
             lines += [f"  missing for {text}" for text in one.missing]
-        lines += self._decided().lines()
+        lines += self.verdict.lines()
         lines.append(f"{self.made} of {self.steps} steps were run, the rest was up to date")
         return [*lines, f"{self.folder / 'report.html'}"] if self.page else lines
 

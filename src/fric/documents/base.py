@@ -7,7 +7,7 @@ from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationE
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from fric.documents.provenance import provenance
-from fric.documents.quantity import Part, Physical
+from fric.documents.quantity import Part, Physical, read_off
 from fric.errors import FricError
 from fric.log import Record, axis_name
 from fric.notice import Notice, Severity, once
@@ -115,7 +115,7 @@ class Document(Part):
         Parameters
         ----------
         content
-            What it holds, by key; or something with attributes of these names.
+            What it holds, by key; or what the schema reads it off (`fric.documents.quantity.Of`).
         notices
             Its warnings.
         logs
@@ -124,7 +124,7 @@ class Document(Part):
             Further keys of its provenance.
         """
         if not isinstance(content, Mapping):
-            content = {name: getattr(content, name) for name in cls.model_fields.keys() - {"fric", *FOOT}}
+            content = read_off(cls, content, {"fric", *FOOT})
         head = {"fric": cls.type_name()}
         foot = warned(notices) | {"provenance": provenance(logs) | dict(also or {})}
         return cls.model_validate(head | dict(content) | foot, from_attributes=True)

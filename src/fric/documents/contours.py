@@ -1,80 +1,117 @@
-"""What schemes leave of a contour, as `--json` prints it: ``fric: circle-result/1`` and ``fric: path-result/1``."""
+"""What schemes leave of a contour, as `--json` prints it: of a circle, of a path, of many circles, of the paper."""
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
+from fric.arrays import Real
 from fric.documents.base import CodedWarning, Document
 from fric.documents.generated import PartOf, again
-from fric.documents.quantity import Known, Part
+from fric.documents.quantity import Known, Of, Written
 from fric.simulate.prediction import Predicted, Prediction
 from fric.simulate.spread import Distribution
+from fric.units import readable
 
 
-class ChancePart(Part):
+def _by_scheme(made: Any) -> dict[str, Any]:
+    return {run.scheme.name: run for run in made.runs}
+
+
+class ChancePart(Written):
     """Between what 95 % of further runs lie, where counts of the encoder decide on what a run leaves."""
 
-    places: int = Field(description="places between two counts at which it was run; every figure is their median")
-    glitch: list[float] = Field(description="[m]")
-    reversals: list[list[float]] = Field(description="of the signed glitch at each reversal [m]")
+    places: Annotated[int, Of(lambda run: len(run.places))] = Field(
+        description="places between two counts at which it was run; every figure is their median"
+    )
+    glitch: Annotated[list[float], Of(lambda run: [run.chance().low, run.chance().high])] = Field(description="[m]")
+    reversals: Annotated[list[list[float]], Of(lambda run: [[one.low, one.high] for one in run.glitches])] = Field(
+        description="of the signed glitch at each reversal [m]"
+    )
 
 
-class CircleScheme(Part):
+class ContourScheme(Written):
+    """What one scheme leaves of a contour."""
+
+    title: Annotated[str, Of("scheme.title")]
+    glitch: Annotated[float, Of(lambda run: run.chance().median)] = Field(
+        description="largest at a reversal, without its sign [m]"
+    )
+
+
+Chanced = Annotated[ChancePart | None, Of(lambda run: run if run.places else None)]
+
+
+class CircleScheme(ContourScheme):
     """What one scheme leaves of a circle."""
 
-    title: str
-    glitch: float = Field(description="largest of the quadrants, without its sign [m]")
-    quadrants: list[float] = Field(description="at +x, +y, -x, -y, outwards positive [m]")
-    radial_rms: float = Field(description="[m]")
-    radial_range: float = Field(description="largest less smallest radial error [m]")
-    chance: ChancePart | None = Field(None, description="null where one run tells it")
+    quadrants: Annotated[list[float], Of(lambda run: [one.median for one in run.glitches])] = Field(
+        description="at +x, +y, -x, -y, outwards positive [m]"
+    )
+    radial_rms: Annotated[float, Of(lambda run: run.chance("rms").median)] = Field(description="[m]")
+    radial_range: Annotated[float, Of(lambda run: run.chance("range").median)] = Field(
+        description="largest less smallest radial error [m]"
+    )
+    chance: Chanced = Field(None, description="null where one run tells it")
     warnings: list[str] = Field(default_factory=list)
 
 
-class SchemeSpread(Part):
+class SchemeSpread(Written):
     """How the glitch of one scheme is distributed over machines; null where it ran on none."""
 
-    median: float | None = Field(description="[m]")
-    p05: float | None
-    p95: float | None
-    ci95: list[float | None]
+    median: Annotated[Known, Of(lambda one: one.quantiles["median"])] = Field(description="[m]")
+    p05: Annotated[Known, Of(lambda one: one.quantiles["p05"])]
+    p95: Annotated[Known, Of(lambda one: one.quantiles["p95"])]
+    ci95: Annotated[list[Known], Of(lambda one: [one.quantiles["low"], one.quantiles["high"]])]
     best: float = Field(description="share of the machines on which no other scheme leaves less")
     failed: int = Field(description="machines on which it could not run")
     saturated: int
 
 
-class SpreadFactor(Part):
+class SpreadFactor(Written):
     """What was spread, and how widely."""
 
     distribution: Distribution
-    factor: list[float]
+    factor: Annotated[list[float], Of(lambda one: [one.low, one.high])]
 
 
-class MonteCarloPart(Part):
+class MonteCarloPart(Written):
     """The test on many machines."""
 
-    machines: int
+    machines: Annotated[int, Of(len)]
     asked: int
-    seed: int
-    accuracy: float = Field(description="by how much the integration may move a glitch [m]")
-    from_intervals: dict[str, list[str]] = Field(description="by axis, what was drawn from what was identified")
-    spreads: dict[str, SpreadFactor]
-    schemes: dict[str, SchemeSpread]
-    warnings: list[str]
+    seed: Annotated[int, Of("study.seed")]
+    accuracy: Annotated[float, Of("study.accuracy")] = Field(
+        description="by how much the integration may move a glitch [m]"
+    )
+    from_intervals: Annotated[
+        dict[str, list[str]], Of(lambda many: {name: sorted(one) for name, one in many.study.intervals.items()})
+    ] = Field(description="by axis, what was drawn from what was identified")
+    spreads: Annotated[dict[str, SpreadFactor], Of("study.spreads")]
+    schemes: Annotated[dict[str, SchemeSpread], Of(lambda many: many.distributions())]
+    warnings: Annotated[list[str], Of(lambda many: many.warnings())]
 
 
-class VerdictPart(Part):
+class VerdictPart(Written):
     """What to switch on, how far that may be trusted, and what to type next; lengths in m."""
 
-    scheme: str | None = Field(description="null where none is recommended")
-    glitch: float | None = Field(description="median over the machines that were drawn")
-    ci95: list[float] | None
-    stays_under: float | None = Field(description="what 95 % of the machines that were drawn stay under")
+    scheme: Annotated[str | None, Of(lambda one: one.choice and one.choice.scheme.name)] = Field(
+        description="null where none is recommended"
+    )
+    glitch: Annotated[float | None, Of(lambda one: one.choice and one.choice.middle)] = Field(
+        description="median over the machines that were drawn"
+    )
+    ci95: Annotated[list[float] | None, Of(lambda one: one.choice and one.choice.interval)]
+    stays_under: Annotated[float | None, Of(lambda one: one.choice and one.choice.stays_under)] = Field(
+        description="what 95 % of the machines that were drawn stay under"
+    )
     trusted: bool
     passes: bool | None = Field(description="whether the tolerance is kept; null where none was asked, or not decided")
-    result: Literal["", "pass", "fail", "not decided"] = Field(description="empty where no tolerance was asked")
+    result: Annotated[Literal["", "pass", "fail", "not decided"], Of(lambda one: one.result[0])] = Field(
+        description="empty where no tolerance was asked"
+    )
     headline: str
     why: list[str] = Field(description="why it is not to be trusted yet")
     settled: list[str] = Field(description="what the files warn of, and the measured circle settles")
@@ -112,21 +149,41 @@ def prediction_of(tree: Mapping[str, Any]) -> Prediction:
     return replace(found, schemes=schemes)
 
 
-class CircleResultDocument(Document):
+class ReproducedFeed(Written):
+    """What schemes leave of a circle."""
+
+    velocity: Annotated[float, Of(lambda made: made.runs[0].circle.feed)] = Field(description="feed [m/s]")
+    radius: Annotated[float, Of(lambda made: made.runs[0].circle.radius)] = Field(description="[m]")
+    direction: Annotated[Literal[1, -1], Of(lambda made: made.runs[0].circle.direction)] = Field(
+        description="1 counter-clockwise"
+    )
+    schemes: Annotated[dict[str, CircleScheme], Of(_by_scheme)]
+
+
+class CircleResultDocument(Document, ReproducedFeed):
     """What schemes leave of a circle."""
 
     type: ClassVar[str] = "circle-result"
 
-    velocity: float = Field(description="feed [m/s]")
-    radius: float = Field(description="[m]")
-    direction: Literal[1, -1] = Field(description="1 counter-clockwise")
-    schemes: dict[str, CircleScheme]
-    monte_carlo: MonteCarloPart | None = None
+    monte_carlo: Annotated[MonteCarloPart | None, Of("many", may_lack=True)] = None
     verdict: VerdictPart | None = Field(None, description="what to switch on, by this circle alone")
-    prediction: PredictionPart | None = None
+    prediction: Annotated[PredictionPart | None, Of("prediction", may_lack=True)] = None
 
 
-class PathReversal(Part):
+class ReproductionDocument(Document):
+    """What a reproduction of the paper left: the page, and what each scheme leaves."""
+
+    type: ClassVar[str] = "reproduction"
+
+    page: Annotated[str, Of(lambda made: str(made.page))]
+    steps: int
+    made_now: Annotated[int, Of("made")] = Field(alias="made", description="steps that were not up to date")
+    feeds: Annotated[
+        dict[str, ReproducedFeed], Of(lambda made: {f"{one.runs[0].circle.feed:g}": one for one in made.circles()})
+    ] = Field(description="by feed [m/s]")
+
+
+class PathReversal(Written):
     """The glitch at one reversal of an axis."""
 
     axis: str
@@ -135,15 +192,20 @@ class PathReversal(Part):
     glitch: float = Field(description="[m]")
 
 
-class PathScheme(Part):
+def _reversals(run: Any) -> list[dict[str, Any]]:
+    return [
+        {"axis": tuple(run.traces)[found.axis], "x": found.x, "y": found.y, "glitch": glitch.median}
+        for found, glitch in zip(run.contour.reversals, run.glitches, strict=True)
+    ]
+
+
+class PathScheme(ContourScheme):
     """What one scheme leaves of a path."""
 
-    title: str
-    glitch: float = Field(description="largest at a reversal, without its sign [m]")
-    reversals: list[PathReversal]
-    contour_rms: float
-    contour_range: float
-    chance: ChancePart | None = Field(None, description="null where one run tells it")
+    reversals: Annotated[list[PathReversal], Of(_reversals)]
+    contour_rms: Annotated[float, Of(lambda run: run.chance("rms").median)]
+    contour_range: Annotated[float, Of(lambda run: run.chance("range").median)]
+    chance: Chanced = Field(None, description="null where one run tells it")
     warnings: list[str] = Field(default_factory=list)
 
 
@@ -152,5 +214,72 @@ class PathResultDocument(Document):
 
     type: ClassVar[str] = "path-result"
 
-    velocity: float = Field(description="feed [m/s]")
-    schemes: dict[str, PathScheme]
+    velocity: Annotated[float, Of(lambda made: made.runs[0].path.feed)] = Field(description="feed [m/s]")
+    schemes: Annotated[dict[str, PathScheme], Of(_by_scheme)]
+
+
+Rows = list[list[Known]]
+
+
+class MappedScheme(Written):
+    """What one scheme leaves of every circle."""
+
+    title: str
+    glitch: Rows = Field(description="a row a radius, a column a feed [m]; null where it could not run")
+    failures: list[str] = Field(default_factory=list, description="why it could not")
+
+
+class MapDifference(Written):
+    """By how much one scheme leaves less than another."""
+
+    scheme: str
+    against: str
+    less: Rows = Field(description="a row a radius, a column a feed [m]; negative where it leaves more")
+
+
+def _mapped(found: Any) -> dict[str, Any]:
+    schemes = {}
+    for scheme, glitch in zip(found.grid.schemes, found.glitches, strict=True):
+        failures = dict.fromkeys(why for one in found.cells if (why := one.failures.get(scheme.name)))
+        schemes[scheme.name] = {"title": scheme.title, "glitch": glitch.tolist(), "failures": list(failures)}
+    return schemes
+
+
+def _differences(found: Any) -> dict[str, Any]:
+    return {
+        name: {"scheme": one.name, "against": other.name, "less": found.less(one, other).tolist()}
+        for name, (one, other) in found.pairs().items()
+    }
+
+
+class CircleMapDocument(Document):
+    """What schemes leave of circles of many feeds and radii."""
+
+    type: ClassVar[str] = "circle-map"
+
+    machine: Annotated[str, Of("grid.machine.name")]
+    feeds: Annotated[list[float], Of("grid.feeds")] = Field(description="[m/s]")
+    radii: Annotated[list[float], Of("grid.radii")] = Field(description="[m]")
+    schemes: Annotated[dict[str, MappedScheme], Of(_mapped)]
+    differences: Annotated[dict[str, MapDifference], Of(_differences)] = Field(
+        default_factory=dict, description="what blocks gain on a static map, and an observer on a feedforward"
+    )
+
+    def describe(self) -> list[str]:
+        """Return where and by how much each pair of schemes differs, a sentence a pair."""
+        return [self._described(name, np.array(one.less, float)) for name, one in self.differences.items()]
+
+    def _described(self, name: str, less: Real) -> str:
+        ran = np.isfinite(less)
+        if not ran.any():
+            return f"{name}: no circle ran with both"
+
+        def at(place: np.intp) -> str:
+            row, column = np.unravel_index(int(place), less.shape)
+            by = readable(abs(float(less[row, column])), "m")
+            return f"{by} at {readable(self.radii[row], 'm')} and {readable(self.feeds[column], 'm/s')}"
+
+        better, worse = less > 0, less < 0
+        text = f"{name}: less on {np.count_nonzero(better)} of {np.count_nonzero(ran)} circles"
+        text += f", at most by {at(np.nanargmax(less))}" if better.any() else ""
+        return text + (f"; more on {np.count_nonzero(worse)}, by {at(np.nanargmin(less))}" if worse.any() else "")

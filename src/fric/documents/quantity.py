@@ -1,8 +1,9 @@
 """Quantities of documents: a number with its unit, as files hold it, and parts whose fields are such."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import asdict
 from math import inf, isfinite
+from operator import attrgetter
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
@@ -24,6 +25,56 @@ class Part(BaseModel):
     """A part of a document: an unknown key is an error, never passed over."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+
+LEFT_OUT: Any = object()
+"""What `Of` reads where a document has no such key."""
+
+
+class Of:
+    """How a key of a document that fric writes is read off what the document is made of.
+
+    Parameters
+    ----------
+    source
+        An attribute, by its dotted name, or a function of what the document is made of.
+    unit
+        Of a number: with it the number becomes a quantity.
+    may_lack
+        Whether the key is left out where there is nothing.
+    """
+
+    def __init__(self, source: str | Callable[[Any], Any], unit: str = "", *, may_lack: bool = False) -> None:
+        self.read = attrgetter(source) if isinstance(source, str) else source
+        self.unit, self.may_lack = unit, may_lack
+
+    def __call__(self, holder: Any) -> Any:
+        """Return what stands under the key."""
+        value = self.read(holder)
+        if value is None:
+            return LEFT_OUT if self.may_lack else None
+        return Estimate(value, self.unit) if self.unit else value
+
+
+def read_off(kind: type[BaseModel], holder: Any, but: Container[str] = ()) -> dict[str, Any]:
+    """Return what a schema holds of an object, by key: as `Of` beside the key says, or the attribute of its name."""
+    found = {}
+    for name, field in kind.model_fields.items():
+        if name not in but:
+            how = next((one for one in field.metadata if isinstance(one, Of)), None)
+            value = getattr(holder, name) if how is None else how(holder)
+            if value is not LEFT_OUT:
+                found[field.alias or name] = value
+    return found
+
+
+class Written(Part):
+    """A part that fric writes and does not read: made of an object, as `read_off` says."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_off(cls, given: Any) -> Any:
+        return given if isinstance(given, Mapping | BaseModel) else read_off(cls, given)
 
 
 class Quantity(Part):

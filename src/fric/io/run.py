@@ -12,14 +12,14 @@ import numpy as np
 
 from fric.contour import Circularity, ContourError, Figures, Reversal
 from fric.control.scheme import Scheme
-from fric.documents.contours import prediction_of, prediction_tree
+from fric.documents.contours import MonteCarloPart, prediction_of, prediction_tree
 from fric.input import foreign
 from fric.io.safe_hdf5 import check_type, column, open_file, text
 from fric.io.staged_hdf5 import staged_hdf5, write_column
 from fric.notice import Notice
 from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
-from fric.simulate.monte_carlo import MonteCarlo, monte_carlo_document
+from fric.simulate.monte_carlo import MonteCarlo
 from fric.simulate.path import PathRun, PointPath, RecordedPath
 from fric.simulate.prediction import Prediction
 
@@ -100,7 +100,7 @@ def write_runs(
 
 
 def _write_monte_carlo(group: h5py.Group, many: MonteCarlo) -> None:
-    text = monte_carlo_document(many)
+    text = MonteCarloPart.model_validate(many).model_dump()
     group.attrs.update({key: json.dumps(text.pop(key)) for key in ("spreads", "from_intervals")})
     group.attrs["warnings"] = "\n".join(text.pop("warnings"))
     schemes = text.pop("schemes")

@@ -13,8 +13,7 @@ from fric.arrays import Real
 from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
 from fric.documents.bundled import located
-from fric.documents.circle_map import CircleMapDocument
-from fric.documents.contours import prediction_of, prediction_tree
+from fric.documents.contours import CircleMapDocument, prediction_of, prediction_tree
 from fric.documents.machine_files import NOMINAL_DOCUMENTS
 from fric.documents.yaml import read_document
 from fric.errors import FricError

@@ -10,7 +10,7 @@ from typing import Any
 from fric.arrays import Real
 from fric.documents.base import AxisDocument, OfAxis
 from fric.documents.bundled import bundled
-from fric.documents.circle_map import CircleMapDocument
+from fric.documents.contours import CircleMapDocument
 from fric.documents.friction import FrictionDocument
 from fric.estimate import Estimate
 from fric.flaws import flaw_of

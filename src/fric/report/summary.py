@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from fric.documents.contours import VerdictPart
 from fric.documents.report_summary import ReportDocument
 from fric.io.report import write_report
 from fric.notice import Notice
@@ -102,7 +103,7 @@ def report_document(inputs: ReportInput) -> dict[str, Any]:
     longest = presliding(inputs)
     advice = [
         {"velocity": test.feed, "radius": test.radius}
-        | inputs.verdict(test).as_dict()
+        | VerdictPart.model_validate(inputs.verdict(test)).model_dump()
         | {"reasons": observations(test, longest)}
         for test in inputs.tests
     ]

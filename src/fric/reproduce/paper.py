@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 
 from fric.control.scheme import choose_schemes
 from fric.documents.bundled import located
+from fric.documents.contours import ReproductionDocument
 from fric.documents.machine import MachineDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.provenance import provenance
-from fric.documents.reproduction import ReproductionDocument
 from fric.documents.yaml import plain, read_document, read_tree, write_document
 from fric.errors import FricError
 from fric.figures.circle import polar_figure
@@ -32,7 +32,7 @@ from fric.results.base import Result
 from fric.results.circle import CircleResult
 from fric.results.given import Advance, silent
 from fric.results.text import Piece
-from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
+from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
 from fric.simulate.processes import end_with_parent
@@ -74,9 +74,7 @@ class Reproduction(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The page, and what each scheme leaves at each feed."""
-        feeds = {f"{feed:g}": circle_document(runs) for feed, runs in self.runs.items()}
-        content = {"page": str(self.page), "steps": self.steps, "made": self.made, "feeds": feeds}
-        return ReproductionDocument.made(content).tree()
+        return ReproductionDocument.made(self).tree()
 
     def circles(self) -> list[CircleResult]:
         """Return what each scheme leaves, a circle a feed."""

@@ -20,10 +20,10 @@ from fric.results.given import Advance, in_si, silent
 from fric.results.given_models import circles_of
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
-from fric.simulate.circle import Circle, CircleRun, circle_document, run_circle
+from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
-from fric.simulate.monte_carlo import MonteCarlo, Study, monte_carlo_document
+from fric.simulate.monte_carlo import MonteCarlo, Study
 from fric.simulate.prediction import Prediction
 from fric.simulate.processes import run_all
 from fric.units import readable
@@ -77,10 +77,7 @@ class CircleResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch and radial error by scheme [m]."""
-        content = circle_document(self.runs) | {"verdict": self.verdict.as_dict()}
-        content |= {"monte_carlo": monte_carlo_document(self.many)} if self.many else {}
-        content |= {"prediction": self.prediction} if self.prediction else {}
-        return CircleResultDocument.made(content, notices=self.warnings).tree()
+        return CircleResultDocument.made(self, notices=self.warnings).tree()
 
     @cached_property
     def verdict(self) -> Verdict:

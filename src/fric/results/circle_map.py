@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fric.documents.circle_map import CircleMapDocument, circle_map_tree
+from fric.documents.contours import CircleMapDocument
 from fric.errors import FricError
 from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
@@ -67,7 +67,7 @@ class CircleMapResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch by scheme, radius and feed [m], and what differs between schemes."""
-        return circle_map_tree(self.found, self.warnings)
+        return CircleMapDocument.made(self.found, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return the glitch by circle and scheme, and where blocks gain and an observer spoils."""

@@ -16,7 +16,7 @@ from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
-from fric.simulate.path import PathRun, PointPath, RecordedPath, path_document, run_path
+from fric.simulate.path import PathRun, PointPath, RecordedPath, run_path
 from fric.units import readable
 from fric.verb import verb
 from fric.verdict.evidence import facts
@@ -49,7 +49,7 @@ class PathResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch and contour error by scheme [m]."""
-        return PathResultDocument.made(path_document(self.runs), notices=self.warnings).tree()
+        return PathResultDocument.made(self, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return what each scheme leaves, and the glitch at each reversal."""

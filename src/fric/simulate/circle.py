@@ -1,9 +1,7 @@
 """The circular test: two axes, one scheme, and what remains of the circle."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 from fric.contour import Circularity, circularity
 from fric.control.scheme import Scheme
@@ -92,20 +90,3 @@ def run_circle(
         return CircleRun(scheme, circle, traces, circularity(x, y, circle.radius), run_warnings(scheme, traces))
 
     return at_places(machine, circle.feed, once, accuracy=accuracy, places=places, only=only)
-
-
-def circle_document(runs: Sequence[CircleRun]) -> dict[str, Any]:
-    """Return what schemes leave of one circle as a plain document, for programs."""
-    test = runs[0].circle
-    schemes = {}
-    for run in runs:
-        schemes[run.scheme.name] = {
-            "title": run.scheme.title,
-            "glitch": run.chance().median,
-            "quadrants": [one.median for one in run.glitches],
-            "radial_rms": run.chance("rms").median,
-            "radial_range": run.chance("range").median,
-            "chance": run.intervals(),
-            "warnings": list(run.warnings),
-        }
-    return {"velocity": test.feed, "radius": test.radius, "direction": test.direction, "schemes": schemes}

@@ -53,17 +53,6 @@ class ContourRun(Generic[Followed, Left]):
         """The signed glitch at each reversal [m]."""
         return tuple(map(Chance, zip(*(one.glitches for one in self.places or (self.contour,)), strict=True)))
 
-    def intervals(self) -> dict[str, Any] | None:
-        """Return in what intervals further runs lie, as a plain document; None where one run tells it."""
-        if not self.places:
-            return None
-        glitch = self.chance()
-        return {
-            "places": len(self.places),
-            "glitch": [glitch.low, glitch.high],
-            "reversals": [[one.low, one.high] for one in self.glitches],
-        }
-
 
 def figures(contour: Circularity | ContourError) -> Figures:
     """Return what is told of a contour in numbers."""

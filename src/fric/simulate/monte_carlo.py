@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -220,25 +219,3 @@ def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> M
     """
     with outcomes(study, machines, workers=workers) as found:
         return MonteCarlo(study, machines, tuple(found))
-
-
-def monte_carlo_document(found: MonteCarlo) -> dict[str, Any]:
-    """Return the distributions as a plain document, for programs; null where a scheme ran on no machine."""
-    schemes = {}
-    for name, one in found.distributions().items():
-        entry: dict[str, Any] = {key: None if np.isnan(value) else value for key, value in one.quantiles.items()}
-        entry["ci95"] = [entry.pop("low"), entry.pop("high")]
-        schemes[name] = entry | {"best": one.best, "failed": one.failed, "saturated": one.saturated}
-    return {
-        "machines": len(found),
-        "asked": found.asked,
-        "seed": found.study.seed,
-        "accuracy": found.study.accuracy,
-        "from_intervals": {axis: sorted(given) for axis, given in found.study.intervals.items()},
-        "spreads": {
-            name: {"distribution": spread.distribution, "factor": [spread.low, spread.high]}
-            for name, spread in found.study.spreads.items()
-        },
-        "schemes": schemes,
-        "warnings": list(found.warnings()),
-    }

@@ -1,10 +1,8 @@
 """Any smooth contour, given by points: followed at a constant feed, and what remains of it."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import floor
-from typing import Any
 
 import numpy as np
 
@@ -208,23 +206,3 @@ def run_path(
         return PathRun(scheme, path, traces, error, warnings)
 
     return at_places(machine, path.feed, once, accuracy=accuracy, places=places)
-
-
-def path_document(runs: Sequence[PathRun]) -> dict[str, Any]:
-    """Return what schemes leave of one path as a plain document, for programs."""
-    schemes = {
-        run.scheme.name: {
-            "title": run.scheme.title,
-            "glitch": run.chance().median,
-            "reversals": [
-                {"axis": tuple(run.traces)[found.axis], "x": found.x, "y": found.y, "glitch": glitch.median}
-                for found, glitch in zip(run.contour.reversals, run.glitches, strict=True)
-            ],
-            "contour_rms": run.chance("rms").median,
-            "contour_range": run.chance("range").median,
-            "chance": run.intervals(),
-            "warnings": list(run.warnings),
-        }
-        for run in runs
-    }
-    return {"velocity": runs[0].path.feed, "schemes": schemes}

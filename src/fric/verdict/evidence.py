@@ -181,22 +181,6 @@ class Verdict:
         """Whether nothing speaks against it."""
         return not self.why
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as a plain document, for programs: lengths in m."""
-        one = self.choice
-        found: dict[str, Any] = {"scheme": None, "glitch": None, "ci95": None, "stays_under": None}
-        if one is not None:
-            limits = None if one.interval is None else list(one.interval)
-            found = {"scheme": one.scheme.name, "glitch": one.middle, "ci95": limits, "stays_under": one.stays_under}
-        described = {
-            "trusted": self.trusted,
-            "passes": self.passes,
-            "result": self.result[0],
-            "headline": self.headline,
-        }
-        lists = {"why": self.why, "settled": self.settled, "effort": self.effort, "next": self.next}
-        return found | described | {name: list(map(str, texts)) for name, texts in lists.items()}
-
     def lines(self) -> list[str]:
         """Return it as lines for people: the sentence, why not to trust it, what to type next."""
         described = [self.headline, *self.effort]
