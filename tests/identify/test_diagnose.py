@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fric.documents.circle_findings import diagnosis_tree
 from fric.documents.machine_files import read_machine
 from fric.errors import FricError
 from fric.identify.circle.agreement import agreement
@@ -16,6 +15,7 @@ from fric.identify.circle.diagnose import both_directions, diagnose
 from fric.identify.circle.measured import MeasuredCircle, measured_from_run
 from fric.identify.circle.revolutions import find_circles, revolutions
 from fric.reference import circle as circle_reference
+from fric.results.diagnose import DiagnosisResult
 from fric.simulate.circle import Circle, run_circle
 from tests.chance import fewest
 from tests.identify.synthetic_circles import QUADRANTS, Faults, circle, drawn_faults, truths
@@ -223,9 +223,8 @@ def test_tests_that_are_not_of_one_circle_are_refused():
 
 
 def test_the_document_holds_what_the_design_asks_for():
-    found = diagnosis_tree(
-        diagnose([circle(Faults(), np.random.default_rng(6), direction=s) for s in (1, -1)]), None, ()
-    )
+    tests = [circle(Faults(), np.random.default_rng(6), direction=s) for s in (1, -1)]
+    found = DiagnosisResult(diagnose(tests)).document
     assert {"radius", "feed", "direction", "scale", "squareness", "backlash", "mismatch", "glitch"} <= set(found)
     assert set(found["glitch"]) == set(QUADRANTS)
     assert {"value", "ci95", "width"} <= set(found["glitch"]["+x"])

@@ -1,29 +1,23 @@
-"""What measured circles tell, as `--json` prints it: ``fric: diagnosis/1`` and ``fric: tuning/1``."""
+"""What measured circles tell, as `--json` prints it: taken apart, tuned to, learned of."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from fric.documents.base import Document
-from fric.documents.quantity import Part, Quantity
+from fric.documents.quantity import Known, Of, Quantity, Written
 from fric.estimate import Estimate
-from fric.notice import Notice
 
-if TYPE_CHECKING:
-    from fric.identify.circle.agreement import Agreement
-    from fric.identify.circle.diagnose import Diagnosis
-    from fric.identify.circle.tune import Tuned
+SENSES = {1: "counter-clockwise", -1: "clockwise"}
 
 
-class GlitchPart(Part):
+class GlitchPart(Written):
     """A friction glitch at a quadrant."""
 
     value: float
     unit: str
-    ci95: list[float | None]
+    ci95: list[Known]
     width: float
     place: float
 
@@ -31,12 +25,12 @@ class GlitchPart(Part):
 class PredictedGlitch(GlitchPart):
     """What a machine file predicts for a quadrant."""
 
-    ci95: list[float | None] | None  # type: ignore[assignment]  # without what was identified there is none
+    ci95: list[Known] | None  # type: ignore[assignment]  # without what was identified there is none
     agrees: bool
     cause: str | None
 
 
-class PitchPart(Part):
+class PitchPart(Written):
     """What comes again along an axis."""
 
     axis: str
@@ -44,118 +38,37 @@ class PitchPart(Part):
     amplitude: Quantity
 
 
-class DiagnosisDocument(Document):
-    """A measured circle, taken apart."""
-
-    type: ClassVar[str] = "diagnosis"
-
-    radius: Quantity
-    feed: Quantity
-    direction: Quantity = Field(description="1 counter-clockwise, -1 clockwise")
-    revolutions: list[int]
-    centre: dict[str, Quantity]
-    scale: dict[str, Quantity]
-    squareness: Quantity
-    backlash: dict[str, Quantity]
-    mismatch: Quantity
-    lag: dict[str, Quantity | None]
-    glitch: dict[str, GlitchPart]
-    glitch_of: dict[str, dict[str, GlitchPart]]
-    pitch: list[PitchPart]
-    rest: Quantity | None
-    scatter: Quantity | None
-    noise: Quantity | None
-    iso230: dict[str, Quantity | dict[str, Quantity] | None]
-    predicted: dict[str, PredictedGlitch] | None = None
-    scheme: str | None = None
-    agrees: bool | None = None
+def _per_axis(what: str) -> Callable[[Any], Any]:
+    """Return what reads a part of the geometry, by axis."""
+    return lambda made: {name: made.found.geometry[f"{what}.{name}"] for name in made.found.test.names}
 
 
-class ResidualPart(Part):
-    """What is left of the voltage of an axis [V]."""
-
-    before: float
-    after: float
-    noise: float | None
-
-
-class TunedAxisPart(Part):
-    """What circles gave an axis."""
-
-    parameters: dict[str, Quantity]
-    residual: ResidualPart
-    full_shape: bool
-    improves: bool
+def _periodic(made: Any) -> list[dict[str, Any]]:
+    names = made.found.test.names
+    return [
+        {"axis": names[line.axis], "pitch": Estimate(line.pitch, "m"), "amplitude": amplitude}
+        for line, amplitude in made.found.periodic
+    ]
 
 
-class NextCircle(Part):
-    """What the next circle should show."""
-
-    glitch: float = Field(description="[m]")
-    ci95: list[float | None]
-    radius: float = Field(description="[m]")
+def _by_sense(made: Any) -> dict[str, Any]:
+    both = zip(made.found.tests, made.found.all_glitches, strict=True)
+    return {SENSES[one.test.direction]: glitches for one, glitches in both}
 
 
-class TuningDocument(Document):
-    """What controllers believe, refitted to recorded circles."""
-
-    type: ClassVar[str] = "tuning"
-
-    axes: dict[str, TunedAxisPart]
-    predicted: dict[str, dict[str, NextCircle]] = Field(description="by feed [m/s] and scheme")
-    measured: dict[str, float] = Field(description="recorded glitch [m] by feed")
-    files: list[str] | None = None
+def _iso230(made: Any) -> dict[str, Any]:
+    found = made.found.figures
+    plain = {name: None if (value := getattr(found, name)) is None else Estimate(value, "m") for name in ISO230}
+    by_sense = {SENSES[sense]: Estimate(value, "m") for sense, value in found.G.items()}
+    return {"G": Estimate(max(found.G.values()), "m"), "G_of": by_sense} | plain
 
 
-def diagnosis_tree(found: Diagnosis, held: Agreement | None, notices: Iterable[Notice]) -> dict[str, Any]:
-    """Return a measured circle that was taken apart, and how it agrees with a prediction, ready to be printed."""
-    test, figures, geometry = found.test, found.figures, found.geometry
-    names = test.names
-
-    def plain(value: float | None, unit: str = "m") -> Estimate | None:
-        return None if value is None else Estimate(value, unit)
-
-    def per_axis(what: str) -> dict[str, Estimate]:
-        return {name: geometry[f"{what}.{name}"] for name in names}
-
-    directions = {1: "counter-clockwise", -1: "clockwise"}
-    content: dict[str, Any] = {
-        "radius": plain(test.radius),
-        "feed": plain(test.feed, "m/s"),
-        "direction": plain(float(test.direction), "1"),
-        "revolutions": [one.count for one in found.tests],
-        "centre": per_axis("centre"),
-        "scale": per_axis("scale"),
-        "squareness": geometry["squareness"],
-        "backlash": per_axis("backlash"),
-        "mismatch": geometry["mismatch"],
-        "lag": found.lag,
-        "glitch": found.glitches,
-        "glitch_of": {
-            directions[one.test.direction]: of for one, of in zip(found.tests, found.all_glitches, strict=True)
-        },
-        "pitch": [
-            {"axis": names[line.axis], "pitch": plain(line.pitch), "amplitude": amplitude}
-            for line, amplitude in found.periodic
-        ],
-        "rest": plain(found.rest),
-        "scatter": plain(found.scatter),
-        "noise": plain(found.noise),
-        "iso230": {
-            "G": plain(max(figures.G.values())),
-            "G_of": {directions[k]: plain(value) for k, value in figures.G.items()},
-            "G_b": plain(figures.G_b),
-            "F_max": plain(figures.F_max),
-            "F_min": plain(figures.F_min),
-            "D": plain(figures.D),
-        },
-    }
-    if held is not None:
-        content |= {"predicted": _predicted(held), "scheme": held.scheme, "agrees": held.all_agree}
-    return DiagnosisDocument.made(content, notices=notices).tree()
+ISO230 = ("G_b", "F_max", "F_min", "D")
 
 
-def _predicted(held: Agreement) -> dict[str, dict[str, Any]]:
+def _predicted(made: Any) -> Any:
+    if (held := made.held) is None:
+        return None
     limits = held.intervals or {}
     return {
         name: {**vars(one), "ci95": limits.get(name), "agrees": held.agrees[name], "cause": held.causes.get(name)}
@@ -163,24 +76,129 @@ def _predicted(held: Agreement) -> dict[str, dict[str, Any]]:
     }
 
 
-def tuning_tree(found: Tuned) -> dict[str, Any]:
-    """Return what was tuned, ready to be printed."""
-    from fric.identify.circle.next_circle import measured_glitch  # with SciPy, which a schema needs not
+class DiagnosisDocument(Document):
+    """A measured circle, taken apart."""
 
-    axes = {}
-    for name, one in found.axes.items():
-        estimates = one.estimates
-        sections = {} if estimates is None else {**estimates.static, **estimates.gms, **estimates.plant}
-        axes[name] = {
-            "parameters": sections,
-            "residual": {"before": one.before.rms, "after": one.after.rms, "noise": one.after.noise()},
-            "full_shape": one.full,
-            "improves": one.improves,
-        }
-    predicted: dict[str, dict[str, Any]] = {}
-    for ahead in found.predicted:
-        entry = {"glitch": ahead.glitch, "ci95": list(ahead.ci95), "radius": ahead.radius}
-        predicted.setdefault(f"{ahead.feed:g}", {})[ahead.scheme] = entry
-    measured = {f"{test.feed:g}": measured_glitch(test) for test in found.tests}
-    content = {"axes": axes, "predicted": predicted, "measured": measured}
-    return TuningDocument.made(content, notices=found.warnings).tree()
+    type: ClassVar[str] = "diagnosis"
+
+    radius: Annotated[Quantity, Of("found.test.radius", "m")]
+    feed: Annotated[Quantity, Of("found.test.feed", "m/s")]
+    direction: Annotated[Quantity, Of(lambda made: float(made.found.test.direction), "1")] = Field(
+        description="1 counter-clockwise, -1 clockwise"
+    )
+    revolutions: Annotated[list[int], Of(lambda made: [one.count for one in made.found.tests])]
+    centre: Annotated[dict[str, Quantity], Of(_per_axis("centre"))]
+    scale: Annotated[dict[str, Quantity], Of(_per_axis("scale"))]
+    squareness: Annotated[Quantity, Of(lambda made: made.found.geometry["squareness"])]
+    backlash: Annotated[dict[str, Quantity], Of(_per_axis("backlash"))]
+    mismatch: Annotated[Quantity, Of(lambda made: made.found.geometry["mismatch"])]
+    lag: Annotated[dict[str, Quantity | None], Of("found.lag")]
+    glitch: Annotated[dict[str, GlitchPart], Of("found.glitches")]
+    glitch_of: Annotated[dict[str, dict[str, GlitchPart]], Of(_by_sense)]
+    pitch: Annotated[list[PitchPart], Of(_periodic)]
+    rest: Annotated[Quantity | None, Of("found.rest", "m")]
+    scatter: Annotated[Quantity | None, Of("found.scatter", "m")]
+    noise: Annotated[Quantity | None, Of("found.noise", "m")]
+    iso230: Annotated[dict[str, Quantity | dict[str, Quantity] | None], Of(_iso230)]
+    predicted: Annotated[dict[str, PredictedGlitch] | None, Of(_predicted, may_lack=True)] = None
+    scheme: Annotated[str | None, Of(lambda made: made.held and made.held.scheme, may_lack=True)] = None
+    agrees: Annotated[bool | None, Of(lambda made: made.held and made.held.all_agree, may_lack=True)] = None
+
+
+class ResidualPart(Written):
+    """What is left of the voltage of an axis [V]."""
+
+    before: Annotated[float, Of("before.rms")]
+    after: Annotated[float, Of("after.rms")]
+    noise: Annotated[float | None, Of(lambda axis: axis.after.noise())]
+
+
+class TunedAxisPart(Written):
+    """What circles gave an axis."""
+
+    parameters: dict[str, Quantity]
+    residual: Annotated[ResidualPart, Of(lambda axis: axis)]
+    full_shape: Annotated[bool, Of("full")]
+    improves: bool
+
+
+class NextCircle(Written):
+    """What the next circle should show."""
+
+    glitch: float = Field(description="[m]")
+    ci95: list[Known]
+    radius: float = Field(description="[m]")
+
+
+def _ahead(made: Any) -> dict[str, dict[str, Any]]:
+    found: dict[str, dict[str, Any]] = {}
+    for one in made.found.predicted:
+        found.setdefault(f"{one.feed:g}", {})[one.scheme] = one
+    return found
+
+
+class TuningDocument(Document):
+    """What controllers believe, refitted to recorded circles."""
+
+    type: ClassVar[str] = "tuning"
+
+    axes: Annotated[dict[str, TunedAxisPart], Of("found.axes")]
+    predicted: Annotated[dict[str, dict[str, NextCircle]], Of(_ahead)] = Field(description="by feed [m/s] and scheme")
+    measured: dict[str, float] = Field(description="recorded glitch [m] by feed")
+    files: Annotated[list[str] | None, Of(lambda made: list(map(str, made.files)) or None, may_lack=True)] = None
+
+
+class LearnedCircle(Document):
+    """The circle that was learned."""
+
+    radius: Annotated[float, Of("circle.radius")] = Field(description="[m]")
+    feed: Annotated[float, Of("circle.feed")] = Field(description="[m/s]")
+    direction: Annotated[Literal[1, -1], Of("circle.direction")] = Field(description="1 counter-clockwise")
+    share: Annotated[float, Of("how.share")] = Field(description="of a round that is taken over")
+    bandwidth: Annotated[float, Of("how.bandwidth")] = Field(description="up to what frequency [Hz]")
+
+
+class RoundPart(Written):
+    """One round."""
+
+    glitch: Annotated[float, Of(lambda one: one.run.chance().median)] = Field(
+        description="median over places between two counts [m]"
+    )
+    ci95: Annotated[list[float], Of(lambda one: [one.run.chance().low, one.run.chance().high])] = Field(
+        description="between what 95 % of runs lie [m]"
+    )
+    quadrants: Annotated[list[float], Of(lambda one: [glitch.median for glitch in one.run.glitches])] = Field(
+        description="at +x, +y, -x, -y, outwards positive, medians [m]"
+    )
+
+
+class CarriedPart(Written):
+    """What is left of another circle with what was learned of this one."""
+
+    radius: Annotated[float, Of(lambda one: one[0])] = Field(description="[m]")
+    feed: Annotated[float, Of(lambda one: one[1])] = Field(description="[m/s]")
+    glitch: Annotated[float, Of(lambda one: one[2])] = Field(description="[m]")
+
+
+class LearningDocument(LearnedCircle):
+    """Rounds of learning in simulation."""
+
+    type: ClassVar[str] = "learning"
+
+    rounds: list[RoundPart]
+    carried_over: Annotated[list[CarriedPart], Of("carried")]
+
+
+class LearnedAxis(Written):
+    """What is fed forward on one axis."""
+
+    largest: Annotated[float, Of(lambda voltage: float(abs(voltage).max()))] = Field(description="[V]")
+    samples: Annotated[int, Of(len)]
+
+
+class LearnedFeedforwardDocument(LearnedCircle):
+    """What is fed forward in the next round of a measured circle."""
+
+    type: ClassVar[str] = "learned-feedforward"
+
+    axes: Annotated[dict[str, LearnedAxis], Of("voltage")]

@@ -9,7 +9,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.circle_findings import diagnosis_tree
+from fric.documents.circle_findings import DiagnosisDocument
 from fric.documents.identified import machine_to_predict
 from fric.estimate import Estimate, in_digits
 from fric.flaws.prediction import NOT_AS_PREDICTED
@@ -53,7 +53,7 @@ class DiagnosisResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """What was found, with 95 % intervals, and what was predicted."""
-        return diagnosis_tree(self.found, self.held, self.warnings)
+        return DiagnosisDocument.made(self, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return the glitches, beside those predicted, and the geometry."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fric.documents.bundled import located
-from fric.documents.learned import LearnedFeedforwardDocument, LearningDocument
+from fric.documents.circle_findings import LearnedFeedforwardDocument, LearningDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.provenance import provenance
 from fric.errors import FricError
@@ -55,21 +55,11 @@ class LearnResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Glitch by round, and what is left of other circles [m]."""
-        rounds = [
-            {
-                "glitch": one.run.chance().median,
-                "ci95": [one.run.chance().low, one.run.chance().high],
-                "quadrants": [quadrant.median for quadrant in one.run.glitches],
-            }
-            for one in self.found.rounds
-        ]
-        carried = [{"radius": a, "feed": b, "glitch": glitch} for a, b, glitch in self.found.carried]
-        content = _circle(self.found.rounds[0].run.circle, self.found.how) | {"rounds": rounds, "carried_over": carried}
-        return LearningDocument.made(content, notices=self.warnings).tree()
+        return LearningDocument.made(self.found, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return the glitch of each round, and of other circles: medians, with the chance of one run."""
-        found, test = self.found, self.found.rounds[0].run.circle
+        found, test = self.found, self.found.circle
         rows = [
             [one.run.scheme.title, *(chance.text(digits=2) for chance in (*one.run.glitches, one.run.chance()))]
             for one in found.rounds
@@ -114,25 +104,18 @@ class LearnedTable(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """The circle, and the largest voltage by axis [V]."""
-        axes = {name: {"largest": float(abs(w).max()), "samples": len(w)} for name, w in self.table.voltage.items()}
-        content = _circle(self.table.test, self.table.how) | {"axes": axes}
-        return LearnedFeedforwardDocument.made(content, notices=self.warnings).tree()
+        return LearnedFeedforwardDocument.made(self.table, notices=self.warnings).tree()
 
     def report(self) -> list[Piece]:
         """Return what is fed forward, by axis."""
         test = self.table.test
-        rows = [[name, f"{one['largest']:.3f}", str(one["samples"])] for name, one in self.document["axes"].items()]
+        rows = [[name, f"{abs(one).max():.3f}", str(len(one))] for name, one in self.table.voltage.items()]
         title = f"feedforward for {readable(test.radius, 'm')} at {readable(test.feed, 'm/s')}"
         return [TextTable(["axis", "largest V", "samples"], rows, title)]
 
     def save(self, path: Path | str, *, force: bool = False) -> None:
         """Write the feedforward file."""
         write_feedforward(Path(path), self.table, json.dumps(provenance()), force=force)
-
-
-def _circle(test: Circle | MeasuredCircle, how: Learning) -> dict[str, Any]:
-    circle = {name: getattr(test, name) for name in ("radius", "feed", "direction")}
-    return circle | {"share": how.share, "bandwidth": how.bandwidth}
 
 
 @verb

@@ -8,10 +8,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fric.documents.circle_findings import tuning_tree
+from fric.documents.circle_findings import TuningDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.tuned import tuned_files, write_tuned
 from fric.estimate import estimate_rows
+from fric.identify.circle.next_circle import measured_glitch
 from fric.identify.circle.tune import Tuned, steps_of_tuning
 from fric.identify.circle.tune import tune as refit
 from fric.notice import Notice
@@ -60,25 +61,27 @@ class TuneResult(Result):
     @cached_property
     def document(self) -> dict[str, Any]:
         """Parameters with 95 % intervals by axis, and what the next circles should show."""
-        return tuning_tree(self.found)
+        return TuningDocument.made(self, notices=self.warnings).tree()
+
+    @property
+    def measured(self) -> dict[str, float]:
+        """Recorded glitch [m] by feed."""
+        return {f"{test.feed:g}": measured_glitch(test) for test in self.found.tests}
 
     def report(self) -> list[Piece]:
         """Return the parameters by axis, and the next circles."""
-        document = self.document
         pieces: list[Piece] = []
-        for name, axis in document["axes"].items():
-            left = axis["residual"]
-            before, after = (f"{left[key] * 1e3:.2f} mV" for key in ("before", "after"))
+        for name, axis in self.found.axes.items():
+            before, after = (f"{one.rms * 1e3:.2f} mV" for one in (axis.before, axis.after))
             title = f"axis {name}: {before} left of the voltage, {after} when tuned"
-            title += "" if axis["improves"] else "; refused"
-            pieces += [named(["", "value", "95 %", "unit"], estimate_rows(axis["parameters"]), title), ""]
+            title += "" if axis.improves else "; refused"
+            pieces += [named(["", "value", "95 %", "unit"], estimate_rows(axis.parameters), title), ""]
         rows = [
             [
-                f"{float(feed) * 1e3:g} mm/s", f"({scheme})", f"{document['measured'][feed] * 1e6:.2f}",
-                f"{one['glitch'] * 1e6:.2f}", " … ".join(f"{limit * 1e6:.2f}" for limit in one["ci95"]),
+                f"{one.feed * 1e3:g} mm/s", f"({one.scheme})", f"{self.measured[f'{one.feed:g}'] * 1e6:.2f}",
+                f"{one.glitch * 1e6:.2f}", " … ".join(f"{limit * 1e6:.2f}" for limit in one.ci95),
             ]
-            for feed, schemes in document["predicted"].items()
-            for scheme, one in schemes.items()
+            for one in self.found.predicted
         ]  # fmt: skip
         if rows:
             pieces.append(Table(["the next circle", "scheme", "recorded µm", "glitch µm", "95 %"], rows))
@@ -118,7 +121,7 @@ class TuneResult(Result):
                 save_figure(draw_tuned(one), place, force=force)
                 made.append(place)
         self.files[:] = [*written, *figures]
-        self.document["files"] = list(map(str, self.files))
+        self.__dict__.pop("document", None)  # it names them
 
 
 @verb

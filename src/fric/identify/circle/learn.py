@@ -58,6 +58,11 @@ class Learned:
     warnings: tuple[Notice, ...]  # What the user should know
 
     @property
+    def circle(self) -> Circle:
+        """The circle that was learned."""
+        return self.rounds[0].run.circle
+
+    @property
     def glitches(self) -> list[float]:
         """Glitch of each round, the median over places [m]."""
         return [one.run.chance().median for one in self.rounds]

@@ -102,6 +102,11 @@ class Table:
     voltage: Mapping[str, Real]
     warnings: tuple[Notice, ...]  # What the user should know
 
+    @property
+    def circle(self) -> MeasuredCircle:
+        """The circle that was learned."""
+        return self.test
+
 
 def learn_from(
     test: MeasuredCircle,

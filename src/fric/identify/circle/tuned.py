@@ -90,3 +90,9 @@ class TunedAxis:
     improves: bool
     warnings: tuple[Notice, ...]
     loop: bool = False
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """Friction and plant by name, with their intervals; nothing where the result is no machine."""
+        found = self.estimates
+        return {} if found is None else {**found.static, **found.gms, **found.plant}
