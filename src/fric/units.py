@@ -153,6 +153,7 @@ def _spelled(unit: str) -> str:
     plain = re.sub(
         r"\bGrad\b", "deg", plain
     )  # a German header's degree, which Pint takes for a thousand million radians
+    plain = re.sub(r"\brevs?\b", "revolution", plain)
     return _GERMAN.get(plain, _NEWTON_METRE.sub(r"\1*\2", plain))
 
 

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -82,6 +83,23 @@ def test_a_proposal_reads_and_ingests_once_it_is_looked_at(tmp_path: Path) -> No
     assert done.records[0].channels == {"time": "Time", "position": "Position", "force": "Friction"}
     with pytest.raises(FricError, match="exists"):
         propose([file], tmp_path / "map.yaml")
+
+
+def test_a_proposal_reads_a_file_of_matlab_7_3_while_it_is_open(tmp_path: Path) -> None:
+    """No name is a time: the values are asked, and that was after the file had been closed."""
+    file = tmp_path / "log.mat"
+    with h5py.File(file, "w", userblock_size=512) as content:
+        for name, values in (("a", np.arange(50) * 1e-3), ("b", np.sin(np.arange(50.0))), ("c", np.ones(50))):
+            content.create_dataset(name, data=values[None, :])
+    content = bytearray(file.read_bytes())
+    content[:128] = b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM"
+    file.write_bytes(content)
+    assert "time: {column: " in proposal([file])
+    assert sure_proposal(file) is None
+
+
+def test_a_unit_of_revolutions_is_known() -> None:
+    assert named("angle (rev)") == Column("angle", "rev")
 
 
 def test_a_proposal_says_what_it_does_not_know(tmp_path: Path) -> None:

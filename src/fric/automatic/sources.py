@@ -29,6 +29,12 @@ PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", "
 """Endings of what may lie beside logs, and is none."""
 
 
+_PAPER = re.compile(
+    r"(?:read[ _-]?me|licen[cs]e|copying|notes?|about|lies[ _-]?mich|changelog|citation)\b", re.IGNORECASE
+)
+"""Names of papers that lie beside logs."""
+
+
 @dataclass(frozen=True)
 class Source:
     """One file with records of one axis."""
@@ -91,7 +97,11 @@ def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: P
             _foreign(path, mapping, proposals, found, seen)
     if found.copies:
         found.description.append(FILE_COPIES.found(files=_first(found.copies)))
-    for why, files in found.refused.items():
+    papers = [path for files in found.refused.values() for path in files if _is_paper(path)]
+    for why, refused in found.refused.items():
+        files = [path for path in refused if path not in papers]
+        if not files:
+            continue
         propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
         propose = propose if "column" in why else ""
         found.description.append(FILE_LEFT_OUT.found(_first(files), why=why, propose=propose))
@@ -102,6 +112,11 @@ def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: P
         means = ", ".join(f"{channel} is {column}" for channel, column in columns)
         found.description.append(MAPPING_PROPOSED.found(mapping=str(file), columns=means, files=_first(files)))
     return found
+
+
+def _is_paper(path: Path) -> bool:
+    """Say whether a file that is no log is there to be read by people, by its name."""
+    return bool(_PAPER.match(path.name)) and path.suffix.lower() in {".txt", ".md", ".rst", ".log", ".dat"}
 
 
 def _first(files: list[Path]) -> str:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import NamedTuple
 
@@ -38,7 +39,14 @@ def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
     """
     if not paths:
         raise FricError("there is no file to make a mapping for")
-    first, *others = [next(iter(tables(path, None))) for path in paths]
+    with ExitStack() as files:  # a table is read as long as its file is open
+        found = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
+        return _text(paths, found, join)
+
+
+def _text(paths: Sequence[Path], opened: Sequence[Table], join: bool) -> str:
+    """Return the text of a mapping of tables that are open."""
+    first, *others = opened
     for other in others:
         if not join and [c.name for c in other.columns] != [c.name for c in first.columns]:
             raise FricError(
@@ -106,14 +114,15 @@ def sure_proposal(path: Path) -> str | None:
     It is sure of a table of time and position or velocity where one column alone looks like each channel, has a unit of
     it, and no column looks like a force without one.
     """
-    table = next(iter(tables(path, None)))
-    guess = _chosen(table)
-    if "time" not in guess.taken or not {"position", "velocity"} & guess.taken.keys() or _holds_means(table, guess):
-        return None
-    for channel, n in guess.taken.items():
-        if guess.others[channel] or not measures(table.columns[n], channel):
+    with closing(tables(path, None)) as opened:
+        table = next(opened)
+        guess = _chosen(table)
+        if "time" not in guess.taken or not {"position", "velocity"} & guess.taken.keys() or _holds_means(table, guess):
             return None
-    return proposal([path])
+        for channel, n in guess.taken.items():
+            if guess.others[channel] or not measures(table.columns[n], channel):
+                return None
+        return _text([path], [table], join=False)
 
 
 def _axis(columns: Sequence[Column], paths: Sequence[Path]) -> str | None:
