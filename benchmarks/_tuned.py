@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 
 from benchmarks._machines import Ran, spread_of
+from fric.circles.measured import AxisTrace, MeasuredCircle
+from fric.circles.nominal import parameters
+from fric.circles.tune import Tuned, tune, with_belief
+from fric.circles.tune_loop import holds
+from fric.circles.tuned import TunedAxis
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.machine_files import read_machine
 from fric.documents.spread import read_spreads
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction.directed import Directed
-from fric.identify.circle.measured import AxisTrace, MeasuredCircle
-from fric.identify.circle.nominal import parameters
-from fric.identify.circle.tune import Tuned, tune, with_belief
-from fric.identify.circle.tune_loop import holds
-from fric.identify.circle.tuned import TunedAxis
 from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.machine import Axis, Machine
 from fric.simulate.reality.trace import logged

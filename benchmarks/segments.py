@@ -6,8 +6,8 @@ from time import process_time
 
 import numpy as np
 
-from fric.identify.records.segments import steady_segments
 from fric.log import Log
+from fric.records.segments import steady_segments
 
 RATE, SAMPLES, STEP = 4000.0, 30_000, 2.5e-7
 SPEEDS = np.geomspace(1e-5, 3e-2, 17)

@@ -19,10 +19,10 @@ from fric.friction.leuven import Leuven
 from fric.friction.lugre import LuGre
 from fric.friction.maxwell_slip import MaxwellSlip
 from fric.friction.stribeck import StaticMap
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import compare_models
 from fric.identify.replay.splits import split_by_cycles
 from fric.io.hdf5 import read_logs
+from fric.records.prepared import prepared
 
 ROOT = Path(__file__).parents[1]
 STATIC = StaticMap(F_c=105.0, F_s=165.0, v_s=1e-3, delta=1.0, sigma=40.0)

@@ -1,6 +1,7 @@
 from .automatic.fleet import FleetResult as FleetResult
 from .automatic.run import AutoResult as AutoResult
 from .automatic.run import auto as auto
+from .circles.measured import MeasuredCircle as MeasuredCircle
 from .control.base import ControlBlock as ControlBlock
 from .control.cascade import Cascade as Cascade
 from .control.inverse_model import DisturbanceObserver as DisturbanceObserver
@@ -24,7 +25,6 @@ from .friction.leuven import Leuven as Leuven
 from .friction.lugre import LuGre as LuGre
 from .friction.maxwell_slip import MaxwellSlip as MaxwellSlip
 from .friction.stribeck import StaticMap as StaticMap
-from .identify.circle.measured import MeasuredCircle as MeasuredCircle
 from .log import ForceVelocity as ForceVelocity
 from .log import FrequencyResponse as FrequencyResponse
 from .log import Log as Log

@@ -18,7 +18,7 @@ from fric.documents.yaml import read_document
 from fric.io.circle import write_circles
 from fric.report.drift import Change
 from tests.automatic.fleet_rig import DATES, make_fleet
-from tests.identify.synthetic_circles import Faults, circle
+from tests.circles.synthetic_circles import Faults, circle
 
 DRIFTED = {1}
 

@@ -23,11 +23,11 @@ from fric.documents.yaml import plain, read_document, read_tree, write_document
 from fric.errors import FricError
 from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.identify import identify_plant
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs, read_records
 from fric.notice import Notice
+from fric.records.prepared import prepared
 from fric.report.collect import collect
 from fric.report.page import render_report
 

@@ -11,6 +11,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from fric.circles.diagnose import diagnose
+from fric.circles.learn import learn
+from fric.circles.measured import measured_from_run
+from fric.circles.tune import tune_axis
+from fric.circles.validation import validate_closed_loop
 from fric.control.cascade import Cascade
 from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
@@ -41,15 +46,9 @@ from fric.figures.tuned import draw_tuned
 from fric.figures.validation import draw_validation
 from fric.friction import models
 from fric.friction.stribeck import StaticMap
-from fric.identify.circle.diagnose import diagnose
-from fric.identify.circle.learn import learn
-from fric.identify.circle.measured import measured_from_run
-from fric.identify.circle.tune import tune_axis
 from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.identify import identify_plant
 from fric.identify.plant.rigid_body import identify_motion
-from fric.identify.records.inspection import inspect
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import compare_models
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.replay.splits import split_by_folds
@@ -57,11 +56,12 @@ from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs, read_records
 from fric.log import Log
 from fric.planning.choose import choose
+from fric.records.inspection import inspect
+from fric.records.prepared import prepared
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.monte_carlo import Study, monte_carlo
 from fric.simulate.path import PointPath, run_path
 from fric.simulate.plan import Expected, Limits, Plan
-from fric.simulate.validation import validate_closed_loop
 from tests.figures.drawn import Panel, Wanted, curve, edges, function, near, part
 from tests.identify.virtual_logs import logs_of
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fric.figures.record import draw_record, thinned
-from fric.identify.records.inspection import inspect
 from fric.log import Log
+from fric.records.inspection import inspect
 
 
 def record(**channels):

@@ -13,6 +13,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from fric.circles import identifiability, model_shape, next_circle, trust, tune_identifiability
 from fric.control.scheme import PAPER_SCHEMES, Scheme
 from fric.design import observer
 from fric.errors import FricError
@@ -21,14 +22,13 @@ from fric.flaws import CATALOGUE
 from fric.flaws.base import HALF_WIDTHS, SMALL, by_size
 from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
 from fric.flaws.unit import BOUNDS, UNUSUAL
-from fric.identify.circle import identifiability, model_shape, next_circle, trust, tune_identifiability
 from fric.identify.gms import notices as gms
 from fric.identify.plant import force_constant, plant_warnings, rigid_body
-from fric.identify.records import clipping, energy, flaws, inspected, judgement, timing
 from fric.identify.replay import replay_intervals
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.plausibility.bounds import Finding, lifted, settled
+from fric.records import clipping, energy, flaws, inspected, judgement, timing
 from fric.simulate.chance import Chance
 from fric.simulate.contour_run import run_warnings
 from fric.verdict import decide

@@ -11,9 +11,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from fric.circles.measured import AxisTrace, MeasuredCircle
 from fric.control.scheme import choose_schemes
 from fric.documents.machine_files import read_machine
-from fric.identify.circle.measured import AxisTrace, MeasuredCircle
 from fric.io.circle import write_circles
 from fric.io.hdf5 import read_logs, write_logs
 from fric.io.report import REPORT_MARK

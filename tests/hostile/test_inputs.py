@@ -19,13 +19,13 @@ from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError, printable
 from fric.identify.gms.identify import identify_gms
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.static_map.identify import identify_static
 from fric.io.hdf5 import read_logs, read_records, write_logs
 from fric.io.ingest import ingest
 from fric.io.readers import tables
 from fric.log import Log
+from fric.records.prepared import prepared
 from fric.report.collect import collect
 from fric.units import factor, parse
 

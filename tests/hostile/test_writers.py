@@ -23,10 +23,10 @@ import pytest
 import fric
 from fric.automatic.fleet import FleetResult, Unit, UnitAxis, UnitOutcome
 from fric.automatic.steps import Session
+from fric.circles.measured import MeasuredCircle, measured_from_run
 from fric.cli.console import finish
 from fric.errors import FricError
 from fric.export import targets
-from fric.identify.circle.measured import MeasuredCircle, measured_from_run
 from fric.io.circle import write_circles
 from fric.io.feedforward import write_feedforward
 from fric.io.hdf5 import read_logs, write_logs

@@ -6,9 +6,9 @@ import numpy as np
 from scipy.signal import lfilter
 
 from fric.friction import models
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.replay.replay_search import STEP, Search
+from fric.records.prepared import prepared
 from tests.identify.virtual_logs import logs_of
 
 FITTED = [name for name, model in models().items() if model.identified]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fric.friction.gms import GMS
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.block_slopes import block_slopes
 from fric.identify.replay.coordinates import Coordinates, coordinates_of, search_ranges
 from fric.identify.replay.replay_search import Search
+from fric.records.prepared import prepared
 from tests.identify.presliding import PAPER, TABLE_1, record
 
 

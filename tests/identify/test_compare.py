@@ -7,13 +7,13 @@ import pytest
 
 from fric.errors import FricError
 from fric.friction import models
-from fric.identify.records.inspection import inspect
-from fric.identify.records.judgement import too_coarse
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import compare_models, near_reversals, presliding_length
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.hdf5 import read_logs
+from fric.records.inspection import inspect
+from fric.records.judgement import too_coarse
+from fric.records.prepared import prepared
 from tests.identify import presliding
 from tests.identify.virtual_logs import logs_of
 

@@ -7,14 +7,14 @@ import pytest
 
 from fric.documents.records import InspectionDocument
 from fric.identify.plant.identify import identify_plant
-from fric.identify.records.encoder_error import encoder_error
-from fric.identify.records.flaws import clock_flaws, stroke_flaws
-from fric.identify.records.inspection import inspect
-from fric.identify.records.over_strokes import OverTime, along_axis, over_place, over_time
-from fric.identify.records.segments import steady_segments
-from fric.identify.records.timing import timing
 from fric.identify.static_map.identify import identify_static
 from fric.log import Log
+from fric.records.encoder_error import encoder_error
+from fric.records.flaws import clock_flaws, stroke_flaws
+from fric.records.inspection import inspect
+from fric.records.over_strokes import OverTime, along_axis, over_place, over_time
+from fric.records.segments import steady_segments
+from fric.records.timing import timing
 from fric.reference import strokes
 
 STEP = 1e-7
@@ -162,7 +162,7 @@ def test_a_small_drift_is_doubted_where_it_is_only_likely_or_went_on_unseen(
 ) -> None:
     """Warm-up in pauses of 40 s put F_s off by 10 % in silence: 0.9 % over the records alone, at 3.2 errors of it."""
     found = OverTime(-0.0001, 0.00008, 60.0, clocked, sure)
-    monkeypatch.setattr("fric.identify.records.flaws.over_time", lambda _: found)
+    monkeypatch.setattr("fric.records.flaws.over_time", lambda _: found)
     (notice,) = stroke_flaws(steady(session())[:1], None, force=80.0, half_width=0.1)
     assert (notice.code, notice.severity) == ("force-drifts", severity)
     assert ("may drift" in notice) == (not sure)
@@ -238,9 +238,9 @@ def test_every_identify_judges_a_record_alike(identify: str) -> None:
     from fric.errors import FricError
     from fric.identify.gms.identify import identify_gms
     from fric.identify.plant.rigid_body import identify_motion
-    from fric.identify.records.prepared import prepared
     from fric.identify.replay.replay_fit import identify_by_replay
     from fric.identify.static_map.identify import identify_static
+    from fric.records.prepared import prepared
     from tests.identify.presliding import pair
 
     if identify == "static":

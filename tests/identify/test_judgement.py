@@ -10,12 +10,12 @@ from fric.friction import models
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.identify import identify_gms
-from fric.identify.records.inspection import inspect
-from fric.identify.records.judgement import branch_slope, excites, identifiability_of
-from fric.identify.records.prepared import prepared
-from fric.identify.records.reversals import find_reversals
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.log import Log
+from fric.records.inspection import inspect
+from fric.records.judgement import branch_slope, excites, identifiability_of
+from fric.records.prepared import prepared
+from fric.records.reversals import find_reversals
 from tests.identify.presliding import APART, PAPER, pair, record
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fric.friction.gms import GMS
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.coordinates import Coordinates, coordinates_of, search_ranges
 from fric.identify.replay.placement import placed
 from fric.identify.replay.replay_search import Search
+from fric.records.prepared import prepared
 from tests.identify.presliding import PAPER, pair
 
 SLIP, SHARE = np.geomspace(0.6e-6, 85e-6, 10), np.array([20, 16, 13, 11, 10, 9, 8, 6, 4, 3]) / 100

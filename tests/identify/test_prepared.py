@@ -13,9 +13,9 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.identify.gms.identify import identify_gms
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.log import Log
+from fric.records.prepared import prepared
 from fric.simulate.experiment import experiment
 from tests.identify.presliding import PAPER, record
 

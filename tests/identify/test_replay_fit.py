@@ -10,8 +10,8 @@ from fric.estimate import Estimate
 from fric.friction import models
 from fric.friction.gms import GMS
 from fric.friction.lugre import LuGre
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import identify_by_replay
+from fric.records.prepared import prepared
 from tests.identify.recovery import FITTED, flattened
 from tests.identify.virtual_logs import logs_of
 

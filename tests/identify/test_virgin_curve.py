@@ -8,7 +8,7 @@ import pytest
 from fric import FricError, Log
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.virgin_curve import virgin_curve
-from fric.identify.records.prepared import prepared
+from fric.records.prepared import prepared
 from tests.identify.presliding import PAPER, TABLE_1, pair, record
 
 Z = np.linspace(0.0, 100e-6, 1001)[1:]

@@ -9,14 +9,14 @@ import h5py
 import numpy as np
 import pytest
 
+from fric.circles.diagnose import diagnose
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.identify.circle.diagnose import diagnose
 from fric.io.circle import choose_circles, read_circles, write_circles
 from fric.io.ingest_circle import StatedCircle, ingest_circles
 from fric.reference import circle as circle_reference
-from tests.identify.synthetic_circles import Faults, circle
+from tests.circles.synthetic_circles import Faults, circle
 from tests.linuxcnc.bench import CHANNELS, render
 
 ROOT = Path(__file__).parents[2]

@@ -14,13 +14,13 @@ from fric.documents.machine_files import read_machine
 from fric.documents.yaml import write_document
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.hunting import Hunting
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.coordinates import search_ranges
 from fric.identify.replay.information import replay_information
 from fric.planning.choose import choose
 from fric.planning.expected import identified
 from fric.planning.next_record import by_what_they_leave
 from fric.planning.prior import prior_axis
+from fric.records.prepared import prepared
 from fric.simulate.plan import Candidate, Limits, Planned
 from fric.simulate.trial import runs_of
 

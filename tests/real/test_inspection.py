@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import scipy.io
 
-from fric.identify.records.inspection import inspect
-from fric.identify.records.segments import steady_segments
 from fric.log import Log
+from fric.records.inspection import inspect
+from fric.records.segments import steady_segments
 
 SHARED = Path(__file__).parents[3] / "shared/data"
 pytestmark = [

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fric
+from fric.circles.prediction import Prediction
 from fric.control.q_filter import QFilter
 from fric.control.scheme import PAPER_SCHEMES
 from fric.documents.contours import VerdictPart
@@ -15,7 +16,6 @@ from fric.estimate import Estimate
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.simulate.circle import Circle, run_circle
-from fric.simulate.prediction import Prediction
 from fric.verdict.decide import decide, difference, forbidden
 from fric.verdict.evidence import Candidate, Evidence, candidates_of, evidence_of
 

@@ -18,6 +18,7 @@ from scipy.special import stdtr, stdtrit
 from fric.arrays import Real
 from fric.automatic.sources import find_sources
 from fric.automatic.steps import Session, Step, identify_axes, run_step
+from fric.circles.diagnose import Diagnosis
 from fric.documents.fleet import FleetDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
@@ -25,7 +26,6 @@ from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.files import CIRCLE_FAILED, NO_LOG, UNIT_FAILED
-from fric.identify.circle.diagnose import Diagnosis
 from fric.notice import Notice
 from fric.output import staged, together
 from fric.report.drift import Change, document_changes, limits_of

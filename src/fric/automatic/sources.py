@@ -12,7 +12,6 @@ import numpy as np
 from fric.documents.bundled import bundled
 from fric.errors import FricError
 from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BUNDLED, MAPPING_PROPOSED
-from fric.identify.records.inspection import inspect
 from fric.input import regular
 from fric.io.hdf5 import read_records
 from fric.io.ingest_circle import ingest_circles
@@ -22,6 +21,7 @@ from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import staged
+from fric.records.inspection import inspect
 from fric.results.ingest import ingest
 from fric.units import Motion
 

@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import Field
 
 from fric.arrays import Real
+from fric.circles.prediction import Predicted, Prediction
 from fric.documents.base import CodedWarning, Document
 from fric.documents.generated import PartOf, again
 from fric.documents.quantity import Known, Of, Written
-from fric.simulate.prediction import Predicted, Prediction
 from fric.simulate.spread import Distribution
 from fric.units import readable
 

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from fric.documents.generated import FilePart
 from fric.documents.plant import PlantPart
 from fric.documents.quantity import CovarianceBlock, Part, Quantity
-from fric.identify.records.preparation import Preparation
+from fric.records.preparation import Preparation
 
 
 class PreparedPart(FilePart[Preparation]):

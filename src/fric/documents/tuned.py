@@ -18,9 +18,9 @@ from fric.estimate import Estimate
 from fric.output import refuse_existing
 
 if TYPE_CHECKING:
-    from fric.identify.circle.measured import MeasuredCircle
-    from fric.identify.circle.tune import Tuned
-    from fric.identify.circle.tuned import TunedAxis
+    from fric.circles.measured import MeasuredCircle
+    from fric.circles.tune import Tuned
+    from fric.circles.tuned import TunedAxis
 
 
 def tuned_files(found: Tuned, folder: Path) -> list[Path]:

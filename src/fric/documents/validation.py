@@ -14,7 +14,7 @@ from fric.notice import Notice
 from fric.units import si_unit
 
 if TYPE_CHECKING:
-    from fric.simulate.validation import Validation
+    from fric.circles.validation import Validation
 
 
 class SignalPart(Part):

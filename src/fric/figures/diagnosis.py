@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
+from fric.circles.agreement import Agreement
+from fric.circles.diagnose import Diagnosis
+from fric.circles.glitches import smoothed
 from fric.figures.circle import LINES, direction_arrow, grid_lines, grid_of
 from fric.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure
 from fric.figures.views import view
-from fric.identify.circle.agreement import Agreement
-from fric.identify.circle.diagnose import Diagnosis
-from fric.identify.circle.glitches import smoothed
 
 COLOURS = {1: BLUE, -1: GREEN}
 """Colour of each direction."""

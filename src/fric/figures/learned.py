@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
+from fric.circles.learn import Learned
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
-from fric.identify.circle.learn import Learned
 
 
 @view("rounds", of="Learned", usual=True)

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from fric.arrays import Real
 from fric.figures.style import BLUE, GREY, ORANGE, VERMILION, new_figure
-from fric.identify.records.inspected import Inspection
-from fric.identify.records.inspection import Inspected
 from fric.identify.static_map.points import standard_errors
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
+from fric.records.inspected import Inspection
+from fric.records.inspection import Inspected
 from fric.units import prefixed, si_unit
 
 POINTS = 4000
@@ -33,7 +33,7 @@ def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure
     records
         The records, of one axis.
     found
-        What `fric.identify.records.inspection.inspect` found in each.
+        What `fric.records.inspection.inspect` found in each.
     """
     pairs = list(zip(records, found, strict=True))
     if len(pairs) > MOST:

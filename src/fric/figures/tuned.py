@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fric.arrays import Real
+from fric.circles.tuned import TunedAxis
 from fric.figures.style import BLUE, GREY, VERMILION, new_figure
 from fric.figures.views import view
-from fric.identify.circle.tuned import TunedAxis
 
 AROUND = np.radians(25.0)
 """Half of what is shown around a reversal, as an angle on the circle [rad]."""

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
+from fric.circles.validation import Validation
 from fric.figures.style import GREY, VERMILION, new_figure
 from fric.figures.views import view
-from fric.simulate.validation import Validation
 from fric.units import prefixed, si_unit
 
 

@@ -6,9 +6,9 @@ from typing import Any, cast
 
 import h5py
 
+from fric.circles.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle, measured_from_run
 from fric.columns import BALL_BAR, channel_dimension
 from fric.errors import FricError
-from fric.identify.circle.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle, measured_from_run
 from fric.input import foreign
 from fric.io.run import FORMAT as RUN
 from fric.io.run import read_runs

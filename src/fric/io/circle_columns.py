@@ -6,11 +6,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from fric.arrays import Real
+from fric.circles.revolutions import fit_circle
 from fric.columns import BALL_BAR
 from fric.documents.mapping import Channel, MappingDocument
 from fric.errors import FricError
 from fric.flaws.files import COLUMNS_BY_CONTENT, NO_REFERENCE
-from fric.identify.circle.revolutions import fit_circle
 from fric.io.channels import Origin, Plan, origin_of
 from fric.io.readers.base import Table
 from fric.io.words import ANGLES, ASKED, BESIDE, DEVIATIONS, DRIVEN, PUSHED, SENSED, TIME

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from fric.arrays import Real
+from fric.circles.measured import AxisTrace, Instrument, MeasuredCircle
+from fric.circles.revolutions import FoundCircle, find_circles, rounded
 from fric.columns import BALL_BAR
 from fric.documents.mapping import MappingDocument
 from fric.documents.provenance import provenance
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.files import RADIUS_ASSUMED, THERE_ALREADY
-from fric.identify.circle.measured import AxisTrace, Instrument, MeasuredCircle
-from fric.identify.circle.revolutions import FoundCircle, find_circles, rounded
 from fric.io.audit import Clock
 from fric.io.channels import Plan
 from fric.io.circle import FORMAT, read_circles, write_circles

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from fric.arrays import Real
+from fric.circles.measured import AxisTrace
 from fric.errors import FricError
-from fric.identify.circle.measured import AxisTrace
 from fric.io.circle import read_circles
 from fric.io.readers import tables
 from fric.io.run import read_runs

@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from fric.circles.prediction import Prediction
 from fric.contour import Circularity, ContourError, Figures, Reversal
 from fric.control.scheme import Scheme
 from fric.documents.contours import MonteCarloPart, prediction_of, prediction_tree
@@ -21,7 +22,6 @@ from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo
 from fric.simulate.path import PathRun, PointPath, RecordedPath
-from fric.simulate.prediction import Prediction
 
 FORMAT = "run/1"
 AGAIN = "Make it again with `fric simulate`."

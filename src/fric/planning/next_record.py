@@ -21,13 +21,13 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.hunting import Hunting
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.coordinates import Ranges, search_ranges
 from fric.identify.replay.information import replay_information
 from fric.identify.static_map.points import stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import Log
 from fric.planning.choose import choose
+from fric.records.prepared import prepared
 from fric.simulate.circle import Circle, run_circle
 from fric.simulate.machine import Axis, Machine, NominalFriction
 from fric.simulate.plan import Candidate, Limits, Narrowing, Planned

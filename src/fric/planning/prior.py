@@ -15,9 +15,9 @@ from fric.errors import FricError
 from fric.flaws.plan import PLAN_TYPICAL
 from fric.friction.directed import Directed
 from fric.friction.stribeck import OnStaticMap, StaticMap
-from fric.identify.records.resolution import lattice_step
 from fric.log import Log
 from fric.notice import Notice
+from fric.records.resolution import lattice_step
 from fric.simulate.machine import Axis, Machine
 
 TYPICAL = "xy-table"

@@ -5,8 +5,8 @@ from math import degrees, sqrt
 
 import numpy as np
 
+from fric.circles.model_shape import wrong_shape
 from fric.control.scheme import OBSERVER
-from fric.identify.circle.model_shape import wrong_shape
 from fric.report.report_input import Contour, ContourTest
 from fric.units import readable
 from fric.verdict.decide import EARNED

@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fric.arrays import Real
+from fric.circles.model_shape import LEARNED, wrong_shape_measured
+from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS, Circularity
 from fric.control.scheme import Scheme
 from fric.documents.bundled import located
@@ -17,7 +19,6 @@ from fric.documents.contours import CircleMapDocument, prediction_of, prediction
 from fric.documents.machine_files import NOMINAL_DOCUMENTS
 from fric.documents.yaml import read_document
 from fric.errors import FricError
-from fric.identify.circle.model_shape import LEARNED, wrong_shape_measured
 from fric.input import foreign
 from fric.io.hdf5 import read_records
 from fric.io.recognise import recognise
@@ -29,7 +30,6 @@ from fric.report.report_input import KINDS, Contour, ContourTest, Item, Measured
 from fric.results.diagnose import diagnose
 from fric.simulate.circle import CircleRun
 from fric.simulate.path import PathRun
-from fric.simulate.prediction import Prediction
 from fric.verdict.evidence import candidates_of
 
 T = TypeVar("T", Item, ContourTest)

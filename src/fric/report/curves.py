@@ -19,9 +19,9 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.gms.cycles import HysteresisCycles, find_cycles
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
-from fric.identify.records.prepared import prepared
 from fric.identify.static_map.points import SpeedPoint, stroke_points
 from fric.log import ForceVelocity, Log
+from fric.records.prepared import prepared
 from fric.report.report_input import Item, ReportInput
 
 CYCLE_POINTS = 1500

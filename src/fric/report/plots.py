@@ -20,8 +20,8 @@ from fric.figures.qfilter import QReach, reach_figure
 from fric.figures.static_map import FrictionMap, MapBranches, map_figure
 from fric.figures.style import Band
 from fric.figures.views import views
-from fric.identify.records.prepared import prepared
 from fric.log import Log
+from fric.records.prepared import prepared
 from fric.report.curves import FrictionCurves
 from fric.report.drift import Change
 from fric.report.report_input import ContourTest, Item

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fric.arrays import Real
+from fric.circles.prediction import Prediction
 from fric.documents.base import AxisDocument, OfAxis
 from fric.documents.bundled import bundled
 from fric.documents.contours import CircleMapDocument
@@ -18,7 +19,6 @@ from fric.log import Record
 from fric.notice import Notice
 from fric.results.diagnose import DiagnosisResult
 from fric.simulate.contour_run import ContourRun
-from fric.simulate.prediction import Prediction
 from fric.units import Motion, readable
 from fric.verdict.decide import decide
 from fric.verdict.evidence import Candidate, Verdict, evidence_of, machine_name

@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS
 from fric.documents.contours import CircleResultDocument
 from fric.documents.identified import Identified
@@ -24,7 +25,6 @@ from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo, Study
-from fric.simulate.prediction import Prediction
 from fric.simulate.processes import run_all
 from fric.units import readable
 from fric.verb import verb

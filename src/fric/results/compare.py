@@ -7,16 +7,16 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from fric.circles.model_shape import wrong_shape, wrong_shape_measured
 from fric.documents.comparison import comparison_tree
 from fric.errors import FricError
 from fric.friction import models as known_models
-from fric.identify.circle.model_shape import wrong_shape, wrong_shape_measured
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.compare import Comparison, compare_models
 from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.circle import choose_circles
 from fric.io.recognise import recognise
 from fric.io.run import read_runs
+from fric.records.prepared import prepared
 from fric.results.base import Result
 from fric.results.given import Advance, logs_of, silent
 from fric.results.given_models import friction_of, plant_of

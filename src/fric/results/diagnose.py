@@ -9,14 +9,14 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.circles.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
+from fric.circles.diagnose import Diagnosis, both_directions
+from fric.circles.diagnose import diagnose as take_apart
+from fric.circles.model_shape import LEARNED
 from fric.documents.circle_findings import DiagnosisDocument
 from fric.documents.identified import machine_to_predict
 from fric.estimate import Estimate, in_digits
 from fric.flaws.prediction import NOT_AS_PREDICTED
-from fric.identify.circle.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
-from fric.identify.circle.diagnose import Diagnosis, both_directions
-from fric.identify.circle.diagnose import diagnose as take_apart
-from fric.identify.circle.model_shape import LEARNED
 from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, path_of, quantity, silent

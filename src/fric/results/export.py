@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any
 
 import fric
+from fric.circles.prediction import Prediction
 from fric.contour import Circularity
 from fric.control.scheme import Scheme
 from fric.documents.bundled import located
@@ -32,7 +33,6 @@ from fric.results.given import Advance, path_of, silent
 from fric.results.machine import schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.machine import Machine
-from fric.simulate.prediction import Prediction
 from fric.units import readable
 from fric.verb import verb
 from fric.verdict.evidence import Candidate, candidates_of, evidence_of

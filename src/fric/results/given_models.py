@@ -22,8 +22,8 @@ from fric.units import Motion
 from fric.verb import refused
 
 if TYPE_CHECKING:
+    from fric.circles.measured import MeasuredCircle
     from fric.documents.plan import PlanDocument  # it loads what plans and simulates
-    from fric.identify.circle.measured import MeasuredCircle
 
 D = TypeVar("D", FrictionDocument, PlantDocument, ControllerDocument, "PlanDocument")
 
@@ -99,7 +99,7 @@ def friction_of(verb: str, given: Any, axis: str, motion: Motion) -> FrictionDoc
 
 def circles_of(verb: str, given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:
     """Return measured circles that are given as such, as files or in lists; of a run file those of a scheme."""
-    from fric.identify.circle.measured import MeasuredCircle
+    from fric.circles.measured import MeasuredCircle
 
     ones = [one for part in given for one in (part if isinstance(part, list | tuple) else [part])]
     tests = [one for one in ones if isinstance(one, MeasuredCircle)]

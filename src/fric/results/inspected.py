@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from fric.estimate import estimate_rows
-from fric.identify.records.inspected import Channel, Inspection, ResponseInspection, TableInspection
-from fric.identify.records.inspection import Inspected
+from fric.records.inspected import Channel, Inspection, ResponseInspection, TableInspection
+from fric.records.inspection import Inspected
 from fric.results.text import Piece, Table
 from fric.units import readable
 

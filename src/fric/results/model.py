@@ -8,11 +8,11 @@ from typing import Any
 from fric.documents.friction import FrictionDocument, replay_tree
 from fric.errors import FricError, near
 from fric.friction import models
-from fric.identify.records.clipping import without_clipped
-from fric.identify.records.prepared import prepared
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
 from fric.plausibility.bounds import settled
 from fric.plausibility.findings import of_amplitudes, of_friction, of_level, of_logs, of_shares
+from fric.records.clipping import without_clipped
+from fric.records.prepared import prepared
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import logs_of
 from fric.results.given_models import friction_of, plant_of

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, overload
 
 from fric.columns import CHANNELS
 from fric.documents.records import InspectionDocument, RecordsDocument
-from fric.identify.records.inspected import Inspection
-from fric.identify.records.inspection import Inspected
-from fric.identify.records.inspection import inspect as inspect_record
 from fric.io.hdf5 import write_logs
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
+from fric.records.inspected import Inspection
+from fric.records.inspection import Inspected
+from fric.records.inspection import inspect as inspect_record
 from fric.results.base import Result
 from fric.results.given import records_of
 from fric.results.inspected import described

@@ -8,13 +8,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fric.circles.next_circle import measured_glitch
+from fric.circles.tune import Tuned, steps_of_tuning
+from fric.circles.tune import tune as refit
 from fric.documents.circle_findings import TuningDocument
 from fric.documents.machine_files import read_machine
 from fric.documents.tuned import tuned_files, write_tuned
 from fric.estimate import estimate_rows
-from fric.identify.circle.next_circle import measured_glitch
-from fric.identify.circle.tune import Tuned, steps_of_tuning
-from fric.identify.circle.tune import tune as refit
 from fric.notice import Notice
 from fric.output import refuse_existing, together
 from fric.results.base import Result

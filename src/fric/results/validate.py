@@ -7,20 +7,20 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from fric.circles.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
 from fric.documents.plant import PlantDocument
 from fric.documents.validation import validation_tree
 from fric.drive.plant import hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.prediction import INVERSE_LEFT_OUT, T_D_BELOW_HOLD
-from fric.identify.records.timing import even_sampling as sampling_of
 from fric.log import Log
 from fric.notice import Notice, once
+from fric.records.timing import even_sampling as sampling_of
 from fric.results.base import Result
 from fric.results.given import in_si, logs_of
 from fric.results.given_models import cascade_of, document_of, friction_of
 from fric.results.text import Piece, Table
-from fric.simulate.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
 from fric.units import readable, si_unit
 from fric.verb import verb
 

@@ -19,11 +19,11 @@ from fric.notice import Notice
 from fric.simulate.chance import Chance
 
 if TYPE_CHECKING:
+    from fric.circles.prediction import Predicted, Prediction
     from fric.control.scheme import Scheme
     from fric.simulate.contour_run import ContourRun
     from fric.simulate.machine import Machine
     from fric.simulate.monte_carlo import MonteCarlo
-    from fric.simulate.prediction import Predicted, Prediction
 
 
 SHARE = 0.95

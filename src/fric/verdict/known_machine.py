@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from fric.circles.left_over import LeftOver
+from fric.circles.measured import MeasuredCircle
+from fric.circles.prediction import Prediction, predicted
+from fric.circles.trust import distrusts, observers_distrust
 from fric.documents.identified import Identified
 from fric.errors import FricError
 from fric.flaws.prediction import CIRCLE_UNUSED
-from fric.identify.circle.left_over import LeftOver
-from fric.identify.circle.measured import MeasuredCircle
-from fric.identify.circle.trust import distrusts, observers_distrust
 from fric.notice import Notice
 from fric.simulate.contour_run import pair
 from fric.simulate.monte_carlo import MonteCarlo
-from fric.simulate.prediction import Prediction, predicted
 
 
 @dataclass(frozen=True)

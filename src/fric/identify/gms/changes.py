@@ -10,9 +10,9 @@ from fric.arrays import Indices, Real
 from fric.estimate import Estimate
 from fric.flaws import drift as flaws
 from fric.identify.gms.fit import GMSFit
-from fric.identify.records.energy import cycle_energies, drift, energy_warnings
 from fric.identify.replay.measured import Replay
 from fric.notice import Notice
+from fric.records.energy import cycle_energies, drift, energy_warnings
 from fric.units import si_unit
 
 CHANGES = 0.03

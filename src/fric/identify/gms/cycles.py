@@ -6,10 +6,10 @@ import numpy as np
 
 from fric.arrays import Indices, Real
 from fric.errors import FricError
-from fric.identify.records.judgement import STEPS
-from fric.identify.records.motion import Motion
-from fric.identify.records.prepared import Prepared
-from fric.identify.records.reversals import find_reversals
+from fric.records.judgement import STEPS
+from fric.records.motion import Motion
+from fric.records.prepared import Prepared
+from fric.records.reversals import find_reversals
 
 
 @dataclass(frozen=True)

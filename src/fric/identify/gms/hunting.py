@@ -24,9 +24,9 @@ from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
 from fric.estimate import as_filed
 from fric.friction import FrictionModel
-from fric.identify.records.prepared import Prepared, prepared
 from fric.identify.replay.replay_intervals import replay_covariance
 from fric.identify.replay.replay_search import Search
+from fric.records.prepared import Prepared, prepared
 from fric.reference import Reference, cubic_spline
 from fric.simulate.axis import run_axis
 from fric.simulate.machine import Axis

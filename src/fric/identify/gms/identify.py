@@ -30,9 +30,6 @@ from fric.identify.gms.knots import (
 )
 from fric.identify.gms.notices import notices_of
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve, with_all_errors
-from fric.identify.records.clipping import without_clipped
-from fric.identify.records.flaws import record_flaws
-from fric.identify.records.prepared import Prepared, prepared
 from fric.identify.replay.lateness import CLEAR, credible, lateness_notice, moved_back, one_lag, suspected
 from fric.identify.replay.measured import Replay
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay
@@ -40,6 +37,9 @@ from fric.log import Log
 from fric.notice import Notice
 from fric.plausibility.bounds import settled
 from fric.plausibility.findings import of_shares
+from fric.records.clipping import without_clipped
+from fric.records.flaws import record_flaws
+from fric.records.prepared import Prepared, prepared
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 

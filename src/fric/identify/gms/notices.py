@@ -12,8 +12,8 @@ from fric.flaws.encoder import FIRST_BLOCK_UNRESOLVED
 from fric.identify.gms.changes import changes
 from fric.identify.gms.fit import GMSFit
 from fric.identify.gms.knots import Blocks
-from fric.identify.records.judgement import RESOLVED
 from fric.notice import Notice
+from fric.records.judgement import RESOLVED
 from fric.units import si_unit
 
 INERTIA = 0.1

@@ -24,7 +24,7 @@ from scipy.special import stdtrit
 from fric.arrays import Real
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import HysteresisCycles
-from fric.identify.records.judgement import SATURATED, least_slope
+from fric.records.judgement import SATURATED, least_slope
 
 CLOSING = 0.03
 """Share of a branch, at its end, that the force at the reversal is read from."""

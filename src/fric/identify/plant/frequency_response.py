@@ -22,10 +22,10 @@ from fric.identify.plant.spectra import (
     segment_spectra,
     swept,
 )
-from fric.identify.records.conditioning import butterworth, zero_phase
-from fric.identify.records.timing import even_sampling
 from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
+from fric.records.conditioning import butterworth, zero_phase
+from fric.records.timing import even_sampling
 
 SEGMENTS = 8
 """Length of the record over that of a Welch segment, unless another is asked for."""

@@ -21,10 +21,10 @@ from fric.identify.plant.mode_fit import at, solve_with_modes
 from fric.identify.plant.plant_warnings import described
 from fric.identify.plant.response_fit import Solution, solve
 from fric.identify.plant.response_lines import Lines, select
-from fric.identify.records.flaws import record_flaws
-from fric.identify.records.timing import evened
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.notice import Notice
+from fric.records.flaws import record_flaws
+from fric.records.timing import evened
 from fric.threads import one_blas_thread
 
 APART = 0.05

@@ -16,14 +16,14 @@ from fric.flaws.response import A_HOLDS_VISCOUS, AXIS_RESTS, NOT_PHYSICAL, RESID
 from fric.identify.plant.covariance import hac_covariance
 from fric.identify.plant.force_constant import against_mass
 from fric.identify.plant.force_constant import force_constant as slope_of_force
-from fric.identify.records.conditioning import Conditioning, kept, thinned
-from fric.identify.records.flaws import record_flaws
-from fric.identify.records.force_lag import Drive
-from fric.identify.records.judgement import CONDITION
-from fric.identify.records.prepared import Prepared, prepared
-from fric.identify.records.timing import even_sampling
 from fric.log import Log
 from fric.notice import Notice
+from fric.records.conditioning import Conditioning, kept, thinned
+from fric.records.flaws import record_flaws
+from fric.records.force_lag import Drive
+from fric.records.judgement import CONDITION
+from fric.records.prepared import Prepared, prepared
+from fric.records.timing import even_sampling
 from fric.units import Motion, si_unit
 
 REST = 0.01

@@ -16,9 +16,9 @@ from scipy.special import stdtrit
 
 from fric.estimate import Estimate
 from fric.flaws.channel import FORCE_NOT_PROPORTIONAL
-from fric.identify.records.segments import steady_segments
 from fric.log import Log
 from fric.notice import Notice
+from fric.records.segments import steady_segments
 from fric.units import Motion, si_unit
 
 FEWEST = 4

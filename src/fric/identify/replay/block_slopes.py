@@ -17,9 +17,9 @@ from fric.friction import FrictionModel
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.kernels.replay import replay_loads
+from fric.records.prepared import Prepared
 
 STEP = 1e-4
 """Step of the difference quotients, in the logarithm of alpha or k."""

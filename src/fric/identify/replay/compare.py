@@ -14,10 +14,10 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.friction import FrictionModel
 from fric.friction.stribeck import StaticMap
-from fric.identify.records.prepared import Prepared
 from fric.identify.replay.replay_fit import ReplayFit, identify_by_replay, record_notices
 from fric.identify.replay.splits import Masks, Split
 from fric.notice import Notice
+from fric.records.prepared import Prepared
 from fric.threads import one_blas_thread
 
 NEAR = 0.3
@@ -134,7 +134,7 @@ def compare_models(
     names
         Models to compare.
     records
-        See `fric.identify.records.prepared.prepared`.
+        See `fric.records.prepared.prepared`.
     splits
         What is fitted and scored.
     static, negative, blocks, seed

@@ -21,9 +21,9 @@ from fric.friction import FrictionModel
 from fric.friction.base import Parameter
 from fric.friction.directed import Directed, directed
 from fric.friction.stribeck import StaticMap
-from fric.identify.records.judgement import identifiability_of
-from fric.identify.records.prepared import Prepared
-from fric.identify.records.resolution import noise_level
+from fric.records.judgement import identifiability_of
+from fric.records.prepared import Prepared
+from fric.records.resolution import noise_level
 
 Ranges = Mapping[str, tuple[float, float]]
 """By dimension (see `fric.units`), the least and the largest value in SI that the records could show."""

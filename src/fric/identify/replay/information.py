@@ -8,11 +8,11 @@ from scipy.special import stdtrit
 from fric.arrays import Real
 from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS
-from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates, Ranges, coordinates_of
 from fric.identify.replay.lateness import of_timing
 from fric.identify.replay.replay_intervals import Beyond, replay_covariance, slopes
 from fric.identify.replay.replay_search import Search
+from fric.records.prepared import Prepared
 
 BLIND = 1e-6
 """Share of the best seen direction's effect below which records are blind for a direction."""

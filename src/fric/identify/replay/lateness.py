@@ -14,10 +14,10 @@ from fric.arrays import Real
 from fric.estimate import Estimate
 from fric.flaws.clock import FORCE_LATE, FORCE_LATE_OPEN
 from fric.friction import FrictionModel
-from fric.identify.records.prepared import Prepared
 from fric.identify.replay.replay_intervals import replay_covariance
 from fric.identify.replay.replay_search import Point, Search
 from fric.notice import Notice
+from fric.records.prepared import Prepared
 from fric.units import readable, si_unit
 
 SUSPECTED = 0.6

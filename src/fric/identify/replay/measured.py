@@ -6,8 +6,8 @@ import numpy as np
 
 from fric.arrays import Mask, Real
 from fric.estimate import Estimate
-from fric.identify.records.energy import cycle_energies, energy_per_cycle
-from fric.identify.records.prepared import Prepared
+from fric.records.energy import cycle_energies, energy_per_cycle
+from fric.records.prepared import Prepared
 
 
 @dataclass(frozen=True)

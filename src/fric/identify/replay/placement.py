@@ -20,10 +20,10 @@ from scipy.interpolate import CubicSpline
 from fric.arrays import Mask, Real
 from fric.friction.directed import Directed
 from fric.friction.gms import GMS
-from fric.identify.records.judgement import RESOLVED, identifiability_of
 from fric.identify.replay.block_slopes import side_by_side, times
 from fric.identify.replay.coordinates import LEVEL, coordinates_of
 from fric.identify.replay.replay_search import Search
+from fric.records.judgement import RESOLVED, identifiability_of
 
 ROW, MOST = 160, 40_000
 """Blocks of the row, and samples that it is replayed along."""

@@ -13,10 +13,6 @@ from fric.flaws.fit import EXPLAINS_LITTLE, PARAMETER_UNSEEN
 from fric.friction import FrictionModel, models
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
-from fric.identify.records.flaws import record_flaws
-from fric.identify.records.judgement import too_coarse
-from fric.identify.records.preparation import DIMENSIONS, Own
-from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates, coordinates_of, search_ranges
 from fric.identify.replay.lateness import lateness, of_timing
 from fric.identify.replay.placement import Placement, placed
@@ -33,6 +29,10 @@ from fric.identify.replay.replay_intervals import (
 from fric.identify.replay.replay_search import HOP, Point, Search
 from fric.identify.replay.undetermined import opened
 from fric.notice import Notice
+from fric.records.flaws import record_flaws
+from fric.records.judgement import too_coarse
+from fric.records.preparation import DIMENSIONS, Own
+from fric.records.prepared import Prepared
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 
@@ -125,7 +125,7 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     name
         Name of the model.
     records
-        See `fric.identify.records.prepared.prepared`.
+        See `fric.records.prepared.prepared`.
     static
         Static map to keep, for a model that stands on one; it is fitted too where it is not given.
     negative

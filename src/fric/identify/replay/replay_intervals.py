@@ -11,10 +11,10 @@ from fric.estimate import Covariance, Scale
 from fric.flaws.fit import PARAMETER_AT_BOUND, PARAMETER_AT_EDGE, PARAMETER_UNSEEN, PARAMETERS_CORRELATED
 from fric.friction import Parameter
 from fric.identify.plant.covariance import hac_covariance, jackknife, sandwich, widened
-from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import LEVEL, Coordinates
 from fric.identify.replay.replay_search import STEP, Search
 from fric.notice import Notice
+from fric.records.prepared import Prepared
 
 LAGS = 10
 """Lags at which residuals are looked at, to tell them from white noise."""

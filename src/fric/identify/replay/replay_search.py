@@ -12,10 +12,10 @@ from scipy.optimize import least_squares, nnls
 
 from fric.arrays import Mask, Real
 from fric.friction import FrictionModel
-from fric.identify.records.prepared import Prepared
 from fric.identify.replay.block_slopes import block_slopes
 from fric.identify.replay.coordinates import Coordinates
 from fric.progress import tried
+from fric.records.prepared import Prepared
 
 COARSE = 4_000
 """Samples that the coarse search replays."""

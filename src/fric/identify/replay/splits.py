@@ -7,7 +7,7 @@ import numpy as np
 
 from fric.arrays import Mask
 from fric.errors import FricError
-from fric.identify.records.prepared import Prepared
+from fric.records.prepared import Prepared
 
 Masks = tuple[Mask, ...]
 

@@ -7,10 +7,10 @@ import numpy as np
 from fric.estimate import Estimate
 from fric.flaws.blocks import NEVER_SLIDES
 from fric.flaws.encoder import STIFFNESS_UNRESOLVED
-from fric.identify.records.judgement import identifiability_of, too_coarse
-from fric.identify.records.prepared import Prepared
 from fric.identify.replay.coordinates import Coordinates
 from fric.notice import Notice
+from fric.records.judgement import identifiability_of, too_coarse
+from fric.records.prepared import Prepared
 from fric.units import si_unit
 
 Limits = dict[tuple[str, str], tuple[tuple[float, float], ...]]

@@ -13,14 +13,14 @@ from fric.arrays import Real
 from fric.flaws.base import SMALL
 from fric.flaws.place import FORCE_ALONG_AXIS
 from fric.flaws.static_map import STICKS, STROKES_SWING
-from fric.identify.records.flaws import coarse_force
-from fric.identify.records.over_strokes import along_axis, over_place
 from fric.identify.static_map.place import place
 from fric.identify.static_map.points import SpeedPoint, force_step, logs_of_strokes, rounded_by
 from fric.identify.static_map.settling import settling
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.identify.static_map.strokes import Correction, Strokes
 from fric.log import Log
+from fric.records.flaws import coarse_force
+from fric.records.over_strokes import along_axis, over_place
 
 
 def slope(strokes: Strokes) -> Correction | None:

@@ -17,7 +17,6 @@ from fric.estimate import Estimate
 from fric.flaws.channel import FORCE_TURNED, ONE_DIRECTION
 from fric.flaws.drift import OFFSET_SHARED
 from fric.flaws.static_map import ONE_SPEED
-from fric.identify.records.flaws import record_flaws, stroke_flaws
 from fric.identify.static_map.averages import Average
 from fric.identify.static_map.corrections import AT_ANY_SPEED, OF_A_MAP, corrected
 from fric.identify.static_map.forms import each_direction
@@ -27,6 +26,7 @@ from fric.identify.static_map.points import SpeedPoint, rounded_by
 from fric.identify.static_map.strokes import Asked, Direction, Form, OverPosition, ShapeFactor, Strokes, Weights
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
+from fric.records.flaws import record_flaws, stroke_flaws
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
 

@@ -12,11 +12,11 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fric.arrays import Real
-from fric.identify.records.over_strokes import PLACES
 from fric.identify.static_map.forms import FEWEST, predicts_better, weighted_rms
 from fric.identify.static_map.map_fit import solved
 from fric.identify.static_map.points import SpeedPoint
 from fric.identify.static_map.strokes import Correction, Strokes
+from fric.records.over_strokes import PLACES
 
 FINER = 4
 """Cells that a place is looked at in."""

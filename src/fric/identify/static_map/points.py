@@ -9,12 +9,12 @@ from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.flaws.static_map import ERRORS_OF_MEANS, RECORDS_WITHOUT_STROKE, ROWS_AT_REST, STICKS
-from fric.identify.records.chords import SHORTEST, travelled
-from fric.identify.records.resolution import lattice_step
-from fric.identify.records.segments import Segment, steady_segments
 from fric.identify.static_map.averages import Average, average
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
+from fric.records.chords import SHORTEST, travelled
+from fric.records.resolution import lattice_step
+from fric.records.segments import Segment, steady_segments
 from fric.units import readable, si_unit
 
 SWINGS = 0.03

@@ -10,13 +10,13 @@ import numpy as np
 from fric.arrays import Real
 from fric.drive.plant import Plant
 from fric.estimate import Estimate
-from fric.identify.records.over_strokes import OverPlace, over_place
-from fric.identify.records.segments import Segment
 from fric.identify.static_map.averages import Average
 from fric.identify.static_map.points import SpeedPoint, stroke_points
 from fric.identify.static_map.stribeck_fit import StribeckProblem
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
+from fric.records.over_strokes import OverPlace, over_place
+from fric.records.segments import Segment
 from fric.units import Motion, readable, si_unit
 
 Direction = Literal["auto", "both", "each"]

@@ -1,0 +1,207 @@
+"""Predicted beside measured: what a machine file says of a circle, and why the circle shows something else."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import log
+from typing import Any
+
+import numpy as np
+
+from fric.arrays import Real
+from fric.circles.diagnose import Diagnosis, diagnose
+from fric.circles.glitches import Glitch, Pulse, smoothed
+from fric.circles.measured import measured_from_run
+from fric.contour import QUADRANTS
+from fric.control.scheme import Scheme
+from fric.flaws.circle import MODEL_DISAGREES, PREDICTION_WITHOUT_INTERVAL
+from fric.notice import Notice
+from fric.simulate.circle import Circle, run_circle
+from fric.simulate.machine import Machine
+from fric.simulate.monte_carlo import Study
+
+DRAWS = 24
+"""Machines that are drawn from the intervals of a machine file."""
+CAUSES = {
+    "level": "the level: K_f, the friction's level, or a gain is another",
+    "width": "the width: the stiffness before sliding is another",
+    "place": "the place: the delay is another",
+    "sign": "the sign: gravity, or the direction of the axis",
+}
+"""What a disagreement says, by what differs."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """A prediction beside what was measured.
+
+    Parameters
+    ----------
+    predicted
+        The diagnosis of the simulated circle.
+    intervals
+        Between what each quadrant's glitch is predicted [m], 95 %; None where the machine file has no intervals.
+    agrees
+        By quadrant, whether measured and predicted intervals meet.
+    causes
+        By quadrant that does not agree, a key of `CAUSES`.
+    scheme
+        The scheme that was simulated.
+    warnings
+        What the user should know.
+    """
+
+    predicted: Diagnosis
+    intervals: Mapping[str, tuple[float, float]] | None
+    agrees: Mapping[str, bool]
+    causes: Mapping[str, str]
+    scheme: str
+    warnings: tuple[Notice, ...]
+
+    @property
+    def all_agree(self) -> bool:
+        """Whether every quadrant agrees."""
+        return all(self.agrees.values())
+
+
+def predict(
+    measured: Diagnosis,
+    machine: Machine,
+    scheme: Scheme,
+    known: Mapping[str, Any] | None = None,
+    *,
+    draws: int = DRAWS,
+    done: Callable[[], object] = lambda: None,
+) -> tuple[Diagnosis, dict[str, tuple[float, float]] | None]:
+    """Return what a machine would show on the circle that was measured, and between what its glitches lie.
+
+    The interval is that of machines drawn from all that is open about what was identified, as for any prediction, about
+    the machine itself, widened by a step of the encoder.
+
+    Parameters
+    ----------
+    measured
+        The circle test.
+    machine
+        The machine, as identified.
+    scheme
+        The compensation that was switched on.
+    known
+        What machines are drawn from, as arguments of `Study`; None where the machine file has no intervals.
+    draws
+        Machines that are drawn.
+    done
+        Called after each circle.
+
+    Raises
+    ------
+    FricError
+        When the machine cannot run the circle.
+    """
+    test = measured.test
+    circle = Circle(test.radius, test.feed, 2, test.direction)
+    run = run_circle(machine, scheme, circle)
+    found = diagnose([measured_from_run(run)])
+    done()
+    if not known:
+        return found, None
+    study, drawn = Study(machine, (scheme,), circle, accuracy=1e-8, **known), []
+    for n in range(draws):
+        quadrants = study(n).quadrants[0]
+        if np.isfinite(quadrants).all():  # else it is not stable, or needs more voltage than there is
+            drawn.append(quadrants)
+        done()
+    if len(drawn) < draws // 2:
+        return found, None
+    around = np.quantile(np.array(drawn), [0.025, 0.975], axis=0) - np.array(run.circularity.quadrants)
+    # quantiles of so few draws lie too near: a tenth of their distance is added to either side
+    around += np.outer([-0.1, 0.1], np.ptp(around, axis=0))
+    step = max(machine.axes[name].encoder.resolution for name in run.traces)
+    limits = {
+        name: (found.glitches[name].value + min(float(low), 0.0) - step,
+               found.glitches[name].value + max(float(high), 0.0) + step)
+        for name, low, high in zip(QUADRANTS, *around, strict=True)
+    }  # fmt: skip
+    return found, limits
+
+
+def circles_to_predict(known: Mapping[str, Any] | None) -> int:
+    """Return how many circles `predict` runs; for a progress bar."""
+    return 1 + (DRAWS if known else 0)
+
+
+def agreement(
+    measured: Diagnosis, predicted: Diagnosis, intervals: Mapping[str, tuple[float, float]] | None, scheme: str,
+    step: float = 0.0,
+) -> Agreement:  # fmt: skip
+    """Hold a prediction against what was measured, quadrant by quadrant, and name the likely cause of a difference.
+
+    Parameters
+    ----------
+    measured, predicted
+        The diagnoses of both circles.
+    intervals
+        Interval of each predicted glitch [m]; None where there is none.
+    scheme
+        The scheme that was simulated.
+    step
+        A step of the encoder [m], by which a prediction without interval may be off.
+    """
+    agrees, causes = {}, {}
+    own, other = measured.pulses(), predicted.pulses()
+    for name in QUADRANTS:
+        found, said = measured.glitches[name], predicted.glitches[name]
+        low, high = intervals[name] if intervals else (said.ci95[0] - step, said.ci95[1] + step)
+        agrees[name] = found.ci95[0] <= high and found.ci95[1] >= low
+        if not agrees[name]:
+            causes[name] = _cause(found, said, own[name], other[name])
+    warnings = []
+    if intervals is None:
+        warnings.append(PREDICTION_WITHOUT_INTERVAL.found())
+    if causes:
+        words = "; ".join(
+            f"{name} {measured.glitches[name].value * 1e6:+.1f} µm measured, "
+            f"{predicted.glitches[name].value * 1e6:+.1f} µm predicted ({CAUSES[cause]})"
+            for name, cause in causes.items()
+        )
+        warnings.append(MODEL_DISAGREES.found(glitches=words))
+    return Agreement(predicted, intervals, agrees, causes, scheme, tuple(warnings))
+
+
+def _cause(found: Glitch, said: Glitch, own: Pulse, other: Pulse) -> str:
+    """Return what differs most between two pulses: sign, level, width or place.
+
+    The measured pulse is written as ``g·p((φ - d)/w)`` of the predicted p, and the largest of |ln g|, |ln w| and the
+    shift in half widths is named.
+    """
+    if found.value * said.value < 0 and min(abs(found.value), abs(said.value)) > 0.25 * max(
+        abs(found.value), abs(said.value)
+    ):
+        return "sign"
+    width = np.radians(0.5)
+    grid = np.radians(np.arange(-10.0, 30.0, 0.25))
+    seen, said_at = np.interp(grid, *smoothed(own, width)), smoothed(other, width)
+    best = (np.inf, 1.0, 1.0, 0.0)
+    half = max(np.radians(1.0), _fwhm_angle(said_at))
+    for w in np.geomspace(0.3, 3.0, 25):
+        for d in np.linspace(-1.5, 1.5, 25) * half:
+            p = np.interp((grid - d) / w, *said_at, left=0.0, right=0.0)
+            power = float(p @ p)
+            g = float(p @ seen) / power if power > 0 else 0.0
+            left = float(np.sum((seen - g * p) ** 2)) * (1 + 1e-3 * (log(w) ** 2 + (d / half) ** 2))
+            if left < best[0]:
+                best = (left, g, w, d / half)
+    _, g, w, d = best
+    sizes = {"level": abs(log(max(abs(g), 1e-3))), "width": abs(log(w)), "place": abs(d)}
+    return max(sizes, key=lambda name: sizes[name])
+
+
+def _fwhm_angle(curve: tuple[Real, Real]) -> float:
+    phi, mean = curve
+    top = int(np.argmax(np.abs(mean)))
+    above = np.abs(mean) > np.abs(mean[top]) / 2
+    left, right = top, top
+    while left and above[left - 1]:
+        left -= 1
+    while right + 1 < len(mean) and above[right + 1]:
+        right += 1
+    return float(phi[right] - phi[left])

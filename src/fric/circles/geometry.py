@@ -1,0 +1,223 @@
+"""What of a radial deviation is geometry: centre, scales, backlash, mismatch, squareness, pitch."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, pi
+
+import numpy as np
+from scipy.special import stdtrit
+
+from fric.arrays import Indices, Mask, Real
+from fric.circles.measured import MeasuredCircle
+from fric.circles.pitch import Periodic
+from fric.circles.revolutions import Revolutions
+from fric.contour import QUADRANTS
+from fric.estimate import Estimate
+from fric.identify.replay.replay_intervals import covariance_of
+
+BEFORE, FIRST, LARGEST = np.radians(2.0), np.radians(30.0), np.radians(40.0)
+"""Around a reversal this much is left out of the geometry: before it, behind it at first, behind it at most [rad]."""
+FADES = np.radians(np.geomspace(0.7, 14.0, 13))
+"""Angles in which the tail of a glitch may fade to a third [rad]."""
+STEPS = 6
+"""Steps in which the shape of the tails is fitted at most."""
+MIDDLE = np.array([float(np.log(FADES).mean()), 0.0])
+WITHIN = np.array([[np.log(FADES[0]), -0.5], [np.log(FADES[-1]), 1.0]])
+SPREAD = np.array([np.log(FADES[-1] / FADES[0]) / np.sqrt(12.0), 0.3])
+"""What is known of ln λ and κ before, as standard deviations: λ is one of `FADES`, and no tail is far from an
+exponential (one of two equal poles has κ = λ over its angle so far, 0.15 to 0.3)."""
+MOST = 10_000
+"""Samples that geometry is fitted to; of more, means over so many neighbours are taken."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Geometry and pitch, fitted."""
+
+    names: tuple[str, ...]
+    values: Real
+    covariance: Real
+    freedom: int
+    lines: tuple[Periodic, ...]
+    many: int
+    both: bool
+    fade: float
+    bend: float
+
+    def model(self, tested: Revolutions, n: int) -> Real:
+        """Return what is explained of a test, shape (n,) [m]."""
+        return columns_of(tested, n, self.many, self.both, self.lines) @ self.values
+
+    def error_at(self, tested: Revolutions, n: int, angle: float) -> float:
+        """Return the standard error of what is explained at an angle [m]."""
+        at = Revolutions(tested.test, np.array([angle]), np.zeros(1), np.zeros(1, np.intp), {})
+        row = columns_of(at, n, self.many, self.both, self.lines)[0]
+        return float(np.sqrt(max(row @ self.covariance @ row, 0.0)))
+
+    def _quantity(self, name: str, unit: str, scale: float = 1.0, offset: float = 0.0) -> Estimate:
+        n = self.names.index(name)
+        half_width = float(stdtrit(max(self.freedom, 1), 0.975)) * float(np.sqrt(self.covariance[n, n])) * abs(scale)
+        value = offset + scale * float(self.values[n])
+        return Estimate.around(value, unit, half_width)
+
+    def estimates(self, tests: Sequence[MeasuredCircle], both: bool) -> dict[str, Estimate]:
+        """Return the geometry with its intervals."""
+        first, second = tests[0].names
+        radius = tests[0].radius
+        found = {f"centre.{first}": self._quantity("centre.x.0", "m")}
+        found |= {f"centre.{second}": self._quantity("centre.y.0", "m")}
+        found |= {f"scale.{first}": self._quantity("scale.x", "1", 1 / radius, 1.0)}
+        found |= {f"scale.{second}": self._quantity("scale.y", "1", 1 / radius, 1.0)}
+        found |= {f"backlash.{first}": self._quantity("backlash.x", "m")}
+        found |= {f"backlash.{second}": self._quantity("backlash.y", "m")}
+        ellipse = self._quantity("mismatch", "m")
+        if both:
+            return found | {"mismatch": ellipse, "squareness": self._quantity("square", "rad", -2 / radius)}
+        if tests[0].instrument == "encoders":
+            return found | {"mismatch": ellipse, "squareness": Estimate(0.0, "rad", (-inf, inf), assumed=True)}
+        unknown = Estimate(float(ellipse), "m", (-inf, inf))
+        return found | {"mismatch": unknown, "squareness": Estimate(0.0, "rad", (-inf, inf), assumed=True)}
+
+    def amplitude(self, n: int) -> Estimate:
+        """Return the amplitude of what repeats along an axis [m]."""
+        i = len(self.names) - 2 * len(self.lines) + 2 * n
+        part, C = self.values[i : i + 2], self.covariance[i : i + 2, i : i + 2]
+        size = float(np.hypot(*part))
+        along = part / size if size > 0 else np.array([1.0, 0.0])
+        half_width = float(stdtrit(max(self.freedom, 1), 0.975)) * float(np.sqrt(along @ C @ along))
+        return Estimate(size, "m", (max(size - half_width, 0.0), size + half_width))
+
+
+def columns_of(tested: Revolutions, n: int, many: int, both: bool, lines: Sequence[Periodic] = ()) -> Real:
+    """Return the columns of `diagnose`'s table for one of its tests, shape (samples, parameters)."""
+    angle, s = tested.angle, float(tested.test.direction)
+    cos, sin = np.cos(angle), np.sin(angle)
+    centres = [column if k == n else np.zeros_like(angle) for k in range(many) for column in (cos, sin)]
+    shared = [
+        cos**2, sin**2, s / 2 * np.sign(sin) * cos, -s / 2 * np.sign(cos) * sin, s * np.sin(2 * angle),
+        *([np.sin(2 * angle)] if both else []),
+    ]  # fmt: skip
+    pitch = [line.columns(angle, tested.test.radius) for line in lines]
+    return np.column_stack([*centres, *shared, *pitch])
+
+
+def _names(many: int, both: bool, lines: int) -> tuple[str, ...]:
+    centres = [f"centre.{axis}.{k}" for k in range(many) for axis in ("x", "y")]
+    shared = ["scale.x", "scale.y", "backlash.x", "backlash.y", "mismatch", *(["square"] if both else [])]
+    return (*centres, *shared, *(f"pitch.{k}.{part}" for k in range(lines) for part in ("cos", "sin")))
+
+
+def quiet(tested: Revolutions, behind: Mapping[str, float]) -> Mask:
+    """Return which samples no glitch covers."""
+    good = np.ones(len(tested.angle), bool)
+    for n, name in enumerate(QUADRANTS):
+        phi = (tested.test.direction * (tested.angle - n * pi / 2) + pi) % (2 * pi) - pi
+        good &= (phi < -BEFORE) | (phi > behind[name])
+    return good
+
+
+def fit_geometry(
+    tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], lines: Sequence[Periodic], both: bool
+) -> Geometry:
+    """Return the geometry of one or two tests by least squares, with the tails of their glitches beside it.
+
+    Parameters
+    ----------
+    tests
+        Revolutions of each test.
+    behind
+        Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
+    lines
+        What repeats along an axis.
+    both
+        Whether both directions are there, which tells mismatch from squareness.
+    """
+    many = len(tests)
+    every = -(-sum(len(one.angle) for one in tests) // MOST)
+    parts = [_means(one, np.flatnonzero(quiet(one, behind[n])), every) for n, one in enumerate(tests)]
+    X = np.vstack([columns_of(one, n, many, both, lines) for n, (one, _) in enumerate(parts)])
+    d = np.concatenate([one.deviation for one, _ in parts])
+    p = X.shape[1]
+    basis = np.linalg.qr(X)[0]
+    beside = d - basis @ (basis.T @ d)
+
+    def all_tails(fade: float, bend: float) -> Real:
+        """Return tails and their derivatives to ln λ and κ, shape (3, n, 4·tests)."""
+        tails = np.zeros((3, len(d), 4 * many))
+        end = 0
+        for n, (one, _) in enumerate(parts):
+            tails[:, end : end + len(one.angle), 4 * n : 4 * n + 4] = tails_of(one, behind[n], fade, bend)
+            end += len(one.angle)
+        return tails
+
+    def left(fade: float) -> float:
+        """Return the sum of squares that geometry and exponential tails leave."""
+        tails = all_tails(fade, 0.0)[0]
+        tails -= basis @ (basis.T @ tails)
+        gram, score = tails.T @ tails, tails.T @ beside
+        gram += 1e-9 * (np.trace(gram) + 1e-300) * np.eye(len(gram))
+        return float(beside @ beside - score @ np.linalg.solve(gram, score))
+
+    shape = np.array([np.log(FADES[np.argmin([left(fade) for fade in FADES])]), 0.0])
+    for _ in range(STEPS):
+        tails, *slopes = all_tails(float(np.exp(shape[0])), shape[1])
+        columns = np.hstack([X, tails])
+        values, *_ = np.linalg.lstsq(columns, d, rcond=None)
+        residual = d - columns @ values
+        slope = np.column_stack([one @ values[p:] for one in slopes])
+        moved, *_ = np.linalg.lstsq(columns, slope, rcond=None)
+        own = slope - columns @ moved
+        known = float(residual @ residual) / len(d) * np.diag(SPREAD**-2)
+        step = np.linalg.lstsq(own.T @ own + known, own.T @ residual - known @ (shape - MIDDLE), rcond=None)[0]
+        if np.abs(step).max() < 1e-3:
+            break
+        shape = np.clip(shape + np.clip(step, -0.3, 0.3), *WITHIN)
+    if np.ptp(residual) <= 1e-12 * max(float(np.ptp(d)), 1e-15):
+        covariance = np.zeros((p, p))
+    else:
+        lengths = [length for _, pieces in parts for length in pieces]
+        covariance = covariance_of(columns, residual, lengths)
+        for mode in np.linalg.svd(own * SPREAD, full_matrices=False)[2] * SPREAD:  # orthogonal: each adds its own
+            alone = own @ mode
+            information = 1.0 / covariance_of(alone[:, None], residual, lengths)[0, 0] if alone.any() else 0.0
+            covariance += np.outer(moved @ mode, moved @ mode) / (information + 1.0)
+    fade = float(np.exp(shape[0]))
+    # what a tail's shape misses is alike from one reversal to the next: as many segments as that are independent
+    freedom = min(len(d) - p, sum(len(pieces) for _, pieces in parts) - 1)
+    return Geometry(
+        _names(many, both, len(lines)),
+        values[:p],
+        covariance[:p, :p],
+        freedom,
+        tuple(lines),
+        many,
+        both,
+        fade,
+        float(shape[1]),
+    )
+
+
+def _means(tested: Revolutions, used: Indices, every: int) -> tuple[Revolutions, list[int]]:
+    """Return means over neighbouring samples, as many together, and the lengths of the segments they are in."""
+    segments = [part[: len(part) // every * every] for part in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)]
+    segments = [part for part in segments if len(part)]
+    index = np.concatenate(segments).reshape(-1, every)
+    means = Revolutions(
+        tested.test,
+        tested.angle[index].mean(axis=1),
+        tested.deviation[index].mean(axis=1),
+        tested.revolution[index[:, 0]],
+        {},
+    )
+    return means, [len(part) // every for part in segments]
+
+
+def tails_of(tested: Revolutions, behind: Mapping[str, float], fade: float, bend: float) -> Real:
+    """Return the tails of the four glitches, each 1 where it begins, and derivatives to ln λ and κ, shape (3, n, 4)."""
+    tails = []
+    for n, name in enumerate(QUADRANTS):
+        phi = (tested.test.direction * (tested.angle - n * pi / 2)) % (2 * pi)
+        u = np.maximum(phi - behind[name], 0.0) / fade
+        size = np.exp(-u) * np.cos(phi) * (phi > behind[name])
+        tails.append([size * (1 + bend * u), size * u * (1 + bend * u - bend), size * u])
+    return np.moveaxis(np.array(tails), 0, -1)

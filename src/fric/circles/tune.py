@@ -1,0 +1,308 @@
+"""What a controller believes, refitted to recorded circles: friction, plant, delay."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from fric.circles.measured import MeasuredCircle
+from fric.circles.next_circle import (
+    NextCircle,
+    better_ahead,
+    law_warnings,
+    next_circles,
+    recorded_once_more,
+    worse_ahead,
+)
+from fric.circles.nominal import Coordinates
+from fric.circles.tune_bootstrap import explained
+from fric.circles.tune_fit import STARTS, Balance, Fitted, at, fit
+from fric.circles.tune_identifiability import alike_warnings, identifiability_warnings, timing_warnings
+from fric.circles.tune_instruments import instrumented
+from fric.circles.tune_intervals import tuned_estimates
+from fric.circles.tune_loop import cautious, holding, holds, loop_warnings
+from fric.circles.tuned import TunedAxis
+from fric.circles.voltage import refined, voltage_record
+from fric.drive.plant import Plant, hold_delay
+from fric.errors import FricError
+from fric.estimate import Estimate, as_filed
+from fric.flaws.circle import CIRCLE_DRIFTS, CIRCLE_MISFIT, TUNED_IN_PART, TUNING_NO_BETTER, TUNING_REFUSED
+from fric.friction import FrictionModel
+from fric.friction.directed import Directed, directed
+from fric.friction.gms import GMS
+from fric.notice import Notice
+from fric.records.flaws import clock_flaws
+from fric.records.timing import timing
+from fric.simulate.machine import Axis, Machine, NominalFriction
+
+SHAPE = 1.6
+"""Times what noise and encoder explain that four parameters may leave; above it the full shape is fitted. Where the
+shape is right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler."""
+GAIN = 0.97
+"""Share of what four parameters leave that the full shape must leave at most, to be taken."""
+
+DISPLACED = 0.5e-6
+"""By how much a clock that jitters may move the position [m]: more is more than what is to be compensated."""
+AGAIN, RESTS = 3, 0.01
+"""How often the motion is refined and the fit repeated at most, and the move in the logarithm below which it rests."""
+
+FEWER = (
+    ("level", "stiffness", "alpha", "k"), ("level", "C", "ratio", "v_s", "delta"), ("level",),
+)  # fmt: skip
+"""What is kept of the friction that was found, where all of it should make a circle worse: all but how it falls with
+speed, which shows where a circle is slow; all but the stiffness, which shows where it is fast; the level alone."""
+
+MISFIT = "what is left is not friction of this shape"
+GROWING = "errors grow by themselves in falling friction, which the loop does not hold (--loop designs one that does)"
+
+
+def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], object] = lambda: None) -> TunedAxis:
+    """Refit what the controller of an axis believes to recorded circles.
+
+    Per axis ``W[u(t - T_d)] = m·W[z̈] + a·W[ż] + o + W[F(z)]/K_f`` with W a low-pass of 70 Hz, zero phase; m, a and
+    an offset of each circle are linear. First the level of friction, its stiffness, C and T_d are searched; then, where
+    that leaves more than noise and encoder explain, F_s/F_c, v_s, delta, each alpha and each k, and a level for each
+    direction, each kept where it explains more. Whatever was kept, the intervals are those of the whole shape.
+
+    Parameters
+    ----------
+    axis
+        The axis; its controller believes a GMS model.
+    tests
+        Circle tests with reference, position and voltage.
+    done
+        Called after each of `stages`.
+
+    Raises
+    ------
+    FricError
+        When there is no nominal GMS model, or a test lacks a channel.
+    """
+    if "gms" not in axis.nominal_friction.models:
+        raise FricError(
+            f"the controller of axis {axis.name} believes no GMS model, which tuning starts from",
+            hint="Identify one: fric identify gms, and name it under feedforward in the machine file.",
+        )
+    nominal = axis.nominal or axis.plant
+    records = tuple(voltage_record(test, axis.name) for test in tests)
+    few = Coordinates.of(axis.nominal_friction.models["gms"], nominal.T_d)
+    gain = float(np.log(axis.nominal_friction.gain)) if axis.nominal_friction.gain > 0 else 0.0
+    start = np.array([gain, 0.0, 0.0, 0.0])
+    before = at(Balance(records, few, nominal.K_f), start, np.array([1 / nominal.B, nominal.A / nominal.B]))
+    starts = [start + np.array([0.0, np.log(stiffness), np.log(C), 0.0]) for stiffness, C in STARTS]
+    found = fit(Balance(records, few, nominal.K_f), starts)
+    done()
+    found = _again(found, nominal.K_f)
+    done()
+    full = False
+    if found.plant[0] > 0 and found.rms > SHAPE * explained(found):
+        for shape in (few.full(), None):
+            richer = shape or found.balance.coordinates.sided()
+            start = richer.moved(found.balance.coordinates, found.x)
+            other = fit(replace(found.balance, coordinates=richer), [start], found.rms)
+            other = _again(other, nominal.K_f)
+            compared = at(replace(found.balance, records=other.balance.records), found.x)
+            if other.rms < GAIN * compared.rms:
+                found, full = other, full or shape is not None
+    for _ in range(AGAIN if found.plant[0] > 0 else 0):
+        found = instrumented(found)
+    done()
+    coordinates = found.balance.coordinates
+    friction, T_d = coordinates.directed(found.x), coordinates.delay(found.x)
+    m, a = found.plant[:2]
+    warnings = list(identifiability_warnings(axis, tests, before, found))
+    physical = bool(m > 0 and T_d >= hold_delay(axis.cascade.sampling))
+    if not physical:
+        return TunedAxis(axis, friction, nominal, before, found, None, full, False, tuple(warnings))
+    plant = Plant(A=max(float(a / m), 0.0), B=float(1 / m), T_d=T_d, K_f=nominal.K_f)
+    estimates = tuned_estimates(found, plant)
+    warnings += [*alike_warnings(axis, found, estimates), *timing_warnings(axis, found, estimates.plant["T_d"])]
+    improves = found.rms < before.rms
+    new = with_belief(axis, friction, plant) if improves else axis
+    return TunedAxis(new, friction, plant, before, found, estimates, full, improves, tuple(warnings))
+
+
+def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
+    """Return an axis whose controller believes a friction and a plant, as a file holds them: feedforward with lead, and
+    observer.
+    """
+    friction, plant = as_filed(friction), as_filed(plant)
+    model = friction.model if isinstance(friction, Directed) else friction
+    assert isinstance(model, GMS)
+    static = directed(model.static, friction.negative if isinstance(friction, Directed) else None)
+    models = {**axis.nominal_friction.models, "static": static, "gms": friction}
+    observer = None if axis.observer is None else replace(axis.observer, A=plant.A, B=plant.B)
+    return replace(axis, nominal_friction=NominalFriction(models, 1.0, "auto"), nominal=plant, observer=observer)
+
+
+def in_part(one: TunedAxis, before: Axis, names: Sequence[str]) -> TunedAxis:
+    """Return a tuned axis whose controller believes a part of the friction that was found, and the plant.
+
+    Parameters
+    ----------
+    one
+        The tuned axis.
+    before
+        The axis as it was.
+    names
+        Coordinates that are kept, those of blocks without their number; the others are as before.
+    """
+    coordinates = one.after.balance.coordinates
+    kept = np.array([name.rpartition("_")[0] in names or name in (*names, "T_d", "side") for name in coordinates.names])
+    friction = as_filed(coordinates.directed(np.where(kept, one.after.x, 0.0)))
+    assert one.estimates is not None  # of what is improved
+    part = replace(one, axis=with_belief(before, friction, one.nominal), estimates=one.estimates.at(friction))
+    return cautious(part)
+
+
+def part_warning(why: str, names: Sequence[str]) -> Notice:
+    """Return that only a part of what was found is kept, and why."""
+    words = "of what was found of friction only the level is kept"
+    if len(names) > 1:
+        left = "stiffnesses" if "C" in names else "how friction falls with speed, and C"
+        words = f"all that was found is kept but {left}"
+    return TUNED_IN_PART.found(why=why, kept=words)
+
+
+def _again(found: Fitted, K_f: float) -> Fitted:
+    """Return the fit along the motion that the fit itself tells more finely.
+
+    Each time the delay's error falls to a fifth: it is repeated until it rests.
+    """
+    for _ in range(AGAIN):
+        if not found.plant[0] > 0:
+            break
+        again = fit(_finer(found, K_f), [found.x], found.rms, 5)
+        moved, found = np.abs(again.x - found.x).max(), again
+        if moved < RESTS:
+            break
+    return found
+
+
+def _finer(found: Fitted, K_f: float) -> Balance:
+    """Return the balance along the motion that a fit tells more finely."""
+    coordinates, (m, a) = found.balance.coordinates, (float(value) for value in found.plant[:2])
+    model, T_d = coordinates.directed(found.x), coordinates.delay(found.x)
+    records = tuple(
+        refined(record, model, T_d, (m, a, float(found.plant[2 + n])), K_f)
+        for n, record in enumerate(found.balance.records)
+    )
+    return replace(found.balance, records=records)
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What circles say of a machine.
+
+    Parameters
+    ----------
+    machine
+        The machine with its new nominal parameters.
+    axes
+        What was found, by axis.
+    tests
+        The circles.
+    predicted
+        What the next circles should show; empty where the result is refused.
+    warnings
+        What the circles cannot tell, and what was refused.
+    """
+
+    machine: Machine
+    axes: Mapping[str, TunedAxis]
+    tests: tuple[MeasuredCircle, ...]
+    predicted: tuple[NextCircle, ...]
+    warnings: tuple[Notice, ...]
+
+    @property
+    def improves(self) -> bool:
+        """Whether any axis is better than it was."""
+        return any(one.improves for one in self.axes.values())
+
+
+def tune(
+    machine: Machine,
+    tests: Sequence[MeasuredCircle],
+    done: Callable[[], object] = lambda: None,
+    *,
+    loop: bool = False,
+) -> Tuned:
+    """Refit what the controllers of a machine believe to recorded circles, axis by axis.
+
+    An axis whose result leaves more of the recorded voltages than the nominal parameters keeps these. So do all, where
+    the log's clock is wrong, or the next circle should be worse than the recorded one.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    tests
+        Circle tests with reference, position and voltage of both axes; one fast and one slow are asked for.
+    done
+        Called as often as `steps_of_tuning` says.
+    loop
+        Whether loops that do not hold their falling friction are designed anew (`fric.design.falling`).
+
+    Raises
+    ------
+    FricError
+        When a test lacks a channel, or an axis that the machine has, or there is no nominal GMS model.
+    """
+    if not tests:
+        raise FricError("there is no circle to tune with", hint="Record one at 100 and one at 10 mm/s.")
+    names = tests[0].names
+    for test in tests:
+        if test.names != names or test.is_ball_bar:
+            words = "a ball bar's" if test.is_ball_bar else f"of {' and '.join(test.names)}"
+            raise FricError(
+                f"is {words}, and tuning needs traces of {' and '.join(names)} in every test", where=test.where,
+                hint="Give controller traces of the same axes.",
+            )  # fmt: skip
+    before = {name: machine.axis(name) for name in names}
+    axes = {name: tune_axis(axis, tests, done) for name, axis in before.items()}
+    axes = {name: cautious(holding(one) if loop else one) for name, one in axes.items()}
+    logs = [log for test in tests for log in test.logs()]
+    warnings = [warning for one in axes.values() for warning in one.warnings] + clock_flaws(logs, "inspect")
+    better = all(one.improves for one in axes.values())
+    predicted = next_circles(tests, axes, done) if better else []
+    found = axes
+    # where friction of this shape, or one that stays, does not explain the circle, only the upper end of a prediction
+    # counts, and nothing tells what of the result may be kept
+    doubtful = any(warning.code in {CIRCLE_MISFIT.code, CIRCLE_DRIFTS.code} for warning in warnings)
+    if any(clock.lost or clock.displaced > DISPLACED for clock in map(timing, logs)):
+        why = "the log's clock is wrong (see above)"
+    elif better and not predicted:
+        why = "with what was found no stable circle can be simulated"
+    else:
+        once_more = cache(lambda n: recorded_once_more(tests[n], n, before, found))
+        count = max(axis.encoder.resolution for axis in before.values())
+        why = worse_ahead(tests, predicted, once_more, count, doubtful=doubtful)
+        if why and not doubtful:
+            for kept in FEWER:
+                some = {name: in_part(one, before[name], kept) for name, one in axes.items()}
+                ahead = next_circles(tests, some)
+                if ahead and not worse_ahead(tests, ahead, once_more, count) and better_ahead(tests, ahead, once_more):
+                    axes, predicted = some, ahead
+                    warnings.append(part_warning(why, kept))
+                    why = ""
+                    break
+        if why:
+            why += f": {MISFIT if all(map(holds, axes.values())) else GROWING}"
+    if why:
+        warnings.append(TUNING_REFUSED.found(why=why))
+        axes = {name: replace(one, axis=machine.axes[name], improves=False, loop=False) for name, one in axes.items()}
+        predicted = []  # what is kept shows what was recorded
+    warnings += law_warnings(predicted)
+    for name, one in axes.items():
+        if not one.improves and not why:
+            after, before_it = Estimate(one.after.rms, "V"), Estimate(one.before.rms, "V")
+            warnings.append(TUNING_NO_BETTER.found(f"axis {name}", after=after, before=before_it))
+    warnings += loop_warnings(axes)
+    new = replace(machine, axes={**machine.axes, **{name: one.axis for name, one in axes.items()}})
+    return Tuned(new, axes, tuple(tests), tuple(predicted), tuple(dict.fromkeys(warnings)))
+
+
+def steps_of_tuning(tests: Sequence[MeasuredCircle]) -> int:
+    """Return how often `tune` tells that it is a step further; for a progress bar."""
+    return 3 * 2 + 2 * len(tests)  # of each axis three stages, and two schemes on each circle ahead

@@ -1,0 +1,263 @@
+"""A recorded motion replayed by the identified axis: in closed loop, in open loop from the input, and inversely.
+
+::
+
+    closed    recorded reference ──> the drive's own controller ──(+ added)──> plant and friction ──> motion, force
+    open      recorded input ────────────────────────────────────────────────> plant and friction ──> motion
+    inverse   recorded motion ──> M·z̈ + M·A·ż + friction + load ──> force
+"""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from fric.arrays import Real
+from fric.circles.stated import controller_behind
+from fric.control.base import Setting
+from fric.control.cascade import Cascade
+from fric.drive.plant import Plant, hold_delay
+from fric.errors import FricError
+from fric.friction import FrictionModel
+from fric.kernels.block import Commands
+from fric.kernels.loop import Board, closed_loop
+from fric.kernels.plant import PlantConstants
+from fric.log import Log
+from fric.notice import Notice
+from fric.records.conditioning import Conditioning, filtered_motion, thinned
+from fric.records.force_lag import acting_force, drive_force
+from fric.records.prepared import prepared
+from fric.records.timing import even_sampling
+
+Loop = Literal["closed", "open", "inverse"]
+
+LEAD = 0.05
+"""Time from which the velocity is taken that the record begins with [s]."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One signal, measured and simulated."""
+
+    # measured, simulated: both, shape (n,)
+    measured: Real
+    simulated: Real
+    relative: float  # ``‖measured - simulated‖/‖measured‖`` [1]
+    rms: float  # Root mean square of the difference, in the signal's unit
+
+
+@dataclass(frozen=True)
+class Validation:
+    """A record and what the identified axis makes of it.
+
+    Parameters
+    ----------
+    loop
+        ``closed``, ``open`` or ``inverse``.
+    log
+        The record.
+    friction
+        The friction model.
+    signals
+        ``position`` [m], ``velocity`` [m/s], ``acceleration`` [m/s²] and, in closed loop, ``force`` [N]. Velocity and
+        acceleration are those of the position, measured and simulated alike: central differences behind a zero-phase
+        fourth-order Butterworth filter.
+    cutoff
+        Its corner [Hz].
+    worst
+        First and last sample of the second with the largest force error (in open loop, velocity error).
+    warnings
+        What the record shows of controller and voltage.
+    """
+
+    loop: Loop
+    log: Log
+    friction: FrictionModel
+    signals: dict[str, Compared]
+    cutoff: float
+    worst: tuple[int, int]
+    warnings: tuple[Notice, ...] = ()
+
+
+def validate_closed_loop(
+    log: Log, plant: Plant, cascade: Cascade, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
+) -> Validation:
+    """Return what the identified axis makes of a recorded reference, with the drive's own controller.
+
+    Velocity and inverse model are fed forward only where the recorded voltage shows that they were. A voltage that was
+    added to the controller's output (channel ``added``, or what the record holds beyond that output, here and there) is
+    added again. Where the stated controller does not give the recorded voltage that is told: friction is not to blame.
+    The axis begins where the record does, at its velocity; the controller's integral and the friction begin at rest.
+
+    Parameters
+    ----------
+    log
+        A record with position, reference, and force or input, sampled at the controller's rate.
+    plant, cascade, friction
+        The identified axis and its controller; ``K_i`` of 0 is a P/PD controller.
+    load
+        Constant force against positive motion [N].
+    cutoff
+        Corner of the filter behind velocity and acceleration [Hz]; from the sampling rate where it is not given.
+
+    Raises
+    ------
+    FricError
+        When a channel is missing, the record is sampled at another rate, or the simulation runs away.
+    """
+    reference = log.require("reference", "a closed-loop replay")
+    rate = even_sampling(log)
+    if abs(rate / cascade.sampling - 1) > 1e-3:
+        raise FricError(
+            f"the record is sampled at {rate:g} Hz and the controller runs at {cascade.sampling:g} Hz",
+            where=log.where,
+            hint="Give the rate of the record as the controller's sampling.",
+        )
+    force = _driven(log, plant)
+    recorded = log.input if log.input is not None else force / plant.K_f
+    ahead, added, warnings = controller_behind(log, plant, cascade, reference, recorded, rate)
+    position, voltage = _run(log, rate, plant, cascade, friction, load, reference, added, ahead=ahead)
+    found = _compared("closed", log, friction, rate, cutoff, position, (force, plant.K_f * voltage))
+    return replace(found, warnings=warnings)
+
+
+def validate_inverse(
+    log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
+) -> Validation:
+    """Return the force that the identified axis asks for along a recorded motion, behind the published filter.
+
+    The force cross-test of one record by another's parameters (Janot, Gautier, Brunot 2019): position filtered forwards
+    and backwards, central differences, both forces decimated alike, as `fric identify plant` does.
+
+    Parameters
+    ----------
+    log
+        A record with force, or input.
+    plant, friction, load, cutoff
+        As in `validate_closed_loop`; with a T_d of 0 where nobody measured it.
+
+    Raises
+    ------
+    FricError
+        When a channel is missing, the sampling is uneven, or the record is too short for the filter.
+    """
+    rate = even_sampling(log)
+    settings = Conditioning.of(rate, cutoff)
+    (record,) = prepared([log], plant, filters=[settings])
+    asked = record.replay(friction) + record.taken_off + load
+    measured, simulated = (thinned(force[record.used], settings.decimation) for force in (record.drive, asked))
+    signals = {"force": _difference(measured, simulated)}
+    first, stop = _worst_second(signals["force"], rate / settings.decimation)
+    whole_of = settings.border + settings.decimation * np.array([first, stop])
+    worst = int(whole_of[0]), min(int(whole_of[1]), len(log))
+    return Validation("inverse", log, friction, signals, settings.cutoff, worst)
+
+
+def validate_open_loop(
+    log: Log, plant: Plant, friction: FrictionModel, load: float = 0.0, cutoff: float | None = None
+) -> Validation:
+    """Return what the identified axis makes of the measured input alone; whatever the model misses adds up.
+
+    Parameters
+    ----------
+    log
+        A record with position, and input or force.
+    plant, friction, load, cutoff
+        As in `validate_closed_loop`.
+
+    Raises
+    ------
+    FricError
+        When a channel is missing, or the sampling is uneven.
+    """
+    rate = even_sampling(log)
+    voltage = log.input if log.input is not None else _driven(log, plant) / plant.K_f
+    position, _ = _run(log, rate, plant, None, friction, load, log.require("position", "a validation"), voltage)
+    return _compared("open", log, friction, rate, cutoff, position, None)
+
+
+def _driven(log: Log, plant: Plant) -> Real:
+    """Return the drive's force at the instant of the voltage that makes it [N], shape (n,)."""
+    force, _, lag = drive_force(log, plant)
+    return acting_force(log.time, force, -lag)
+
+
+def _run(  # noqa: PLR0913 - one closed loop for three ways of validation
+    log: Log,
+    rate: float,
+    plant: Plant,
+    cascade: Cascade | None,
+    friction: FrictionModel,
+    load: float,
+    reference: Real,
+    model: Real,
+    *,
+    ahead: bool = False,
+) -> tuple[Real, Real]:
+    """Return position [m] and voltage [V] of a run that begins as the record does."""
+    measured = log.require("position", "a validation")
+    state, zeros = friction.initial_state(), np.zeros(len(log))
+    first = min(max(int(LEAD * rate), 4), len(log))
+    start = np.polynomial.Polynomial.fit(log.time[:first], measured[:first], 2)
+    origin = log.time[0]
+    z_0, v_0 = float(start(origin)), float(start.deriv()(origin))
+    blocks = []
+    if cascade is not None:
+        controller = replace(cascade, sampling=rate)
+        setting = Setting(plant, controller, position=z_0, velocity=v_0, seen=z_0 - v_0 / rate)
+        blocks.append(controller.ready(setting))
+    asked = np.ascontiguousarray(reference)
+    velocity = acceleration = zeros
+    delay = plant.transport_delay(rate) if plant.T_d >= hold_delay(rate) else 0.0
+    if ahead:
+        velocity = np.gradient(asked, 1 / rate)
+        acceleration = np.gradient(velocity, 1 / rate)
+        model = model + (acceleration + plant.A * velocity) / plant.B
+    traces, _ = closed_loop(
+        type(friction).step,
+        state,
+        friction.packed(),
+        PlantConstants(
+            plant.A, plant.B, plant.M, load, delay, float(state.size == 0),
+            float(start(origin) - reference[0]), v_0,
+        ),
+        Board(1 / rate, float("inf") if cascade is None else cascade.limit, 0.0),
+        blocks,
+        Commands(asked, velocity, acceleration, np.ascontiguousarray(model), zeros, asked, velocity),
+    )  # fmt: skip
+    if not np.isfinite(traces.position[-1]):
+        raise FricError("the simulated axis runs away", where=log.where, hint="Look at the controller's gains.")
+    return traces.position, traces.input
+
+
+def _compared(
+    loop: Loop,
+    log: Log,
+    friction: FrictionModel,
+    rate: float,
+    cutoff: float | None,
+    position: Real,
+    force: tuple[Real, Real] | None,
+) -> Validation:
+    z = log.require("position", "a validation"), position
+    settings = replace(Conditioning.of(rate, cutoff), border=0, decimation=0)
+    measured, simulated = (filtered_motion(replace(log, position=one), settings) for one in z)
+    v, a = (measured.velocity, simulated.velocity), (measured.acceleration, simulated.acceleration)
+    pairs = {"position": z, "velocity": v, "acceleration": a} | ({} if force is None else {"force": force})
+    signals = {name: _difference(*pair) for name, pair in pairs.items()}
+    decisive = signals["force" if force is not None else "velocity"]
+    return Validation(loop, log, friction, signals, settings.cutoff, _worst_second(decisive, rate))
+
+
+def _difference(measured: Real, simulated: Real) -> Compared:
+    error = measured - simulated
+    size = float(np.linalg.norm(measured))
+    relative = float(np.linalg.norm(error)) / size if size > 0 else float("inf")
+    return Compared(measured, simulated, relative, float(np.sqrt(np.mean(error**2))))
+
+
+def _worst_second(compared: Compared, rate: float) -> tuple[int, int]:
+    squares = np.cumsum(np.append(0.0, (compared.measured - compared.simulated) ** 2))
+    width = min(round(rate), len(squares) - 1)
+    first = int(np.argmax(squares[width:] - squares[:-width]))
+    return first, first + width

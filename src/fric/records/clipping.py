@@ -1,0 +1,105 @@
+"""A channel that is cut off at the end of its range."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fric.arrays import Mask, Real
+from fric.errors import FricError
+from fric.flaws.channel import CLIPPED_UNUSED
+from fric.log import Log
+from fric.notice import Notice
+from fric.records.resolution import lattice_step
+
+STUCK = 5
+"""Consecutive samples at its very extreme after which a force or input counts as clipped."""
+
+LEVELS = 40
+"""Steps that a channel's range has at least, for being flat at its end to mean anything."""
+
+
+def counts(values: Real) -> float | None:
+    """Return the step in which a force or voltage was logged; none where that is the last digit of a number."""
+    step = lattice_step(values)
+    return None if step is None or step < 1e-6 * float(np.ptp(values)) else step
+
+
+def clipped(values: Real) -> Mask:
+    """Say at which samples a channel is flat at its extreme, more than coarse counts alone bring about, shape (n,).
+
+    Of a channel with few levels nothing is said: friction that slides stays within one, as a clipped force does. Of
+    one that is held from value to value, as it comes at a slower rate than the log, values count and not samples.
+    """
+    found = np.zeros(len(values), bool)
+    span, step = float(np.ptp(values)) if len(values) else 0.0, counts(values) if len(values) else None
+    if span == 0.0 or (step is not None and span < LEVELS * step):
+        return found
+    lasting = np.diff(np.flatnonzero(np.diff(values)))
+    held = int(np.quantile(lasting, 0.05, method="lower")) if len(lasting) else 1
+    rounding = 1e-9 * float(np.ptp(np.quantile(values, [0.005, 0.995])))  # one absurd sample aside
+    for side in (values, -values):
+        top = side >= side.max() - rounding
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], top, [False]]).astype(int)))
+        runs, often = edges[1::2] - edges[::2], np.count_nonzero(top)
+        below = np.count_nonzero(side >= side.max() - 1.5 * step) - often if step else 0
+        stuck = runs.max() >= STUCK * held or (
+            often >= 4 * STUCK * held and runs.mean() >= 2.0 * held
+        )  # crests are short
+        if stuck and often > 3 * below:
+            found |= top
+    return found
+
+
+def clipped_samples(values: Real) -> int:
+    """Count the samples at which a channel is clipped."""
+    return int(np.count_nonzero(clipped(values)))
+
+
+def clipped_among(records: Sequence[Real]) -> list[int]:
+    """Count the samples of each record at which a channel is clipped, as all records of it tell.
+
+    A record that stays at the very extreme of all is flat for its range, or for coarse counts; it is clipped where the
+    others show that the channel is finer than that, and none goes beyond.
+    """
+    found = [clipped_samples(one) for one in records]
+    if any(_fine(one) for one in records):
+        ends = (min(float(one.min()) for one in records), max(float(one.max()) for one in records))
+        for n, one in enumerate(records):
+            flat = int(np.count_nonzero(np.isin(one, ends)))
+            if not found[n] and flat > len(one) / 2:
+                found[n] = flat
+    return found
+
+
+def _fine(values: Real) -> bool:
+    """Tell whether a record shows that its channel is finer than its range."""
+    span, step = float(np.ptp(values)), counts(values)
+    return span > 0.0 and (step is None or span > LEVELS * step)
+
+
+def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[Notice]]:
+    """Return the records whose force is not cut off, and what there is to say of the others.
+
+    Parameters
+    ----------
+    logs
+        The records.
+    most
+        Share of a record's samples that may be clipped: none where the force at reversals is what others start from.
+
+    Raises
+    ------
+    FricError
+        When no record is left.
+    """
+    counts = [0 if log.force is None else clipped_samples(log.force) for log in logs]
+    kept = [log for log, count in zip(logs, counts, strict=True) if count <= most * len(log)]
+    counted = ", ".join(f"{count} samples of '{log.name}'" for log, count in zip(logs, counts, strict=True) if count)
+    if not counted:
+        return kept, []
+    if not kept:
+        raise FricError(
+            f"the force is clipped in {counted}: it is not known where friction is largest, and no stiffness is told",
+            where=logs[0].source, hint="Log with a larger range of the force's trace, or a smaller amplitude.",
+        )  # fmt: skip
+    return kept, [CLIPPED_UNUSED.found(counted=counted, left_out=len(kept) < len(logs))]

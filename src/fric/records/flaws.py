@@ -1,0 +1,136 @@
+"""What is amiss with records, judged once for `inspect` and every `identify`: clock, encoder, place and time."""
+
+from collections.abc import Iterable, Sequence
+from math import inf, sqrt
+from typing import Literal
+
+import numpy as np
+
+from fric.estimate import Estimate
+from fric.flaws.channel import FORCE_CLIPPED, FORCE_COARSE, INPUT_CLIPPED
+from fric.flaws.clock import SAMPLES_LOST, SAMPLING_JITTERS
+from fric.flaws.drift import FORCE_DRIFTS
+from fric.flaws.encoder import ENCODER_ERRS
+from fric.flaws.place import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
+from fric.log import Log
+from fric.notice import Notice
+from fric.records.clipping import clipped_among
+from fric.records.encoder_error import encoder_error
+from fric.records.over_strokes import OverPlace, over_time
+from fric.records.segments import Segment
+from fric.records.timing import timing
+
+Purpose = Literal["static", "gms", "plant", "inspect"]
+Strokes = Sequence[tuple["Log", "Segment"]]
+
+FASTER = 1.2
+"""Ratio of speeds from which on a record shows the jitter that a slower one does."""
+COARSE = 12
+"""Steps of the force's range up to which means over strokes and hysteresis cycles are off by the steps."""
+
+
+def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
+    """Return what is amiss with records whatever moves in them: forces and inputs that are clipped, and their clock.
+
+    Parameters
+    ----------
+    logs
+        The records.
+    purpose
+        What they are wanted for, as in `clock_flaws`.
+    """
+    channels = ("input", "force") if purpose == "plant" else ("force",)
+    found = []
+    for name in channels:
+        had = [(log, values) for log in logs if (values := getattr(log, name)) is not None]
+        counted = clipped_among([values for _, values in had])
+        found += [(log, name, samples) for (log, _), samples in zip(had, counted, strict=True)]
+    flaws = {"force": FORCE_CLIPPED, "input": INPUT_CLIPPED}
+    clipped = [flaws[name].found(log.where, samples=samples) for log, name, samples in found if samples]
+    return clipped + ([] if purpose == "static" else _coarse_force(logs)) + clock_flaws(logs, purpose)
+
+
+def _coarse_force(logs: Sequence[Log]) -> list[Notice]:
+    """Return that the force comes in steps which are no small part of it."""
+    levels = [np.unique(log.force) for log in logs if log.force is not None]
+    if not levels or sum(map(len, levels)) > COARSE * len(levels):  # noise of the channel itself is finer
+        return []
+    forces = np.unique(np.concatenate(levels))
+    step = float(np.min(np.diff(forces))) if len(forces) > 1 else 0.0
+    return coarse_force(step, logs[0]) if 0.0 < float(np.ptp(forces)) <= COARSE * step else []
+
+
+def coarse_force(step: float, log: Log) -> list[Notice]:
+    """Return what to say where the force of a record comes in such steps [N]."""
+    return [FORCE_COARSE.found(step=Estimate(step, log.unit("force")))]
+
+
+def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
+    """Return what the positions of records tell of their clock: samples lost unsaid, instants that jitter.
+
+    Parameters
+    ----------
+    logs
+        The records.
+    purpose
+        What they are wanted for: the mean of a stroke bears jitter, a response and an acceleration do not.
+    """
+    found = [(log, timing(log)) for log in logs]
+    warnings = []
+    if lost := [(log, one.lost) for log, one in found if one.lost]:
+        warnings.append(SAMPLES_LOST.found(_records(log for log, _ in lost), lost=max(share for _, share in lost)))
+    # what jitters shows in every record that is as fast; a ripple of one speed is no jitter
+    unmoved = [one.speed for _, one in found if one.speed and not (one.jitter or one.lost)]
+    if jitters := [(log, one) for log, one in found if one.jitter and FASTER * one.speed > max(unmoved, default=0.0)]:
+        log, worst_one = max(jitters, key=lambda pair: pair[1].displaced)
+        jitter, displaced = Estimate(worst_one.jitter, "s"), Estimate(worst_one.displaced, log.unit("position"))
+        where = _records(log for log, _ in jitters)
+        warnings.append(SAMPLING_JITTERS.found(where, jitter=jitter, displaced=displaced, purpose=purpose))
+    return warnings
+
+
+def stroke_flaws(
+    strokes: Strokes, place: OverPlace | None, *, force: float = inf, half_width: float = 0.0, taken_off: bool = False
+) -> list[Notice]:
+    """Return what strokes at constant velocity tell of the encoder, and of what the force does over place and time.
+
+    Parameters
+    ----------
+    strokes
+        Constant-velocity segments, each with its record.
+    place
+        What `over_place` gives of them.
+    force, half_width
+        Friction that was identified from them, and half of the tighter of the intervals of Coulomb friction and offset
+        [N]; these say how much is too much.
+    taken_off
+        Whether what comes again at the same places was taken off the map.
+    """
+    if not strokes:
+        return []
+    warnings = []
+    tightest = {"level": force, "half_width": half_width}
+    unit, length = (strokes[0][0].unit(channel) for channel in ("force", "position"))
+    if (error := encoder_error(strokes)) is not None:
+        amplitude, pitch = Estimate(error.amplitude, length), Estimate(error.pitch, length)
+        warnings.append(ENCODER_ERRS.found(amplitude=amplitude, pitch=pitch))
+    if place is not None:
+        alike = place.cogging == place.friction  # the strokes of the two directions do not meet: it may be either
+        found = [(FORCE_OVER_POSITION, place.cogging), (FRICTION_OVER_POSITION, 0.0 if alike else place.friction)]
+        for flaw, size in found:
+            if size > 0.0:
+                varies = Estimate(sqrt(2.0) * size * (sqrt(2.0) if alike else 1.0), unit)
+                over = Estimate(place.length, length)
+                warnings.append(flaw.found(varies=varies, length=over, either=alike, taken_off=taken_off, **tightest))
+    if (time := over_time(strokes)) is not None:
+        warnings.append(FORCE_DRIFTS.found(
+            rate=time.rate, a_minute=60 * abs(time.rate), change=abs(time.change), clocked=time.clocked, sure=time.sure,
+            **tightest,
+        ))  # fmt: skip
+    return warnings
+
+
+def _records(logs: Iterable[Log]) -> str:
+    """Return the names of records, or how many they are."""
+    names = [log.name for log in logs]
+    return f"record '{names[0]}'" if len(names) == 1 else f"{len(names)} records (as '{names[0]}')"

@@ -1,0 +1,133 @@
+"""What a record can tell of friction: one judgement, for `inspect`, every `identify` and `compare`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.arrays import Indices, Real
+from fric.flaws.encoder import ENCODER_TOO_COARSE
+from fric.notice import Notice
+
+if TYPE_CHECKING:
+    from fric.records.prepared import Prepared
+
+STEPS = 3.0
+"""Steps of the encoder that an amplitude has at least, to show pre-sliding."""
+
+RESOLVED = 4.0
+"""Steps of the encoder that a knot should be away from the reversal, and from the knot before."""
+
+SAMPLES = 3
+"""Samples after a reversal that a stiffness is seen in at least."""
+
+SATURATED = 0.05
+"""Least slope of a branch, relative to its mean slope, under which it has reached its plateau."""
+
+RISES = 0.2
+"""The same of the branches as they were logged, from which on they surely have none: the viscous part is in them."""
+
+CONDITION = 1e3
+"""Condition number up to which a motion tells mass, viscous and Coulomb friction apart."""
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """What records can tell of friction, all taken together."""
+
+    slides: bool  # False where the force rises up to every reversal, so that no branch ever slides
+    slope: float  # Least slope of the branches that come nearest to a plateau, relative to their mean slope
+    peak: float  # Largest friction force: half of what it swings between reversals [N]
+    # The shortest travel after a reversal that is seen [m]: a step of the encoder, and `SAMPLES` samples
+    resolved: float
+
+
+def identifiability_of(records: Sequence[Prepared]) -> Identifiability:
+    """Return what prepared records can tell of friction."""
+    slopes, peaks, resolved = [], [], []
+    for record in records:
+        reversals = record.reversals[record.reversals < len(record.force)]
+        if record.slides or len(reversals) < 2:
+            slopes.append(0.0)
+            continue
+        z, force = record.motion.position, record.force
+        slopes.append(branch_slope(z, force, reversals))
+        peaks.append(0.5 * float(np.median([np.ptp(force[a : b + 1]) for a, b in pairwise(reversals)])))
+        resolved.append(max(record.motion.step, resolved_travel(z, reversals)))
+    slope = min(slopes, default=0.0)
+    return Identifiability(slope < RISES, slope, max(peaks, default=0.0), min(resolved, default=0.0))
+
+
+def too_coarse(records: Sequence[Prepared]) -> list[Notice]:
+    """Return the records whose encoder is too coarse for their motion, as `inspect` judges them, each told."""
+    found = []
+    for record in records:
+        z = record.motion.position
+        inside = record.reversals[record.reversals < len(z)]
+        if record.slides or not record.motion.step:
+            continue
+        strokes = np.abs(np.diff(z[inside])) if len(inside) > 2 else np.ptp(z)  # so small that no reversal is seen
+        steps = 0.5 * float(np.median(strokes)) / record.motion.step
+        if steps < STEPS:
+            found.append(ENCODER_TOO_COARSE.found(f"record '{record.name}'", steps=steps))
+    return found
+
+
+def branch_slope(position: Real, force: Real, reversals: Indices) -> float:
+    """Return the least slope of the branches between reversals, relative to their mean slope; see `least_slope`.
+
+    The branches are averaged over the share of their travel, in fiftieths. A branch starts with the force that the one
+    before it ends with: its own first samples may have risen already.
+    """
+    grid = (np.arange(50) + 0.5) / 50
+    branches, before = [], None
+    for a, b in pairwise(reversals):
+        z, F = position[a : b + 1], force[a : b + 1]
+        travel = np.maximum.accumulate(np.abs(z - z[0]))
+        end = float(np.mean(F[-max(len(F) // 20, 1) :]))
+        if before is not None and end != before and len(z) >= 8 and travel[-1] > 0:
+            branches.append(np.interp(grid, travel / travel[-1], (F - before) / (end - before)))
+        before = end
+    return least_slope(grid, np.mean(branches, axis=0)) if branches else 0.0
+
+
+def least_slope(displacement: Real, force: Real) -> float:
+    """Return the least slope of any fifth of a curve's outer half, relative to its mean slope [1].
+
+    A concave curve is flattest at its end. Where the Stribeck effect is not divided out, the force rises again as the
+    motion slows down: that is no stiffness.
+    """
+    slopes = []
+    for start in np.linspace(0.5, 0.8, 7):
+        part = (displacement >= start * displacement[-1]) & (displacement <= (start + 0.2) * displacement[-1])
+        if part.sum() > 2:
+            slopes.append(float(np.polyfit(displacement[part] - displacement[-1], force[part], 1)[0]))
+    return float(min(slopes, default=np.inf) * displacement[-1] / force[-1])
+
+
+def resolved_travel(position: Real, reversals: Indices) -> float:
+    """Return the travel of the axis in `SAMPLES` samples after a reversal, the median of all [m]."""
+    after = np.minimum(reversals + SAMPLES, len(position) - 1)
+    return float(np.median(np.abs(position[after] - position[reversals])))
+
+
+def excites(time: Real, position: Real) -> bool:
+    """Say whether a motion tells mass, viscous and Coulomb friction and an offset apart.
+
+    Position is averaged over pieces of 10 ms or five samples, so that the encoder's steps make no acceleration.
+    """
+    dt = float(np.median(np.diff(time)))
+    width = max(round(0.01 / dt), 5)
+    count = len(position) // width
+    if count < 32:
+        return False
+    z = position[: count * width].reshape(count, width).mean(axis=1)
+    v = np.gradient(z, width * dt)
+    columns = np.column_stack([np.gradient(v, width * dt), v, np.sign(v), np.ones_like(v)])
+    size = np.linalg.norm(columns, axis=0)
+    both = (v > 0.1 * np.abs(v).max()).any() and (v < -0.1 * np.abs(v).max()).any()
+    return bool(both and (size > 0).all() and np.linalg.cond(columns / size) < CONDITION)

@@ -1,0 +1,246 @@
+"""What the force does within strokes at constant velocity, where a map has one number: it varies over place and time.
+
+Along the stroke, what the force shows in both directions with one sign is a force over position (cogging, a cable, a
+balance); what turns its sign with the direction is friction over position. Both come again at every speed, which noise
+does not. Over time, the size of the force rises or falls by a rate that is the same at all speeds, as a drive or a
+guideway warms up.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+import numpy as np
+from scipy.special import stdtrit
+
+from fric.arrays import Real
+from fric.log import Log
+from fric.records.segments import Segment
+
+PLACES = 64
+"""Places along the longest stroke at which strokes are compared."""
+SHORTEST = 12
+"""Places that a stroke spans at least, to be compared."""
+SURE = 4.0
+"""Standard errors from which on strokes agree about the place."""
+ALIKE = 0.5
+"""Correlation of two strokes of one direction, from which on they agree."""
+MINOR = 0.1
+"""Share of the variance below which one of two causes is not told."""
+LASTING = 0.7
+"""Time that a stroke lasts at least, to tell a rate [s]."""
+FASTEST = 0.02
+"""Rate [1/s] beyond which no drive warms up: there the force still settles."""
+SETTLING = 3.0
+"""Ratio of the rates in whole strokes and in their later halves within which it is no settling."""
+STUCK = 1e-9
+"""Share of the force by which its slope over a stroke is unsure at least, where the force is not stuck at a bound."""
+LIKELY_RATE, SURE_RATE = 0.99, 0.999
+"""Probabilities from which on a rate is likely, and surely, not zero."""
+
+
+@dataclass(frozen=True)
+class OverPlace:
+    """What comes again at the same place in stroke after stroke."""
+
+    cogging: float  # Root mean square of the force over position [N]
+    friction: float  # Root mean square of the friction over position [N]
+    strokes: int  # Strokes that were compared
+    length: float  # Length of the travel that they were compared over [m]
+
+
+@dataclass(frozen=True)
+class OverTime:
+    """How the size of the force changes in time, whatever the speed."""
+
+    # rate, half: relative rate and half of its 95 % interval [1/s]
+    rate: float
+    half: float
+    # Time from the first record to the last, where one clock tells it, else that of all records together [s]
+    duration: float
+    # clocked, sure: whether one clock tells it, and whether the rate is no chance
+    clocked: bool
+    sure: bool
+
+    @property
+    def change(self) -> float:
+        """What the rate comes to over all records [1]."""
+        return self.rate * self.duration
+
+
+def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
+    """Return what strokes of different speed show at the same places; None where they do not agree, or are too few.
+
+    Two strokes are compared where both came, each without its mean and slope there. Noise differs between strokes,
+    so their covariance is the variance of what they have in common.
+
+    Parameters
+    ----------
+    strokes
+        Constant-velocity segments, each with its record.
+    """
+    cut = [_cut(log, segment) for log, segment in strokes if log.position is not None and log.force is not None]
+    if len(cut) < 4:
+        return None
+    low, high = min(z.min() for z, *_ in cut), max(z.max() for z, *_ in cut)
+    edges = np.linspace(low, high, PLACES + 1)
+    profiles = [(_profile(z, F, edges), sign, v) for z, F, sign, v in cut]
+    same = _common([(a, b) for (a, s, v), (b, r, w) in combinations(profiles, 2) if s == r and v != w])
+    opposite = _common([(a, b) for (a, s, _), (b, r, _) in combinations(profiles, 2) if s != r])
+    if same is None or opposite is None or not same.sure or same.correlation < ALIKE:
+        return None
+    # F = ±F_r + c ± w: strokes of one direction share c + w, and two opposite ones c² - w² on average
+    across = opposite.covariance if opposite.sure else 0.0
+    cogging, friction = (max(0.5 * (same.covariance + sign * across), 0.0) for sign in (1.0, -1.0))
+    whole = cogging + friction
+    return OverPlace(
+        float(np.sqrt(cogging)) if cogging > MINOR * whole else 0.0,
+        float(np.sqrt(friction)) if friction > MINOR * whole else 0.0,
+        same.strokes, float(high - low),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Common:
+    """What pairs of strokes have in common: covariance [N²], median correlation, whether it is sure, in how many."""
+
+    covariance: float
+    correlation: float
+    sure: bool
+    strokes: int
+
+
+def _cut(log: Log, segment: Segment) -> tuple[Real, Real, float, float]:
+    part = slice(segment.start, segment.stop)
+    assert log.position is not None
+    assert log.force is not None
+    return log.position[part], log.force[part], float(np.sign(segment.velocity)), abs(segment.velocity)
+
+
+def _profile(z: Real, F: Real, edges: Real) -> Real:
+    """Return the mean force at each place; nan where the stroke did not come."""
+    place = np.clip(np.digitize(z, edges) - 1, 0, len(edges) - 2)
+    count = np.bincount(place, minlength=len(edges) - 1)
+    return np.where(count > 0, np.bincount(place, F, minlength=len(count)) / np.maximum(count, 1), np.nan)
+
+
+def _common(pairs: Sequence[tuple[Real, Real]]) -> _Common | None:
+    """Return what the pairs that meet at enough places have in common; None where there are fewer than three."""
+    found, seen = [], set()
+    for a, b in pairs:
+        at = np.flatnonzero(np.isfinite(a) & np.isfinite(b))
+        if len(at) < SHORTEST:
+            continue
+        x, y = (one[at] - np.polynomial.Polynomial.fit(at, one[at], 1)(at) for one in (a, b))
+        size = float(np.sqrt(np.mean(x * x) * np.mean(y * y)))
+        if size > 0.0:
+            covariance = float(np.mean(x * y))
+            found.append((covariance, float(np.clip(covariance / size, -0.999, 0.999)), len(at)))
+            seen |= {id(a), id(b)}
+    if len(found) < 3:
+        return None
+    covariance, correlation, places = np.array(found).T
+    z = np.arctanh(correlation)  # Fisher's: its spread does not depend on the correlation
+    # each stroke is in many pairs: no more of them are independent than half of the strokes
+    error = max(float(np.std(z, ddof=1)), 0.3) / np.sqrt(max(0.5 * len(seen), 1.0))
+    return _Common(
+        float(np.average(covariance, weights=places)), float(np.median(correlation)),
+        bool(abs(np.mean(z)) > SURE * error), len(seen),
+    )  # fmt: skip
+
+
+def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
+    """Return the rate at which the size of the force changes, where it is not zero; None where it is, or is not known.
+
+    The slope of the force in each stroke is regressed on the size of the force (the rate), on the speed (a force over
+    position) and on the velocity (friction over position), so that neither place is taken for time.
+
+    Parameters
+    ----------
+    strokes
+        Constant-velocity segments, each with its record.
+    """
+    whole = _trends(strokes, 0.0)
+    late = _trends(strokes, 0.5)
+    if whole is None or late is None:
+        return None
+    rate, deviation, freedom = whole[0][0], whole[1][0], whole[2]
+    likely, sure = (
+        abs(rate) > float(stdtrit(freedom, 0.5 * (1.0 + one))) * deviation for one in (LIKELY_RATE, SURE_RATE)
+    )
+    if not likely or abs(rate) > FASTEST:
+        return None
+    if not 1.0 / SETTLING < late[0][0] / rate < SETTLING:  # what settles changes less and less
+        return None
+    logs = {id(log): log for log, _ in strokes}.values()
+    spans = sorted((float(log.time[0]), float(log.time[-1])) for log in logs)
+    one_clock = all(after[0] >= before[1] for before, after in pairwise(spans))  # with the pauses, where it is known
+    duration = spans[-1][1] - spans[0][0] if one_clock else sum(end - begin for begin, end in spans)
+    return OverTime(rate, float(stdtrit(freedom, 0.975)) * deviation, duration, one_clock, sure)
+
+
+def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | None:
+    """Return by how much the force rises along the axis [N/m], and half its 95 % interval; None where it does not.
+
+    It is told by the later halves of strokes, settled or not: what rises along a stroke looks like settling.
+
+    Parameters
+    ----------
+    strokes
+        Stretches at constant velocity, each with its record.
+    """
+    if (found := _trends(strokes, 0.5, settled=False)) is None:
+        return None
+    (_, rises, _), (_, deviation, _), freedom = found
+    sure = abs(rises) > float(stdtrit(freedom, 0.5 * (1.0 + SURE_RATE))) * deviation
+    return (rises, float(stdtrit(freedom, 0.975)) * deviation) if sure else None
+
+
+def _trends(
+    strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bool = True
+) -> tuple[list[float], list[float], int] | None:
+    """Return the relative rate [1/s], force and friction over position [N/m] from a share of each stroke on.
+
+    Each with its standard error, and the freedom of all.
+    """
+    rows, slopes, errors = [], [], []
+    for log, segment in strokes:
+        first = segment.start if settled else segment.onset
+        start = first + int(begin * (segment.stop - first))
+        part = slice(start, segment.stop)
+        lasting = float(log.time[segment.stop - 1] - log.time[first])
+        if log.force is None or segment.stop - start < 64 or (settled and not segment.settled) or lasting < LASTING:
+            continue
+        t, F = log.time[part] - log.time[start], log.force[part] * np.sign(segment.velocity)
+        slope, rest, noise = _slope(t, F)
+        if max(rest, noise) * float(t[-1]) <= STUCK * abs(float(np.mean(F))):  # no noise at all: the force is stuck
+            continue
+        rows.append([float(np.mean(F)), abs(segment.velocity), segment.velocity])
+        slopes.append(slope)
+        errors.append((rest, noise))
+    if len(rows) < 8:
+        return None
+    X, y, (rest, noise) = np.array(rows), np.array(slopes), np.array(errors).T
+    # what ripples over encoder counts averages out sooner than noise: all strokes together tell by how much
+    w = 1.0 / np.maximum(rest, noise * min(float(np.median(rest / np.maximum(noise, 1e-9 * rest))), 1.0))
+    A, b = X * w[:, np.newaxis], y * w
+    if np.linalg.matrix_rank(A) < 3:
+        return None
+    solution, *_ = np.linalg.lstsq(A, b, rcond=None)
+    freedom = len(y) - 3
+    spread = max(float(np.sum((b - A @ solution) ** 2)) / freedom, 1.0)
+    return solution.tolist(), np.sqrt(spread * np.diag(np.linalg.inv(A.T @ A))).tolist(), freedom
+
+
+def _slope(t: Real, F: Real) -> tuple[float, float, float]:
+    """Return the slope of a force in time [N/s] by the means of eight parts, and its standard error twice.
+
+    It is that by which the parts stand off a line, and that of samples which are independent.
+    """
+    parts = np.array_split(np.arange(len(t)), 8)
+    at, mean = (np.array([values[part].mean() for part in parts]) for values in (t, F))
+    at, mean = at - at.mean(), mean - mean.mean()
+    spread = float(np.sqrt(at @ at))
+    slope = float(at @ mean) / spread**2
+    noise = np.array([F[part].std(ddof=1) / np.sqrt(len(part)) for part in parts])
+    return slope, float(np.sqrt(np.sum((mean - slope * at) ** 2) / 6.0)) / spread, float(np.mean(noise)) / spread

@@ -1,0 +1,257 @@
+"""One record, made ready for a replay: the motion behind the encoder's counts, and the friction force along it.
+
+Whatever replays a friction model – `identify gms`, the replay fits, `compare`, `validate`, the report – takes its
+records from here, and so does the fit of a rigid axis to its motion: all see the same force at the same instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.arrays import Indices, Mask, Real
+from fric.drive.plant import Plant
+from fric.errors import FricError
+from fric.log import Log
+from fric.records.chords import require_numbers, travelled
+from fric.records.clipping import clipped
+from fric.records.conditioning import Conditioning, filtered_motion
+from fric.records.force_lag import Drive, acting_force, drive_force
+from fric.records.motion import Motion, smooth_motion
+from fric.records.preparation import Own, Preparation
+from fric.records.reversals import find_reversals
+
+if TYPE_CHECKING:
+    from fric.friction import FrictionModel
+
+MOST = 400_000
+"""Samples of all records together that a fit replays; of more, one in so many is taken."""
+
+PARTS = 16
+"""Parts of a stroke, in either sense, in which what a model misses is taken for one."""
+
+CYCLES = 3
+"""Whole cycles from which on they are what is resampled; of fewer, pieces of equal length are."""
+
+PIECES = 10
+"""Pieces of equal length that are resampled where there are no cycles."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """One record to replay a model along."""
+
+    log: Log  # The record
+    motion: Motion  # Its motion, without the encoder's steps
+    # Friction force [N], shape (n,): what drove the axis at that instant, less inertia and linear damping where a plant
+    # is known
+    force: Real
+    # Samples that are compared, shape (n,). What comes before the first reversal is not among them, since the state in
+    # which the record begins is not known.
+    used: Mask
+    # Samples at which the motion reverses, shape (r,); of a record in sliding, at which its velocity does
+    reversals: Indices
+    done: Preparation  # What was made of the record
+
+    @property
+    def name(self) -> str:
+        """Name of the record."""
+        return self.log.name
+
+    @property
+    def slides(self) -> bool:
+        """True for a record in sliding, which tells the frictional lag alone; see `in_sliding`."""
+        return "damping" in self.done.own
+
+    @property
+    def drive(self) -> Real:
+        """The drive's force as it acts [N], shape (n,): friction, and the inertia and damping that were taken off."""
+        return self.force + self.taken_off
+
+    @property
+    def taken_off(self) -> Real:
+        """Inertia and linear damping that were taken off [N], shape (n,)."""
+        return (self.done.mass or 0.0) * self.motion.acceleration + (self.done.damping or 0.0) * self.motion.velocity
+
+    @cached_property
+    def own(self) -> Real:
+        """What the record adds of its own, a column each, shape (n, m)."""
+        m = self.motion
+        columns = {"offset": np.ones_like(m.time), "damping": m.velocity, "mass": m.acceleration}
+        return np.column_stack([columns[name] for name in self.done.own])
+
+    def replay(self, model: FrictionModel) -> Real:
+        """Return the force of a model along the motion [N], shape (n,)."""
+        return model.replay(self.motion.time, self.motion.position, self.motion.velocity)
+
+    def record_part(self, rest: Real) -> Real:
+        """Return the coefficients of ``own`` that explain most of a force (n,), by least squares, shape (m,)."""
+        size = np.abs(self.own[self.used]).max(axis=0, initial=1e-300)
+        return np.asarray(np.linalg.lstsq(self.own[self.used] / size, rest[self.used], rcond=None)[0] / size)
+
+    def fitted(self, model: FrictionModel) -> Real:
+        """Return the replayed force with what the record adds of its own [N], shape (n,)."""
+        replayed = self.replay(model)
+        return np.asarray(replayed + self.own @ self.record_part(self.force - replayed))
+
+    @cached_property
+    def travel(self) -> Real:
+        """Half of the travel since the last reversal [m], as on the virgin curve; infinite in sliding, shape (n,)."""
+        if self.slides or not len(self.reversals):
+            return np.full(len(self.force), np.inf)
+        last = np.searchsorted(self.reversals, np.arange(len(self.force)), side="right") - 1
+        return 0.5 * np.abs(self.motion.position - self.motion.position[self.reversals[np.maximum(last, 0)]])
+
+    @cached_property
+    def cycle(self) -> Indices:
+        """Number of the cycle that each sample belongs to, shape (n,): cycles are what is resampled."""
+        n, whole = np.arange(len(self.force)), (len(self.reversals) - 1) // 2
+        if whole >= CYCLES:
+            return np.asarray(np.minimum(np.searchsorted(self.reversals[::2], n, side="right"), whole))
+        return np.asarray((np.cumsum(self.used) - 1) * PIECES // max(int(self.used.sum()), 1))
+
+    @cached_property
+    def phase(self) -> Indices:
+        """Number of the part of a cycle that each sample belongs to, shape (n,): what a model misses comes again there.
+
+        Sixteenths of the samples by the travel since the reversal (where there is none: by velocity), in either sense.
+        """
+        m = self.motion
+        along = self.slides or not len(self.reversals)
+        progress, sense = (m.velocity, m.acceleration) if along else (self.travel, m.velocity)
+        limits = np.quantile(progress, np.arange(1, PARTS) / PARTS)
+        return np.asarray(np.searchsorted(limits, progress) + PARTS * (sense > 0))
+
+    def later(self, late: float) -> Prepared:
+        """Return the record with its force as it acted, where it was logged so much later than its position [s]."""
+        force = acting_force(self.motion.time, self.force, -late)
+        return replace(self, force=force, done=replace(self.done, delay=self.done.delay - late))
+
+    def restricted(self, used: Mask) -> Prepared:
+        """Return the record with fewer samples compared; the replay still runs through all of them."""
+        return replace(self, used=self.used & used)
+
+    def trimmed(self) -> Prepared:
+        """Return the record up to the last sample that is compared."""
+        return self._cut(slice(None, int(np.flatnonzero(self.used)[-1]) + 1))
+
+    def thinned(self, every: int) -> Prepared:
+        """Return the record with one sample in so many: increments of position add up, so nothing is lost of them."""
+        return self if every <= 1 else self._cut(slice(None, None, every))
+
+    def _cut(self, cut: slice) -> Prepared:
+        m, every = self.motion, cut.step or 1
+        motion = Motion(m.time[cut], m.position[cut], m.velocity[cut], m.acceleration[cut], m.step)
+        reversals = self.reversals // every
+        return Prepared(
+            self.log, motion, self.force[cut], self.used[cut], reversals[reversals < len(motion.time)],
+            replace(self.done, every=self.done.every * every),
+        )  # fmt: skip
+
+    def in_sliding(self) -> Prepared:
+        """Return a record in sliding as it tells the frictional lag, where the static map is known.
+
+        The lag is out of phase with the velocity. What the map may be off by, and damping that no plant took off, is
+        in phase: the record adds a slope over velocity of its own, and without a plant the inertia too. Its cycles
+        are those of the velocity.
+
+        Raises
+        ------
+        FricError
+            When the velocity changes over fewer than two cycles, or the motion reverses.
+        """
+        v = self.motion.velocity
+        reversals = find_reversals(v, threshold=0.3 * float(np.ptp(v)))
+        if len(reversals) < 5:
+            raise FricError(
+                "the velocity changes over fewer than two cycles", where=self.log.where,
+                hint="Log five cycles or more of a sine about a mean speed, for C.",
+            )  # fmt: skip
+        used = np.zeros(len(v), dtype=bool)
+        used[reversals[0] : reversals[-1]] = True
+        if (v[used] > 0).any() and (v[used] < 0).any():
+            raise FricError(
+                "the motion reverses, and C is told by sliding in one direction", where=self.log.where,
+                hint="Raise the mean speed above the amplitude of the velocity.",
+            )  # fmt: skip
+        own: tuple[Own, ...] = ("offset", "damping") if self.done.mass is not None else ("offset", "damping", "mass")
+        return replace(self, used=used, reversals=reversals, done=replace(self.done, own=own))
+
+
+def prepared(
+    logs: Sequence[Log], plant: Plant | None = None, *, drive: Drive | None = None, filters: Sequence[Conditioning] = ()
+) -> tuple[Prepared, ...]:
+    """Return records ready for replay: ``F = F_drive(t - delay) - M·z̈ - M·A·ż``.
+
+    Parameters
+    ----------
+    logs
+        Records of one axis with a force, or with an input where the force constant is known.
+    plant
+        The plant, after whose delay the force acts, and whose inertia and linear damping are taken off.
+    drive
+        Force constant and delays, where a plant is yet to be found.
+    filters
+        The published filter for each record, behind which the motion is taken; its border is not used. Without it the
+        motion is the one behind the encoder's counts (`smooth_motion`).
+
+    Raises
+    ------
+    FricError
+        When a record has no force, holds a value that is no number, or does not move.
+    """
+    if not logs:
+        raise FricError("there is no record", hint="Name a log with a force.")
+    if len({(log.axis, log.motion) for log in logs}) > 1:
+        text = ", ".join(sorted({log.axis for log in logs}))
+        raise FricError(f"the records are of several axes ({text})", hint="Identify one axis at a time.")
+    if filters:
+        return tuple(_prepared(log, plant, drive, one) for log, one in zip(logs, filters, strict=True))
+    records = tuple(_prepared(log, plant, drive, None) for log in logs)
+    every = -(-sum(len(record.log) for record in records) // MOST)
+    return tuple(record.thinned(every) for record in records)
+
+
+def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Conditioning | None) -> Prepared:
+    given = plant or drive or Drive()
+    force, source, lag = drive_force(log, given)
+    if not np.ptp(force):
+        raise FricError(
+            "the force does not change", where=log.where, hint="Is it the right column? Friction changes its sign."
+        )
+    position = travelled(log)
+    require_numbers(log, {"force": force, "position": position})
+    try:
+        motion = smooth_motion(log.time, position) if filters is None else filtered_motion(log, filters)
+    except FricError as error:
+        raise error.at(log.where) from None
+    # force and position of a sample are evenly spread about one instant; without a plant the delay is not known either
+    timing = float(np.median(np.diff(log.time))) / np.sqrt(12.0) * (1.0 if plant else 2.0)
+    done = Preparation(source, given.T_d - lag, float(timing), motion.step)
+    force = acting_force(log.time, force, done.delay)
+    if plant is not None:
+        inertia, damping = plant.M * motion.acceleration, plant.damping * motion.velocity
+        size = max(0.5 * float(np.quantile(force, 0.99) - np.quantile(force, 0.01)), 1e-300)
+        shares = [float(np.quantile(np.abs(part), 0.99)) / size for part in (inertia, damping)]
+        force = force - inertia - damping
+        done = replace(
+            done, plant=plant, mass=plant.M, damping=plant.damping, inertia_share=shares[0], damping_share=shares[1]
+        )  # fmt: skip
+    elif log.kind == "motion":
+        done = replace(done, own=("offset", "mass"))
+    reversals = find_reversals(position)
+    used = np.ones(len(log), dtype=bool)
+    if filters is not None:
+        used[: filters.border] = False
+        return Prepared(log, motion, np.asarray(force, float), used, reversals, done)
+    if len(reversals) > 1:
+        used[: reversals[0]] = False
+    else:
+        used[np.abs(position - position[0]) < 0.02 * np.ptp(position)] = False
+    if log.force is not None and source == "force":
+        used &= ~clipped(log.force)
+    return Prepared(log, motion, np.asarray(force, float), used, reversals, done)

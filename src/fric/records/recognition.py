@@ -1,0 +1,190 @@
+"""What experiment a record is, where it does not say: told from the motion alone, and the force where there is one."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fric.arrays import Indices, Real
+from fric.columns import Kind
+from fric.log import Log
+from fric.records.resolution import lattice_step, noise_level
+from fric.records.reversals import find_reversals
+from fric.records.segments import Segment
+
+STEADY_SHARE = 0.75
+"""Share of the time in motion at constant velocity, from which on a record is one of constant velocity."""
+STROKE_SHARE = 0.3
+"""The same where the axis reverses or stops between any two speeds: then there are strokes, and their ramps."""
+SINE_FIT = 0.99
+"""Share of the variance that one sine explains in a record of a sine; a triangle has 0.986."""
+LINES = 9.0
+"""Spectral lines among which the power of a broad-band excitation is spread at least; strokes have five at most."""
+RISING_SHARE = 0.01
+"""Share of the stroke that the force takes to come up after a reversal, from which on a sine is in pre-sliding."""
+LOOP_SHARE = 0.03
+"""The same of a motion of any other shape: a hand's, or one that friction bends, is no sine."""
+LOOP_OF_STROKES = 0.1
+"""The same where it goes there and back at constant velocity: so short strokes tell pre-sliding rather than a map."""
+SWAY = 0.1
+"""Share of the longest stroke under which one is what a control loop overshoots and swings, and is no branch."""
+LEAST_REVERSALS = 4
+"""Reversals that such a motion has at least."""
+
+
+@dataclass(frozen=True)
+class Sine:
+    """A sine that a motion follows, ``z = z_0 + v_0·t + amplitude·sin(2π·frequency·t + phase)``.
+
+    amplitude: of the position: half the travel between reversals, where it does (friction flattens the crests) [m]
+    frequency: [Hz]
+    mean_velocity: velocity v_0 that it rides on [m/s]
+    cycles: at full amplitude
+    explained: share of the variance about the line that it explains
+    """
+
+    amplitude: float
+    frequency: float
+    mean_velocity: float
+    cycles: float
+    explained: float
+
+    @property
+    def reversals(self) -> bool:
+        """Whether the motion reverses, rather than sliding on."""
+        return 2.0 * np.pi * self.frequency * self.amplitude > abs(self.mean_velocity)
+
+
+def fitted_sine(time: Real, position: Real) -> Sine | None:
+    """Return the sine that a motion follows at full amplitude, or None where it is none.
+
+    The run-in and the end are left out: before the second reversal and after the last; of a motion that never turns, a
+    quarter at each end.
+    """
+    reversals = find_reversals(position)
+    n = len(position)
+    start, stop = (int(reversals[1]), int(reversals[-1]) + 1) if len(reversals) > 3 else (n // 4, n - n // 4)
+    if stop - start < 32:
+        return None
+    t, z = time[start:stop] - time[start], position[start:stop]
+    span = float(t[-1])
+    line = np.stack([np.ones_like(t), t / span - 0.5], axis=1)
+    level = z - line @ np.linalg.lstsq(line, z, rcond=None)[0]
+    spread = float(level @ level)
+    if spread == 0.0:
+        return None
+    even = np.interp(np.linspace(0.0, span, len(t)), t, level)
+    spectrum = np.abs(np.fft.rfft(even * np.hanning(len(t)))) ** 2
+    peak = int(np.argmax(spectrum[1:])) + 1
+    if spectrum[max(peak - 2, 0) : peak + 3].sum() < 0.95 * spectrum.sum():
+        return None
+    guess = peak / span
+    thin = max(len(t) // 4096, 1)
+    t, z, line = t[::thin], z[::thin], line[::thin]
+    spread *= len(t) / len(level)
+
+    def fit(frequency: float) -> tuple[float, Real]:
+        angle = 2.0 * np.pi * frequency * t
+        basis = np.column_stack([line, np.sin(angle), np.cos(angle)])
+        weights = np.linalg.lstsq(basis, z, rcond=None)[0]
+        residual = z - basis @ weights
+        return float(residual @ residual), weights
+
+    width = 1.0 / span
+    frequency = guess
+    for _ in range(6):  # the misfit has one minimum within a line's width: narrow it down
+        trial = frequency + width * np.linspace(-1.0, 1.0, 9)
+        frequency = float(min(trial[trial > 0.2 / span], key=lambda f: fit(f)[0]))
+        width /= 4.0
+    misfit, weights = fit(frequency)
+    explained = 1.0 - misfit / spread
+    if explained < SINE_FIT or frequency * span < 1.0:
+        return None
+    amplitude, velocity = float(np.hypot(weights[2], weights[3])), float(weights[1]) / span
+    if len(reversals) > 3:
+        amplitude, velocity = 0.5 * float(np.median(np.abs(np.diff(position[reversals[1:]])))), 0.0
+    return Sine(amplitude, frequency, velocity, frequency * span, explained)
+
+
+def recognised_kind(
+    log: Log,
+    segments: list[Segment],
+    rests: list[tuple[int, int]],
+    sine: Sine | None,
+    rise: float | None,
+    reversals: int,
+) -> Kind:
+    """Return the kind of a record by what it does.
+
+    A sine; a broad-band excitation; a motion back and forth before sliding, of any shape; strokes at constant
+    velocity, if that is most of the time in motion; else a motion.
+
+    Parameters
+    ----------
+    log
+        The record.
+    segments, rests
+        What `fric.records.segments.segments_and_rests` found in it.
+    sine
+        What `fitted_sine` found.
+    rise
+        What `force_rise` found: it tells pre-sliding from sliding. Without a force, pre-sliding is supposed.
+    reversals
+        How many reversals it has.
+    """
+    steady = sum(segment.stop - segment.onset for segment in segments)
+    if sine is not None and steady < STROKE_SHARE * len(log):
+        return "presliding-sine" if sine.reversals and (rise is None or rise > RISING_SHARE) else "sliding-sine"
+    if _is_broad_band(log):
+        return "frequency-response"
+    least = LOOP_SHARE if steady < STROKE_SHARE * len(log) else LOOP_OF_STROKES
+    if rise is not None and rise > least and reversals >= LEAST_REVERSALS:
+        return "presliding-sine"
+    moving = max(len(log) - sum(stop - start for start, stop in rests), 1)
+    strokes = all(
+        a.velocity * b.velocity < 0.0 or any(a.stop <= start and stop <= b.start for start, stop in rests)
+        for a, b in pairwise(segments)
+    )
+    return "constant-velocity" if steady >= (STROKE_SHARE if strokes else STEADY_SHARE) * moving else "motion"
+
+
+def force_rise(log: Log, reversals: Indices) -> float | None:
+    """Return the share of the stroke that the force takes after a reversal until it has come up by nine tenths.
+
+    It is the median over the branches between reversals, the force of the later half of a branch counting as come up.
+    Where it goes against the motion, as the inertia of a fast one does, it does not rise. None where there is no force,
+    no position or no branch.
+    """
+    if log.force is None or log.position is None or len(reversals) < 2:
+        return None
+    shares = []
+    strokes = np.abs(np.diff(log.position[reversals]))
+    whole = strokes >= SWAY * strokes.max()
+    for begin, end in np.column_stack([reversals[:-1], reversals[1:]])[whole]:
+        z, force = log.position[begin : end + 1], log.force[begin : end + 1]
+        up = float(np.median(force[len(force) // 2 :])) - float(force[0])
+        if up != 0.0:
+            risen = int(np.argmax((force - force[0]) / up >= 0.9))
+            along = up * (z[-1] - z[0]) > 0.0
+            shares.append(abs(float((z[risen] - z[0]) / (z[-1] - z[0]))) if along else 0.0)
+    return float(np.median(shares)) if shares else None
+
+
+def _is_broad_band(log: Log) -> bool:
+    """Say whether input and velocity are spread over many lines, and the motion is more than noise of the encoder."""
+    if log.input is None or log.position is None or len(log) < 256:
+        return False
+    velocity = np.gradient(log.position, log.time)
+    noise = max(noise_level(log.position), (lattice_step(log.position) or 0.0) / np.sqrt(12.0))
+    shaking = noise * np.sqrt(2.0) / float(np.median(np.diff(log.time)))
+    lines = min(spectral_lines(velocity), spectral_lines(log.input))
+    return bool(lines >= LINES and velocity.std() > 3.0 * shaking)
+
+
+def spectral_lines(signal: Real) -> float:
+    """Return among how many spectral lines the power of a signal is spread, ``1/Σp²`` with p their shares of it."""
+    n = len(signal)
+    slope, level = np.polyfit(np.arange(n), signal, 1)
+    power = np.abs(np.fft.rfft((signal - slope * np.arange(n) - level) * np.hanning(n))) ** 2
+    total = float(power.sum())
+    return float(1.0 / ((power / total) ** 2).sum()) if total > 0.0 else 0.0

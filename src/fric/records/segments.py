@@ -1,0 +1,273 @@
+"""Steady segments of a record: where the drive moves at a constant velocity and its friction has settled.
+
+A record may be one speed, or an hour of strokes at many. On position z(t), constant velocity is a straight line, and
+the distance of z from the chord between two samples is the CUSUM of the velocity. The search is in four steps:
+
+1. *split* a piece at its greatest distance from the chord, as long as that is more than the encoder, the noise or one
+   per cent of the travel explain, then join neighbours that one chord explains as well;
+2. *trim* each piece where it leaves the straight line of its inner part, with the onset of the ramp;
+3. *judge*: a segment moves, its velocity has no trend, and it is no mere moment between accelerations;
+4. *settle*: the friction force follows the velocity late (pre-sliding, frictional lag); its transient is cut off.
+
+Where only the velocity was logged, z is its integral, and the noise to be explained is that of a random walk.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fric.arrays import Real
+from fric.estimate import STAYS
+from fric.log import Log
+from fric.records.chords import SHORTEST, Path, path_of, straight_pieces, trimmed
+from fric.statistics import robust_deviation
+from fric.threads import one_blas_thread
+
+MOMENT = 0.1
+"""Share of the segment beside it, in time and travel, under which one is no stroke."""
+TREND = 0.01
+"""Change of velocity over a segment, as a share of it, that is not taken for an acceleration."""
+
+SETTLING = 0.5
+"""Share of the samples that is given up at most until the force has settled."""
+
+BATCHES = 64
+"""Batches that the settling is looked for in."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Samples ``start`` up to ``stop`` of a record, at constant velocity and with the friction force settled.
+
+    start: first sample
+    stop: the sample after the last
+    velocity: by regression of position on time, or the mean where no position was logged [m/s]
+    velocity_se: its standard error, which allows for autocorrelation [m/s]
+    onset: first sample at constant velocity; from there to ``start`` the force was settling
+    settled: false where the force had not settled when half of the segment was given up
+    """
+
+    start: int
+    stop: int
+    velocity: float
+    velocity_se: float
+    onset: int = field(metadata=STAYS)
+    settled: bool = True
+
+    def __len__(self) -> int:
+        return self.stop - self.start
+
+
+def steady_segments(log: Log) -> list[Segment]:
+    """Return the constant-velocity segments of a record, in the order of time; standing still is none.
+
+    Parameters
+    ----------
+    log
+        A record with position or, failing that, velocity. Where it holds the force, its settling is cut off. A record
+        that says it is a sine or a frequency response has no segment.
+
+    Raises
+    ------
+    FricError
+        When position, velocity or time is not a number somewhere.
+    """
+    return segments_and_rests(log)[0]
+
+
+@one_blas_thread()
+def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
+    """Return the segments as `steady_segments` does, and where the axis stands still: first sample, one past last."""
+    if len(log) < SHORTEST or log.kind in {"presliding-sine", "sliding-sine", "frequency-response"}:
+        return [], []
+    path = path_of(log)
+    pieces = straight_pieces(path)
+    kept = (trimmed(path, *trimmed(path, *piece)) for piece in pieces)
+    found = [segment for piece in kept if (segment := _accepted(path, *piece)) is not None]
+    moves = [
+        (
+            start,
+            stop,
+            abs(path.travel(start, stop)),
+            path.explained(stop - start),
+            log.time[stop - 1] - log.time[start],
+        )
+        for start, stop in pieces
+    ]
+    while moments := [segment for segment in found if not _lasts(segment, found, moves, len(log))]:
+        found.remove(min(moments, key=len))
+    rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest]
+    if log.force is not None and np.isfinite(log.force).all():
+        force = log.force
+        found = [
+            segment for n, segment in enumerate(found) if not _leads_into(path, force, segment, found[n + 1 : n + 2])
+        ]
+        found = [_settled(path, force, segment) for segment in found]
+    return found, rests
+
+
+def _accepted(path: Path, start: int, stop: int) -> Segment | None:
+    """Return the segment, or None where it is too short, stands still, or its velocity has a trend."""
+    n = stop - start
+    if n < SHORTEST:
+        return None
+    if abs(path.travel(start, stop)) <= (path.explained(n) if path.count == 0.0 else SHORTEST * path.resolution):
+        return None
+    t = path.time[start:stop] - path.time[start:stop].mean()
+    duration = float(t[-1] - t[0])
+    if path.velocity is None:
+        velocity, velocity_se = _regressed(t, path.position[start:stop])
+        least = _count_error(path.count, velocity, duration, n)
+        velocity_se = max(velocity_se, least)
+        z = path.position[start:stop]
+        left, bends = z - z.mean() - velocity * t, ((2, 12.0 / duration), (3, 15.0 / duration))
+    else:
+        least = 0.0
+        velocity, velocity_se = _regressed(np.ones(n), path.velocity[start:stop])
+        left, bends = path.velocity[start:stop] - velocity, ((1, 2.0), (2, 1.5))
+    if abs(velocity) < 5.0 * velocity_se:
+        return None
+    # Legendre's polynomials of the trend and of the curvature of the velocity, and how far it moves with each
+    x = 2.0 * t / duration
+    legendre = {1: x, 2: 1.5 * x * x - 0.5, 3: x * (2.5 * x * x - 1.5)}
+    for degree, swing in bends:
+        bend, bend_se = _regressed(legendre[degree], left)
+        if swing * abs(bend) > max(TREND * abs(velocity), 5.0 * swing * bend_se, 12.0 * least):
+            return None
+    return Segment(start, stop, velocity, velocity_se, onset=start)
+
+
+def _count_error(count: float, velocity: float, duration: float, samples: int) -> float:
+    """Return the error of a slope [m/s] that whole counts leave in a perfectly regular motion.
+
+    Position in whole counts is off by a sawtooth, seen under its alias where a sample is not far from p/q counts: then
+    its height is 1/q count. N teeth leave up to 1.75·height/(N·duration), half of which is given.
+    """
+    q = np.arange(1.0, 65.0)
+    each = q * abs(velocity) * duration / (samples - 1) / count if count else np.zeros_like(q)
+    teeth = (samples - 1) * np.abs(each - np.round(each))
+    return float((0.9 * count / q / np.maximum(teeth, 1.0)).max()) / duration
+
+
+def _regressed(x: Real, y: Real) -> tuple[float, float]:
+    """Return the coefficient of y on x by least squares and its standard error.
+
+    The error is the sandwich estimate over batches of neighbouring samples (x·residual summed over each), so that it
+    holds for residuals that are correlated over less than a batch: a count of the encoder, a ripple.
+    """
+    squares = float(x @ x)
+    coefficient = float(x @ y) / squares
+    scores = x * (y - coefficient * x if np.ptp(x) == 0 else y - y.mean() - coefficient * x)
+    batches = min(30, len(x) // 2)
+    edges = np.linspace(0, len(x), batches, endpoint=False).astype(int)
+    sums = np.add.reduceat(scores, edges)
+    return coefficient, float(np.sqrt(sums @ sums * batches / (batches - 1))) / squares
+
+
+def _lasts(
+    segment: Segment, found: list[Segment], pieces: list[tuple[int, int, float, float, float]], samples: int
+) -> bool:
+    """Say whether a segment is no mere moment between longer accelerations, such as the crest of a sine.
+
+    An acceleration reaches up to the next segment, or the next piece at rest (or slower by far).
+    """
+    bounds = [(other.start, other.stop) for other in found if other is not segment]
+    bounds += [
+        (start, stop)
+        for start, stop, travel, rest, duration in pieces
+        if travel <= max(rest, 0.02 * abs(segment.velocity) * duration)
+    ]
+    rests = [start for start, _, travel, rest, _ in pieces if travel <= rest]
+    for other in found:  # what goes over into one far longer, in time and travel, is its ramp, or how it catches up
+        low, high = sorted((segment.start, other.start))
+        travels = segment.velocity * len(segment), other.velocity * len(other)
+        short = len(segment) < MOMENT * len(other) and 0.0 < travels[0] / travels[1] < MOMENT
+        if short and not any(low <= rest < high for rest in rests):
+            return False
+    before = max((stop for _, stop in bounds if stop <= segment.start), default=0)
+    after = min((start for start, _ in bounds if start >= segment.stop), default=samples)
+    return len(segment) >= 0.5 * max(segment.start - before, after - segment.stop)
+
+
+def _leads_into(path: Path, force: Real, segment: Segment, after: list[Segment]) -> bool:
+    """Say whether a segment goes on at its speed in the next, longer one, where its force has yet to settle.
+
+    Friction that builds up along a slow stroke makes the axis lag by part of a count, which parts the stroke in two.
+    """
+    for later in after:
+        same = abs(segment.velocity - later.velocity) <= TREND * abs(later.velocity) + 5.0 * segment.velocity_se
+        on = later.velocity * float(path.time[later.start] - path.time[segment.stop - 1])
+        behind = abs(path.travel(segment.stop - 1, later.start + 1) - on)  # by all of it, where it rested between
+        same = same and behind <= 2.0 * path.resolution + 0.25 * abs(on)
+        if same and later.start - segment.stop < len(later) and len(segment) < len(later):
+            return segment.start + settled_from(force[segment.start : later.stop])[0] >= segment.stop
+    return False
+
+
+def _settled(path: Path, force: Real, segment: Segment) -> Segment:
+    """Cut the settling of the force off a segment."""
+    cut, settled = settled_from(force[segment.start : segment.stop])
+    if cut == 0:
+        return segment
+    start = segment.start + cut
+    shorter = _accepted(path, start, segment.stop) or segment
+    return Segment(start, segment.stop, shorter.velocity, shorter.velocity_se, segment.onset, settled)
+
+
+def settled_from(force: Real) -> tuple[int, bool]:
+    """Return the sample from which on a force has settled, and False where half of it is not enough.
+
+    The cut minimises the marginal standard error of what is left, ``S(k)/(n - k)²`` with S the sum of squares about
+    the mean of the batches k to n (White, Simulation 69(6), 1997: MSER), and is made only where what it takes off is a
+    transient: a stationary force is left whole.
+
+    Parameters
+    ----------
+    force
+        The force at constant velocity, from its first sample on, shape (n,).
+    """
+    n = len(force)
+    batches = min(BATCHES, n // 4)
+    if batches < 8:
+        return 0, True
+    late = force[n // 2 :]
+    middle = float(np.median(late))
+    spread = robust_deviation(late - middle) or float(late.std())
+    edges = np.linspace(0, n, batches, endpoint=False).astype(int)
+    # a glitch must not look like a transient: it counts as twenty standard deviations at most
+    y = np.clip(force, middle - 20.0 * spread, middle + 20.0 * spread)
+    means = np.add.reduceat(y, edges) / np.diff(np.append(edges, n))
+    last = int(SETTLING * batches)
+    left = batches - np.arange(batches)
+    total, squares = np.cumsum(means[::-1])[::-1], np.cumsum((means - middle)[::-1] ** 2)[::-1]
+    scatter = np.maximum(squares - left * (total / left - middle) ** 2, 0.0)
+    cut = int(np.argmin((scatter / left**2)[: last + 1]))
+    if cut == 0:
+        return 0, True
+    if not _is_transient(means[:cut], means[cut:]):
+        return 0, True
+    quarter = batches // 4
+    settled = cut < last or not _is_transient(means[-2 * quarter : -quarter], means[-quarter:])
+    return int(edges[cut]), settled
+
+
+def _is_transient(head: Real, tail: Real) -> bool:
+    """Say whether the head settles into the tail, rather than being part of how the force wanders.
+
+    It differs from the tail by more than four standard errors, and begins outside the range that the tail keeps to.
+    """
+    difference = float(head.mean() - tail.mean())
+    if abs(difference) <= 4.0 * _mean_se(tail) * np.sqrt(1.0 + len(tail) / len(head)):
+        return False
+    toward = np.sign(difference)
+    return bool((toward * head[:3]).max() > (toward * tail).max())
+
+
+def _mean_se(batches: Real) -> float:
+    """Return the standard error of the mean of batch means that may be correlated, by their initial positive sum."""
+    centred = batches - batches.mean()
+    n = len(centred)
+    covariance = np.correlate(centred, centred, "full")[n - 1 : n - 1 + max(n // 4, 1)] / n
+    negative = np.flatnonzero(covariance <= 0.0)
+    upto = int(negative[0]) if len(negative) else len(covariance)
+    return float(np.sqrt(max(covariance[0] + 2.0 * covariance[1:upto].sum(), 0.0) / max(n - 1, 1)))

@@ -1,0 +1,194 @@
+"""Whether the samples of a record were taken when its time says: jitter and lost samples, told from the position.
+
+A position that is sampled ``τ`` too late is off by ``v·τ``. So jitter is noise of the position that grows with the
+speed, which no encoder makes; and a sample that is lost, with the time counted on, is one step of the position as long
+as two.
+"""
+
+from dataclasses import dataclass, replace
+from math import comb
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import median_filter
+
+from fric.arrays import Real
+from fric.errors import FricError
+from fric.flaws.clock import SAMPLING_UNEVEN
+from fric.log import Log
+from fric.notice import Notice
+from fric.records.resolution import lattice_step
+from fric.statistics import robust_deviation
+
+ORDERS = (6, 8)
+"""Orders of the differences that noise is told by: a motion of f Hz comes out by that power of f over the rate."""
+WHITE = 0.8
+"""Power by the higher order over that by the lower one, of white noise 1; what moves has less."""
+GAP = 1.5
+"""Sampling intervals from which on samples are missing, and the time tells it."""
+WINDOW = 32
+"""Samples over which noise is compared with speed."""
+ABOVE = 7.0
+"""Noise by jitter, over that of the encoder's step, from which on it is told: an encoder that errs makes less."""
+SMALL = 1e-3
+"""Jitter in sampling intervals that spoils nothing: the digits that a position was printed with do as much."""
+SURE = 5.0
+"""Standard errors from which on noise grows with speed."""
+COUNTS = 8.0
+"""Steps of the encoder in a sample, from which on one twice as long is told."""
+LOST = 3
+"""Steps twice as long that make a case; one may be a jerk of the drive."""
+
+MISSING = 0.05
+"""Share of the samples that may be missing in an uneven record that is made even."""
+
+JITTER = 0.1
+"""Share of a sample by which an interval may differ from the mean one."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What is amiss with the clock of a record."""
+
+    jitter: float = 0.0  # Standard deviation of the sampling instants [s]; 0 where none is seen
+    displaced: float = 0.0  # What that does to the position: root mean square [m]
+    lost: float = 0.0  # Share of the samples that were lost while the time was counted on [1]; 0 where none is seen
+    speed: float = 0.0  # Usual speed while it moves [m/s]; 0 where the position tells nothing of the clock
+
+
+def timing(log: Log) -> Timing:
+    """Return what the position of a record tells of its clock.
+
+    Parameters
+    ----------
+    log
+        A record; one without a position, or with fewer than 256 samples, tells nothing.
+    """
+    z, t = log.position, log.time
+    if z is None or len(z) < 8 * WINDOW or not (np.isfinite(z).all() and np.isfinite(t).all()):
+        return Timing()
+    steps, dt = np.diff(z), np.diff(t)
+    even = dt < GAP * np.median(dt)
+    step = lattice_step(z) or 0.0
+    lost = _lost(steps[even], step)
+    if lost:
+        return Timing(lost=lost)
+    return _jitter(z, t, step)
+
+
+def _lost(steps: Real, encoder: float) -> float:
+    """Return the share of steps that are as long as two and lie between two of the usual length."""
+    n = len(steps)
+    usual = median_filter(steps, 9, mode="nearest")
+    steady = np.abs(usual) > max(COUNTS * encoder, 1e-12 * float(np.abs(steps).max()))
+    if steady.sum() < WINDOW:
+        return 0.0
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 4, mode="edge"), 9)[steady]
+    scatter = np.median(np.abs(around - usual[steady, np.newaxis]), axis=1)
+    steady[steady] = scatter < 0.1 * np.abs(usual[steady])
+    if steady.sum() < WINDOW:
+        return 0.0
+    ratio = np.where(steady, steps / np.where(steady, usual, 1.0), 1.0)
+    double = steady & (np.abs(ratio - np.rint(ratio)) < 0.25) & (np.rint(ratio) >= 2.0)
+    alone = np.zeros(n, dtype=bool)
+    alone[1:-1] = double[1:-1] & (np.abs(ratio[:-2] - 1.0) < 0.35) & (np.abs(ratio[2:] - 1.0) < 0.35)
+    odd = steady & (np.abs(ratio - 1.0) > 0.35) & ~double
+    if alone.sum() < LOST or odd.sum() > 0.3 * alone.sum():
+        return 0.0
+    return float(alone.sum() / steady.sum())
+
+
+def _jitter(z: Real, t: Real, encoder: float) -> Timing:
+    """Return the deviation of the instants, and what it moves, by regression of noise on speed²."""
+    count = len(z) // WINDOW
+    power, higher = (_power(z, order, count) for order in ORDERS)
+    speed = np.abs(z[WINDOW - 1 : count * WINDOW : WINDOW] - z[: count * WINDOW : WINDOW])
+    speed = (speed / (t[WINDOW - 1 : count * WINDOW : WINDOW] - t[: count * WINDOW : WINDOW]))[1:-1]
+    v2 = speed**2
+    wide = np.convolve(np.diff(t) > GAP * np.median(np.diff(t)), np.ones(2 * max(ORDERS) + 1), mode="same") > 0
+    gaps = np.append(wide, False)[: count * WINDOW].reshape(count, WINDOW)
+    whole = ~np.asarray(np.any(gaps, axis=1))[1:-1]
+    moving = (v2 > 0.01 * np.max(v2, initial=0.0)) & whole
+    if moving.sum() < 8 or np.median(higher[moving]) < WHITE * np.median(power[moving]):
+        return Timing()
+    floor = encoder**2 / 12.0
+    excess = power[moving] - floor
+    tau2 = excess / v2[moving]
+    found = float(np.median(tau2))
+    error = 1.2533 * robust_deviation(tau2 - found) / np.sqrt(moving.sum())
+    displaced = float(np.sqrt(np.median(v2[moving]) * max(found, 0.0)))
+    small = found < (SMALL * float(np.median(np.diff(t)))) ** 2
+    if small or found < SURE * error or displaced < ABOVE * encoder / np.sqrt(12.0):
+        return Timing(speed=float(np.sqrt(np.median(v2[moving]))))
+    return Timing(float(np.sqrt(found)), displaced, speed=float(np.sqrt(np.median(v2[moving]))))
+
+
+def _power(z: Real, order: int, count: int) -> Real:
+    """Return the noise power in each window but the first and the last [m²], by differences of an order.
+
+    It is the median over the window (0.4549 of χ² with one degree of freedom): a corner of the motion does not count.
+    """
+    weights = np.array([(-1.0) ** k * comb(order, k) for k in range(order + 1)])
+    high = np.convolve(z - z[0], weights, mode="same")[: count * WINDOW]
+    rows = (high**2).reshape(count, WINDOW)[1:-1] / np.sum(weights**2)
+    return np.asarray(np.median(rows, axis=1) / 0.4549)
+
+
+def even_sampling(log: Log) -> float:
+    """Return the sampling rate [Hz] of an evenly sampled record: the samples over the time that they took.
+
+    Raises
+    ------
+    FricError
+        When the record has fewer than 16 samples, or an interval between samples is not the mean one.
+    """
+    if len(log) < 16:
+        raise FricError(f"the record has {len(log)} samples", where=log.where, hint="Log a longer motion.")
+    period = float(log.time[-1] - log.time[0]) / (len(log) - 1)
+    off = np.abs(np.diff(log.time) / period - 1)
+    worst = int(np.argmax(off))
+    if off[worst] > JITTER:
+        step = log.time[worst + 1] - log.time[worst]
+        raise FricError(
+            f"the sampling is uneven: {step:.4g} s after t = {log.time[worst]:.6g} s, and {period:.4g} s on average",
+            where=log.where,
+            hint="Ingest a record without gaps, or cut it at the gap into records of their own.",
+        )
+    return 1 / period
+
+
+def evened(log: Log) -> tuple[Log, list[Notice]]:
+    """Return a record as if it had been sampled evenly, with what is to be said of it; an even one as it is.
+
+    Instants that jitter, and samples that are missing here and there, are made up for along a cubic through the others.
+
+    Raises
+    ------
+    FricError
+        When more than `MISSING` of the samples are missing, or more than 8 at one place.
+    """
+    steps = np.diff(log.time)
+    period = float(np.median(steps))
+    if len(log) < 16 or np.all(np.abs(steps / period - 1) <= JITTER / 100):
+        return log, []
+    span = float(log.time[-1] - log.time[0])
+    intervals = round(span / period)
+    missing = intervals + 1 - len(log)
+    if missing > MISSING * len(log) or float(steps.max()) > 9.5 * period:
+        return log, []  # which is then refused, with its place
+    even = log.time[0] + np.linspace(0.0, span, intervals + 1)
+    if missing == 0 and float(np.abs(even - log.time).max()) <= JITTER / 100 * period:
+        return log, []
+    channels: dict[str, Any] = {
+        name: CubicSpline(log.time, values)(even) for name, values in log.channels().items() if name != "time"
+    }
+    off = float(np.abs(_phase(log.time, period)).max())
+    text = SAMPLING_UNEVEN.found(log.name, missing=missing, samples=intervals + 1, off=off)
+    return replace(log, time=even, **channels), [text]
+
+
+def _phase(time: Real, period: float) -> Real:
+    """Return by how many samples each instant is off the even one that is next to it."""
+    at = (time - time[0]) / period
+    return np.asarray(at - np.rint(at))

@@ -1,0 +1,183 @@
+"""What a record is and is good for: on motions that are known, on bundled logs with their kind taken off, on flaws."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.documents.records import InspectionDocument
+from fric.io.hdf5 import read_records
+from fric.log import FrequencyResponse, Log
+from fric.records.inspection import inspect
+from tests.records.kinematics import encoder, strokes
+
+DATA = Path(__file__).parents[2] / "data"
+RNG = np.random.default_rng(0)
+
+
+def uses(found):
+    return {use.purpose: use for use in found.uses}
+
+
+@pytest.mark.parametrize("name", ["constant-velocity", "presliding-sine", "sliding-sine", "frequency-response"])
+def test_bundled_logs_are_recognised_without_their_kind(name):
+    for log in read_records(DATA / f"{name}.h5"):
+        stated, recognised = inspect(log), inspect(replace(log, kind=None))
+        assert (stated.kind, stated.stated) == (name, True)
+        assert (recognised.kind, recognised.stated) == (name, False)
+
+
+def test_bundled_logs_are_good_for_what_they_were_made_for():
+    good = {
+        name: {
+            purpose
+            for log in read_records(DATA / f"{name}.h5")
+            for purpose, use in uses(inspect(log)).items()
+            if use.good
+        }
+        for name in ("constant-velocity", "presliding-sine", "sliding-sine", "frequency-response")
+    }
+    assert good == {
+        "constant-velocity": {"static"},
+        "presliding-sine": {"gms"},
+        "sliding-sine": {"gms"},
+        "frequency-response": {"plant"},
+    }
+
+
+def sine(amplitude=15e-6, frequency=0.1, step=2.5e-7, cycles=5, rate=500.0):
+    time = np.arange(int(cycles / frequency * rate)) / rate
+    position = amplitude * np.sin(2 * np.pi * frequency * time)
+    force = 100.0 * np.sin(2 * np.pi * frequency * time + 0.5) + RNG.standard_normal(len(time))
+    return Log(time=time, position=encoder(position, step), force=force)
+
+
+@pytest.mark.parametrize(("amplitude", "frequency"), [(15e-6, 0.1), (450e-6, 0.1), (60e-6, 2.0)])
+def test_amplitude_and_frequency_of_a_sine(amplitude, frequency):
+    found = inspect(sine(amplitude, frequency))
+    assert found.sine.frequency == pytest.approx(frequency, rel=1e-3)
+    assert found.sine.amplitude == pytest.approx(amplitude, abs=2.5e-7)
+    assert len(found.reversals) == 10
+    assert found.encoder_step == pytest.approx(2.5e-7)
+
+
+def test_a_large_loop_without_presliding_is_a_sliding_sine():
+    log = sine(amplitude=5e-3)
+    square = 100.0 * np.sign(np.gradient(log.position))
+    assert inspect(replace(log, force=square)).kind == "sliding-sine"
+
+
+def test_an_amplitude_below_three_steps_of_the_encoder_is_not_good_for_gms():
+    use = uses(inspect(replace(sine(amplitude=0.6e-6), kind="presliding-sine")))["gms"]
+    assert not use.good
+    assert "steps of the encoder" in use.why
+
+
+def test_strokes_give_their_speeds_and_a_triangle_is_no_sine():
+    made = strokes([(1e-3, 1.0), (-1e-3, 1.0), (4e-3, 1.0), (-4e-3, 1.0)] * 2, rate=1000.0)
+    found = inspect(Log(time=made.time, position=encoder(made.position, 2.5e-7), force=np.sign(made.velocity)))
+    assert found.kind == "constant-velocity"
+    assert found.speeds == pytest.approx([-4e-3, -1e-3, 1e-3, 4e-3], rel=1e-4)
+    assert len(found.stretches) == 8
+    triangle = 1e-3 * np.abs(np.arange(20_000) / 1000 % 2 - 1)
+    found = inspect(Log(time=np.arange(20_000) / 1000, position=encoder(triangle, 2.5e-7)))
+    assert (found.kind, found.sine) == ("constant-velocity", None)
+
+
+def test_flaws_are_counted():
+    log = sine()
+    force, time = log.force.clip(-90.0, 80.0), log.time.copy()
+    force[100:103] = np.nan
+    time[2000:] += 0.01
+    found = inspect(replace(log, force=force, time=time, dropped=7))
+    assert found.channels["force"].not_a_number == 3
+    assert found.channels["force"].clipped == np.count_nonzero((force == 80.0) | (force == -90.0))
+    assert found.channels["position"].clipped == 0
+    assert [gap.intervals for gap in found.gaps] == pytest.approx([4.0, 6.0])  # the dropped samples leave one too
+    assert found.sampling == pytest.approx(500.0)
+    assert found.dropped == 7
+    assert "clipped" in uses(found)["gms"].why
+
+
+def test_coarse_and_noisy_channels_are_not_clipped():
+    log = sine()
+    assert inspect(log).channels["force"].clipped == 0
+    assert inspect(replace(log, force=np.round(log.force / 5.0) * 5.0)).channels["force"].clipped == 0
+    assert inspect(replace(log, force=np.zeros(len(log)))).channels["force"].clipped == 0
+
+
+def test_jitter_of_the_clock():
+    log = sine()
+    time = log.time + 1e-4 * RNG.standard_normal(len(log))
+    assert inspect(replace(log, time=time)).jitter == pytest.approx(np.sqrt(2) * 1e-4, rel=0.05)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 4, 5, 40])
+def test_short_records_are_told_and_not_failed_on(samples):
+    found = inspect(Log(time=np.arange(float(samples)), position=np.zeros(samples), force=np.zeros(samples)))
+    assert not any(use.good for use in found.uses)
+    json.dumps(InspectionDocument.made({"records": [found]}).tree(), allow_nan=False)
+
+
+def test_a_channel_without_a_number():
+    log = sine()
+    found = inspect(replace(log, force=np.full(len(log), np.nan)))
+    assert found.channels["force"].low is None
+    json.dumps(InspectionDocument.made({"records": [found]}).tree(), allow_nan=False)
+
+
+def test_a_frequency_response_as_measured():
+    frequency = np.geomspace(1.0, 200.0, 40)
+    found = inspect(FrequencyResponse(frequency, 1 / frequency**2, -np.ones(40), np.full(40, 0.9)))
+    assert (found.kind, found.points, found.coherence) == ("frequency-response", 40, 0.9)
+    assert uses(found)["plant"].good
+    assert not uses(inspect(FrequencyResponse(frequency[:3], frequency[:3], -np.ones(3))))["plant"].good
+
+
+def back_and_forth(shape, noise, seed=0):
+    """Return a slow motion of 25 µm through twelve springs that slip one after the other, with the encoder's noise."""
+    rng = np.random.default_rng(seed)
+    ends = np.append(0.0, 25e-6 * (-1.0) ** np.arange(9) * (rng.uniform(0.6, 1.0, 9) if shape == "by hand" else 1.0))
+    share = np.linspace(0.0, 1.0, 700)
+    share = {"smooth": np.tanh(4.0 * (2.0 * share - 1.0)) / (2.0 * np.tanh(4.0)) + 0.5}.get(shape, share)
+    pause = np.zeros(400 if shape == "with rests" else 0)
+    path = np.concatenate([np.r_[a + (b - a) * share, b + pause] for a, b in itertools.pairwise(ends)])
+    slip, levels = np.geomspace(0.5e-6, 30e-6, 12), np.full(12, 5.0)
+    force, springs, before = np.zeros(len(path)), np.zeros(12), path[0]
+    for i, at in enumerate(path):
+        springs = np.clip(springs + levels / slip * (at - before), -levels, levels)
+        before, force[i] = at, springs.sum()
+    position = np.round((path + noise * rng.standard_normal(len(path))) / 1e-7) * 1e-7
+    return Log(time=1e-3 * np.arange(len(path)), position=position, force=force + rng.standard_normal(len(path)))
+
+
+@pytest.mark.parametrize("shape", ["triangle", "smooth", "by hand", "with rests"])
+@pytest.mark.parametrize("noise", [0.0, 1e-7, 3e-7])
+def test_a_slow_motion_back_and_forth_is_presliding_whatever_its_shape(shape, noise):
+    found = inspect(back_and_forth(shape, noise))
+    assert found.kind == "presliding-sine"
+    assert len(found.reversals) == 8
+    assert uses(found)["gms"].good
+
+
+def test_a_fast_motion_back_and_forth_is_none():
+    """Its force goes against the motion after a reversal, as inertia asks for."""
+    time = np.arange(8000) / 1000.0
+    angle = 2.0 * np.pi * 0.8 * time
+    position = 0.1 * (np.sin(angle) + 0.2 * np.sin(3.0 * angle))
+    acceleration = np.gradient(np.gradient(position, time), time)
+    force = 100.0 * acceleration + 5.0 * np.sign(np.gradient(position)) + RNG.standard_normal(8000)
+    assert inspect(Log(time=time, position=np.round(position / 1e-6) * 1e-6, force=force)).kind == "motion"
+
+
+def test_noise_makes_no_reversals_in_a_long_rest():
+    rng = np.random.default_rng(4)
+    path = np.repeat(np.r_[np.linspace(0.0, 1.0, 50), np.full(60_000, 1.0), np.linspace(1.0, 0.0, 50)], 2)
+    position = 1e-4 * path + 1e-6 * rng.standard_normal(len(path))
+    log = Log(time=1e-3 * np.arange(len(path)), position=position, force=np.zeros(len(path)))
+    assert len(inspect(log).reversals) == 1
