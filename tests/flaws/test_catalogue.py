@@ -181,7 +181,8 @@ def tuned(feeds: tuple[float, ...] = (0.01, 0.1), x: float = 0.0, rms: float = 1
     coordinates = N(sides=lambda x: 0.05, names=names, bounds=np.ones(1), T_d=1e-3)
     found = N(noise=lambda: 1.0, rms=rms, x=np.array([x]), balance=N(coordinates=coordinates))
     tests = [N(feed=feed) for feed in feeds]
-    with patch.object(tune_identifiability, "_drifts", lambda *_: ()):
+    as_noise = patch.object(tune_identifiability, "explained", lambda _: 1.0)
+    with patch.object(tune_identifiability, "_drifts", lambda *_: ()), as_noise:
         return list(tune_identifiability.identifiability_warnings(N(name="x"), tests, found, found))
 
 

@@ -16,7 +16,7 @@ from fric.circles.next_circle import (
     worse_ahead,
 )
 from fric.circles.nominal import Coordinates
-from fric.circles.tune_bootstrap import explained
+from fric.circles.tune_bootstrap import SHAPE, explained
 from fric.circles.tune_fit import STARTS, Balance, Fitted, at, fit
 from fric.circles.tune_identifiability import alike_warnings, identifiability_warnings, timing_warnings
 from fric.circles.tune_instruments import instrumented
@@ -36,9 +36,6 @@ from fric.records.flaws import clock_flaws
 from fric.records.timing import timing
 from fric.simulate.machine import Axis, Machine, NominalFriction
 
-SHAPE = 1.6
-"""Times what noise and encoder explain that four parameters may leave; above it the full shape is fitted. Where the
-shape is right they leave 1.1 to 1.4 times as much, where it is not 4 to 16. Below it is a tie: four are simpler."""
 GAIN = 0.97
 """Share of what four parameters leave that the full shape must leave at most, to be taken."""
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fric.circles.measured import MeasuredCircle
+from fric.circles.tune_bootstrap import SHAPE, explained
 from fric.circles.tune_fit import Fitted, at
 from fric.circles.tune_instruments import Instruments
 from fric.circles.tuned import TunedEstimates
@@ -53,7 +54,8 @@ def identifiability_warnings(
         )
         yield circle.ONE_FEED.found(where, feed=Estimate(feeds[-1], "m/s"), missing=missing)
     noise = found.noise()
-    if noise is not None and found.rms > MISFIT * noise:
+    # what the encoder's counts add repeats from turn to turn, and is no misfit
+    if noise is not None and found.rms > MISFIT * noise and found.rms > SHAPE * explained(found):
         yield circle.CIRCLE_MISFIT.found(where, left=Estimate(found.rms, "V"), noise=Estimate(noise, "V"))
     yield from _drifts(axis, found)
     side = found.balance.coordinates.sides(found.x)
