@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from math import isfinite
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, Literal
 
 from fric.errors import FricError, printable
@@ -207,8 +207,26 @@ def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float
     if not isfinite(value):
         raise FricError(f"'{text}' is not a finite quantity", hint=f"Write a number and a unit, as in '1.5 {si}'.")
     if not unit and si != "1":
-        raise FricError(f"'{text}' has no unit", hint=f"Write the unit too, as in '{number} {si}'.")
+        meant = likely(number, dimension, motion)
+        raise FricError(f"'{text}' has no unit", hint=f"Write the unit too, as in '{meant}'.")
     return value * (factor(unit, dimension, motion) if unit else 1.0)
+
+
+_LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {
+    ("position", "linear"): (("m", 1.0), ("mm", inf)),
+    ("position", "rotary"): (("rad", 7.0), ("deg", inf)),
+    ("velocity", "linear"): (("m/s", 2.0), ("mm/s", 1e3), ("mm/min", inf)),
+    ("velocity", "rotary"): (("rad/s", 50.0), ("deg/s", 1e3), ("rpm", inf)),
+    ("acceleration", "linear"): (("m/s^2", 50.0), ("mm/s^2", inf)),
+    ("time", "linear"): (("s", 0.1), ("ms", inf)),
+}
+"""Units that people type, with the number up to which each is likely on a machine."""
+
+
+def likely(number: float | str, dimension: str, motion: Motion = "linear") -> str:
+    """Return a number with the unit that the size of machines makes likely: 100 of a velocity is ``100 mm/s``."""
+    units = _LIKELY.get((dimension, motion), ((si_unit(dimension, motion), inf),))
+    return f"{number} {next(unit for unit, most in units if abs(float(number)) <= most)}"
 
 
 def parse_gain(text: str | float) -> float:

@@ -20,6 +20,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws import CATALOGUE
 from fric.flaws.base import HALF_WIDTHS, SMALL, by_size
+from fric.flaws.place import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.flaws.response import FALSE, RESPONSE_MISFIT, UNSURE
 from fric.flaws.unit import BOUNDS, UNUSUAL
 from fric.identify.gms import notices as gms
@@ -380,6 +381,17 @@ def test_how_bad_it_is_follows_the_size() -> None:
     sizes = [0.67 * UNSURE, 1.5 * UNSURE, 1.5 * FALSE]
     found = [RESPONSE_MISFIT.found(misfit=size, worst=1.0, wrong=False, highest=1.0).severity for size in sizes]
     assert found == ["note", "doubt", "wrong"]
+
+
+def test_what_is_taken_off_is_not_wrong_until_it_is_taken_off() -> None:
+    """Nothing is left to do up to 5 % of the friction; beyond, a prediction is widened by as much."""
+    for varies, severity in ((1.2, "note"), (6.0, "doubt")):
+        values = {"varies": Estimate(varies, "N"), "length": Estimate(0.031, "m"), "level": 64.0, "half_width": 0.1}
+        for flaw in (FORCE_OVER_POSITION, FRICTION_OVER_POSITION):
+            found = flaw.found(**values, either=False, taken_off=True)
+            assert found.severity == severity
+            assert found.endswith("Removed; nothing to do.")
+            assert flaw.found(**values, either=False, taken_off=False).severity == "wrong"
 
 
 def test_sentences_name_their_values_and_read_as_sentences() -> None:

@@ -211,3 +211,20 @@ def test_a_position_in_another_unit_than_its_reference_is_refused(factor):
     with pytest.raises(FricError, match="over its reference"):
         settled(of_logs([replace(good, position=factor * went)]))
     settled(of_logs([replace(good, reference=0.3 + 1e-3 * time)]))  # shaken about a place
+
+
+@pytest.mark.parametrize(
+    ("verb", "given", "meant"),
+    [
+        (lambda: fric.circle("xy-table", "a", radius=30), "radius of the circle is 30", "'30 mm'"),
+        (lambda: fric.circle("xy-table", "a", velocity=100), "speed is 100 m/s", "'100 mm/s'"),
+        (lambda: fric.plan(stroke=300, feed=0.1), "stroke is 300", "'300 mm'"),
+        (lambda: fric.circle("xy-table", "a", velocity="100"), "has no unit", "'100 mm/s'"),
+        (lambda: fric.plan(stroke="300", feed=0.1), "has no unit", "'300 mm'"),
+    ],
+)
+def test_options_are_held_against_what_machines_are_too(verb, given: str, meant: str) -> None:
+    """The first of them ran for nine minutes, and a hint proposed 100 m/s."""
+    with pytest.raises(FricError, match=given) as refused:
+        verb()
+    assert meant in refused.value.hint

@@ -24,6 +24,7 @@ from fric.export.motion import DIALECTS, Arc, Move
 from fric.planning.choose import choose
 from fric.results.plan import PlanResult
 from fric.simulate.plan import Limits, Plan
+from fric.units import readable
 from tests.export.structured_text import Program
 from tests.linuxcnc.bench import Program as Bench
 from tests.linuxcnc.bench import Recording, run_program
@@ -211,3 +212,18 @@ def test_linuxcnc_runs_its_programs_inside_the_limits(tmp_path: Path) -> None:
         assert np.quantile(np.abs(a), 0.9999) <= limits.acceleration * (1 + 1e-3)
         reached = found.channel("position", 0)
         assert np.abs(reached - z).max() < 1e-3
+
+
+@pytest.mark.parametrize("limits", [Limits(0.3, 0.1, 5.0), Limits(0.5, 0.01, 1.0)])
+def test_the_begin_of_a_motion_is_approached_in_a_time_that_is_printed(limits: Limits) -> None:
+    """A sine of micrometres begins at micrometres a second, and was approached so from the end of the stroke."""
+    plan = plan_of(limits)
+    for one in plan.moves:
+        dialect = DIALECTS["linuxcnc"]
+        (text,) = (dialect.arc(one) if isinstance(one, Arc) else dialect.move(one)).values()
+        feed = float(re.search(r"G94 (?:G17 )?G1 X\S+ (?:Y\S+ )?F(\S+)", text)[1]) / 60
+        assert 1e3 * limits.stroke / feed <= max(20.1, 2.01 * limits.stroke / limits.feed)
+        assert feed <= 1e3 * limits.feed
+    motion = sum(plan.plan.lasting)
+    assert 0 < plan.approaching < len(plan.moves) * limits.stroke / limits.approach
+    assert f"{readable(motion + plan.approaching, 's')} altogether, with approaches at" in str(plan)

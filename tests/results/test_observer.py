@@ -5,6 +5,7 @@ import pytest
 
 import fric
 from fric.documents.plant import PlantDocument
+from fric.log import FrequencyResponse
 
 
 def plant(**more):
@@ -49,3 +50,20 @@ def test_a_controller_that_fric_took_by_itself_is_not_blamed_on_the_user():
         with pytest.raises(fric.FricError, match="without any observer") as refused:
             fric.design_observer(plant(), controller=given, peak_sensitivity="2 dB")
         assert ("no controller was given" in refused.value.hint.lower()) is blamed
+
+
+def test_observer_and_controller_see_one_loop_where_friction_hides_a_low_line():
+    """A line at 3 Hz answers as friction does, and is left out of the plant: so it is of the observer's response."""
+    known = plant().plant("linear")
+    f = np.array([3.0, *np.geomspace(12.0, 500.0, 40)])
+    answer = known.response(f)
+    loop = fric.design_controller(plant()).design.loops()["input"].response
+    answer[0] *= -0.9 / loop(f[:1])[0]  # near -1, were it of the loop
+    values = {"magnitude": np.abs(answer), "phase": np.unwrap(np.angle(answer)), "deviation": np.full(f.size, 2e-3)}
+    log = FrequencyResponse(f, **values, coherence=np.full(f.size, 0.999))
+    found = fric.identify_plant(log)
+    assert found.document["fit"]["responses"][0]["left_out"] == 1
+    controller = fric.design_controller(found)
+    without = fric.design_observer(found, log, controller=controller).document["margins"]["without"]
+    alone = controller.document["margins"]["input"]
+    assert without["peak_sensitivity"]["value"] == pytest.approx(alone["peak_sensitivity"]["value"], abs=0.3)

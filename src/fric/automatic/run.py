@@ -32,7 +32,7 @@ from fric.notice import Notice, once
 from fric.report.summary import Report, make_report
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
-from fric.results.given import in_si
+from fric.results.given import bounded
 from fric.results.machine import machine_of
 from fric.results.text import Piece
 from fric.verb import verb
@@ -171,7 +171,7 @@ def auto(
     _circles(session, found, axes, subject, given is not None)
     pages = [path for one in axes.values() for path in one.there]
     pages += [path for path in (folder / "circle.h5",) if path.exists()]
-    page, allowed = None, None if tolerance is None else in_si(tolerance, "position")
+    page, allowed = None, None if tolerance is None else bounded("tolerance", tolerance)
     if pages:
         pages += [subject] if subject is not None else []
         read = [*pages, *(path for one in axes.values() for path in one.logs)]

@@ -116,6 +116,7 @@ def measured_perturbation(
     plant: LinearPlant,
     averages: int = 1,
     sampling: float | None = None,
+    lowest: float = 0.0,
 ) -> Perturbation:
     """Return Delta from a measured response.
 
@@ -133,6 +134,9 @@ def measured_perturbation(
     sampling
         Sampling rate [Hz] of a response that was measured from sample to sample of the controller, hold and images
         in it; None for a response in continuous time.
+    lowest
+        Lowest frequency that tells of the plant [Hz]: lines below, and those below the first that is sure, are left
+        out.
 
     Raises
     ------
@@ -158,7 +162,7 @@ def measured_perturbation(
                 )
             deviation = np.sqrt((1 - coherence) / (2 * averages * coherence))
     radius = CIRCLE_95 * deviation * np.abs(G_m / G_n)
-    sure = np.flatnonzero(radius < SURE)
+    sure = np.flatnonzero((radius < SURE) & (f >= lowest * (1 - 1e-9)))
     if sure.size:  # below the first sure line, where friction hides the response, it tells nothing of the plant
         f, G_m, G_n, radius = (values[sure[0] :] for values in (f, G_m, G_n, radius))
     expected = plant.response(f) if sampling is None else SampledPlant.of(plant, sampling).response(f, sampling)

@@ -155,6 +155,11 @@ class PlantDocument(AxisDocument, PlantPart):
     second_mass: SecondMassPart | None = Field(None, description="a second mass; left out where none is seen")
     fit: PlantFitPart | None = Field(None, description="how well the plant fits what it was identified from")
 
+    def lowest(self, record: str) -> float:
+        """Return the lowest frequency that a record's response was taken from [Hz]; 0 where that is not known."""
+        responses = (self.fit.responses if self.fit else None) or ()
+        return next((float(one.lowest.si("frequency", self.motion)) for one in responses if one.record == record), 0.0)
+
     def coulomb(self) -> tuple[FrictionModel, float]:
         """Return the Coulomb friction and the load [N] that were found beside the plant in a motion.
 

@@ -67,8 +67,15 @@ class Finding:
         return flaw[self.name].found(value=Estimate(self.value, unit), usual=Estimate(self.usual, unit))
 
 
-def settled(findings: Iterable[Finding]) -> list[Notice]:
+def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:
     """Return what is unusual, or, where that is lifted, what is implausible, as warnings.
+
+    Parameters
+    ----------
+    findings
+        What was found.
+    hint
+        What to do about an error; by default to look at the units of the file.
 
     Raises
     ------
@@ -81,7 +88,7 @@ def settled(findings: Iterable[Finding]) -> list[Notice]:
         first, bound = found[0], BOUNDS[found[0].name]
         raise FricError(
             str(first.notice()), where=first.where,
-            hint=f"Look at the units of {bound.units}; where it is so, say --implausible ok.",
+            hint=f"{hint or f'Look at the units of {bound.units}'}; where it is so, say --implausible ok.",
         )  # fmt: skip
     unusual = [] if _lifted.get() else [finding for finding in known if finding.unusual()]
     return list(once(finding.notice() for finding in found or unusual))

@@ -18,7 +18,7 @@ from fric.report.drift import description, document_changes, glitch_changes
 from fric.report.page import render_report
 from fric.report.report_input import ReportInput
 from fric.results.base import Result
-from fric.results.given import Advance, in_si, silent
+from fric.results.given import Advance, bounded, silent
 from fric.units import readable
 from fric.verb import verb
 
@@ -92,7 +92,7 @@ def make_report(
     FricError
         When a file is none of fric's.
     """
-    allowed = None if tolerance is None else in_si(tolerance, "position")
+    allowed = None if tolerance is None else bounded("tolerance", tolerance)
     paths, measured = (list(map(Path, given)) for given in (files, circles))
     found = collect(paths, measured, allowed)
     return Report(with_machines(found, advance), title)

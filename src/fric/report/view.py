@@ -189,7 +189,7 @@ def perturbation(inputs: ReportInput, item: Item) -> Perturbation | None:
         if isinstance(record, ForceVelocity) or record.axis != item.axis:
             continue
         if isinstance(record, FrequencyResponse) or record.kind == "frequency-response":
-            return perturbation_of(record, plant)[0]
+            return perturbation_of(record, given.document)[0]
     cutoff = float(item.sections()["observer"]["cutoff"])
     return model_perturbation(plant, 40 * cutoff)
 

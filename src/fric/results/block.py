@@ -150,7 +150,7 @@ def design_block(
     logs, Delta = [], None
     if log is not None:
         logs = [measured_record("design_block", log, record, (axis, motion))]
-        Delta, seen = perturbation_of(logs[0], linear)
+        Delta, seen = perturbation_of(logs[0], document)
         warnings += seen
     allowed = parse_gain(peak_sensitivity)
     if not allowed > 1:

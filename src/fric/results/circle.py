@@ -17,7 +17,7 @@ from fric.documents.spread import read_spreads
 from fric.errors import FricError
 from fric.notice import Notice, once
 from fric.results.base import Result
-from fric.results.given import Advance, in_si, silent
+from fric.results.given import Advance, bounded, in_si, silent
 from fric.results.given_models import circles_of
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
@@ -225,7 +225,7 @@ def circle(
     """
     subject = machine_of("circle", machine)
     sense = -1 if clockwise else 1
-    test = Circle(in_si(radius, "position"), in_si(velocity, "velocity"), revolutions, sense)
+    test = Circle(bounded("radius", radius), bounded("speed", velocity), revolutions, sense)
     chosen = schemes_of("circle", schemes, known)
     spreads = read_spreads(Path(spread)) if isinstance(spread, str | Path) else spread
     advance(0, total=len(chosen) + (machines or 0))

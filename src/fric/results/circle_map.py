@@ -14,7 +14,7 @@ from fric.errors import FricError
 from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
 from fric.results.base import Result
-from fric.results.given import Advance, in_si, silent
+from fric.results.given import Advance, bounded, in_si, silent
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import pair
@@ -161,6 +161,8 @@ def circle_map(
     pair(subject)
     chosen = tuple(schemes_of("circle_map", schemes, known))
     over = values_of(feeds, "velocity", points), values_of(radii, "position", points)
+    for name, values in zip(("speed", "radius"), over, strict=True):
+        bounded(name, max(values))
     grid = Grid(subject, chosen, *over, in_si(accuracy, "position"))
     advance(0, total=len(grid))
     cells = run_all(grid, len(grid), workers=workers, scheduler=scheduler, advance=advance, interrupted=interrupted)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from fric.design.perturbation import Perturbation, measured_perturbation
-from fric.drive.plant import LinearPlant
+from fric.documents.plant import PlantDocument
 from fric.log import FrequencyResponse, Log
 from fric.notice import Notice
 from fric.results.base import Result
@@ -25,15 +25,21 @@ MARGINS = (
 
 
 def perturbation_of(
-    record: Log | FrequencyResponse, plant: LinearPlant, averages: int = 1
+    record: Log | FrequencyResponse, document: PlantDocument, averages: int = 1
 ) -> tuple[Perturbation, tuple[Notice, ...]]:
-    """Return the perturbation of a plant by a measured response, or by one that a record shows, and its warnings."""
+    """Return the perturbation of a plant by a measured response, or by one that a record shows, and its warnings.
+
+    What lies below the lowest line that the plant was identified from is left out here as well: there friction hides
+    the plant.
+    """
     from fric.identify.plant.frequency_response import measure_response  # with SciPy's signal processing
 
+    plant, lowest = document.linear(document.motion), document.lowest(record.name)
     if isinstance(record, FrequencyResponse):
-        return measured_perturbation(record, plant, averages=averages), ()
+        return measured_perturbation(record, plant, averages=averages, lowest=lowest), ()
     response = measure_response(record)
-    return measured_perturbation(response.table, plant, sampling=response.sampling), tuple(response.warnings)
+    found = measured_perturbation(response.table, plant, sampling=response.sampling, lowest=lowest)
+    return found, tuple(response.warnings)
 
 
 class Design(Result):

@@ -6,8 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from fric.errors import FricError
+from fric.flaws.unit import BOUNDS
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
-from fric.units import Motion, parse
+from fric.plausibility.bounds import Finding, settled
+from fric.units import Motion, likely, parse
 from fric.verb import refused
 
 if TYPE_CHECKING:
@@ -101,6 +103,21 @@ def in_si(given: str | float, dimension: str, motion: Motion = "linear") -> floa
     if isinstance(given, bool) or not isinstance(given, int | float) or not isfinite(given):
         raise refused(dimension, 'a number in SI, or a text such as "1 mm"', given)
     return float(given)
+
+
+def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
+    """Return a quantity that is given, in SI, held against its bound of `fric.plausibility` as what files hold is.
+
+    Raises
+    ------
+    FricError
+        When it is no quantity of its dimension, or of no machine.
+    """
+    dimension = BOUNDS[name].dimension
+    value = in_si(given, dimension, motion)
+    meant = f"Is '{likely(f'{value:g}', dimension, motion)}' meant? Write the unit"
+    settled([Finding(name, value, motion)], meant)
+    return value
 
 
 def several(given: str | Sequence[str | float] | None, dimension: str, motion: Motion) -> list[float] | None:

@@ -23,7 +23,7 @@ from fric.io.feedforward import read_feedforward, write_feedforward
 from fric.io.run import read_run_provenance, write_runs
 from fric.notice import Notice
 from fric.results.base import Result
-from fric.results.given import Advance, path_of, quantity, silent
+from fric.results.given import Advance, bounded, path_of, quantity, silent
 from fric.results.text import Piece
 from fric.results.text import Table as TextTable
 from fric.simulate.circle import Circle
@@ -166,8 +166,8 @@ def learn(
     corner = quantity(bandwidth, "frequency")
     if rounds is not None:
         subject = read_machine(path_of("learn", "a machine file", given))
-        feed = quantity(velocity, "velocity") or 0.0
-        test = Circle(quantity(radius, "position") or 0.0, feed, direction=-1 if clockwise else 1)
+        feed = bounded("speed", velocity)
+        test = Circle(bounded("radius", radius), feed, direction=-1 if clockwise else 1)
         how = Learning.at(feed, share, corner)
         advance(0, total=circles_to_learn(rounds))
         return LearnResult(learn_rounds(subject, test, rounds, how, observer=observer, done=advance))

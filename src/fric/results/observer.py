@@ -178,7 +178,7 @@ def design_observer(
                 "a measured response has its resonances", hint="Leave LOG.h5, or --resonance and --first-mode, out."
             )
         logs = [measured_record("design_observer", log, record, (axis, motion))]
-        Delta, seen = perturbation_of(logs[0], linear, averages)
+        Delta, seen = perturbation_of(logs[0], document, averages)
         warnings += seen
     if cutoff and bandwidth:
         raise FricError("cutoff and bandwidth are two names of one choice", hint="Give one of them.")

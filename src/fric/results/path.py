@@ -11,7 +11,7 @@ from fric.documents.contours import PathResultDocument
 from fric.io.path import read_path
 from fric.notice import Notice, once
 from fric.results.base import Result
-from fric.results.given import Advance, in_si, silent
+from fric.results.given import Advance, bounded, silent
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import reduction
@@ -123,7 +123,7 @@ def path(
     if isinstance(points, PointPath | RecordedPath):
         name, followed = "path", points
     else:
-        name, followed = Path(points).name, read_path(Path(points), in_si(velocity, "velocity"))
+        name, followed = Path(points).name, read_path(Path(points), bounded("speed", velocity))
     chosen = schemes_of("path", schemes, known)
     advance(0, total=len(chosen))
     runs = []

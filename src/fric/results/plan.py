@@ -6,6 +6,7 @@ After a first identification: the one more record that would narrow the predicte
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from fric.planning.expected import DRAWS, IDENTIFIED_BY, Wanted, planned_for
 from fric.planning.next_record import narrowing
 from fric.planning.prior import TYPICAL, prior_axis
 from fric.results.base import Result
-from fric.results.given import Advance, in_si, logs_of, silent
+from fric.results.given import Advance, bounded, in_si, logs_of, silent
 from fric.results.given_models import document_of
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table, named
@@ -80,28 +81,37 @@ class PlanResult(Result):
             for name, one in self.plan.expected.items()
         ]
         table = named(("", "value", "95 % to be expected", "in most runs"), described)
-        total = readable(sum(self.plan.lasting), "s")
+        total = readable(sum(self.plan.lasting) + self.approaching, "s")
+        speed = readable(self.plan.limits.approach, si_unit("velocity", self.plan.axis.motion))
         blocks = self.blocks
         with_blocks = f"; these records tell {blocks} slip blocks: identify gms --blocks {blocks}" if blocks else ""
         records = Table(("record", "time", "what to run"), rows)
-        return [records, table, f"{total} altogether{with_blocks}", *([GOOD_TO] if described else [])]
+        altogether = f"{total} altogether, with approaches at {speed}{with_blocks}"
+        return [records, table, altogether, *([GOOD_TO] if described else [])]
 
     @cached_property
     def moves(self) -> list[Move | Arc]:
         """What controllers run, in the order of the plan."""
         made: list[Move | Arc] = []
+        approach = self.plan.limits.approach
         for one in self.plan.planned:
             if one.kind == "circle":
                 s = {name: value for name, value in one.settings.items() if not isinstance(value, tuple)}
                 axes = (self.plan.axis.name, "y" if self.plan.axis.name != "y" else "x")
                 feed = f"{1e3 * s['feed']:g}".replace(".", "-")
                 name = f"circle-{feed}-mm-s"
-                made.append(Arc(len(made) + 1, name, axes, s["radius"], s["feed"], int(s["revolutions"])))
+                made.append(Arc(len(made) + 1, name, axes, s["radius"], s["feed"], int(s["revolutions"]), approach))
             for trial in one.trials(self.plan.axis):
                 begin, end = (n / trial.reference.sampling for n in trial.window)
                 about = (len(made) + 1, trial.name, self.plan.axis.name, self.plan.axis.motion)
-                made.append(Move(*about, trial.reference, (begin, end), trial.excitation))
+                made.append(Move(*about, trial.reference, (begin, end), approach, trial.excitation))
         return made
+
+    @property
+    def approaching(self) -> float:
+        """Time from the end of each motion to the begin of the next [s]; to the first it is from the middle."""
+        ways = [one.ends for one in self.moves]
+        return sum(abs(b[0] - a[1]) for a, b in pairwise([(0.0, 0.0), *ways])) / self.plan.limits.approach
 
     def files(self) -> dict[str, dict[str, str]]:
         """Return the programs of each dialect by folder and file name."""
@@ -254,8 +264,8 @@ def _prior(
 
 def _limits(stroke: float | str, feed: float | str, acceleration: float | str, axis: Axis) -> Limits:
     return Limits(
-        in_si(stroke, "position", axis.motion), in_si(feed, "velocity", axis.motion),
-        in_si(acceleration, "acceleration", axis.motion),
+        bounded("travel-limit", stroke, axis.motion), bounded("speed", feed, axis.motion),
+        bounded("acceleration", acceleration, axis.motion),
     )  # fmt: skip
 
 

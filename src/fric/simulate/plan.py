@@ -17,6 +17,9 @@ from fric.simulate.trial import Trial
 
 Setting = float | int | tuple[float, ...]
 
+APPROACH = 20.0
+"""Time that the begin of a motion is approached in, from the other end of the stroke [s]."""
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -35,6 +38,11 @@ class Limits:
         for name in ("stroke", "feed", "acceleration"):
             if not 0 < getattr(self, name) < float("inf"):
                 raise FricError(f"a {name} of {getattr(self, name):g} leaves no room for an experiment")
+
+    @property
+    def approach(self) -> float:
+        """Speed with which the begin of a motion is approached: over the whole stroke in `APPROACH` or so."""
+        return min(0.5 * self.feed, self.stroke / APPROACH)
 
     def broken_by(self, motion: Reference) -> str:
         """Return which limit a motion breaks; nothing where it keeps all of them."""

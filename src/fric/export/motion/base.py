@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from math import sqrt
 
 from fric.arrays import Real
 from fric.planning.waypoints import Waypoints, waypoints
@@ -22,6 +23,7 @@ class Move:
     motion: Motion
     reference: Reference  # The motion
     log: tuple[float, float]  # The part that is logged [s]
+    approach: float  # Speed with which its begin is approached, from anywhere in the travel [m/s, rad/s]
     # Voltage that is added to the control voltage [V], shape (n,); None where there is none
     excitation: Real | None = None
 
@@ -29,6 +31,11 @@ class Move:
     def points(self) -> Waypoints:
         """The motion as few points."""
         return waypoints(self.reference)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where it begins and ends, from the middle of the travel [m, rad]."""
+        return float(self.points.position[0]), float(self.points.position[-1])
 
 
 @dataclass(frozen=True)
@@ -43,6 +50,12 @@ class Arc:
     radius: float
     feed: float
     revolutions: int  # Circles each way: the first begins at rest
+    approach: float  # As of a `Move` [m/s]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the axes begin and end [m]; both are as far from the middle."""
+        return self.radius / sqrt(2.0), self.radius / sqrt(2.0)
 
 
 @dataclass(frozen=True)

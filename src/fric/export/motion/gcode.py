@@ -18,9 +18,6 @@ LETTERS = "XYZABCUVW"
 BLOCK = 16e-3
 """Time of a block at least [s]: sixty a second reach any control in time."""
 
-APPROACH = 0.1
-"""Share of a motion's largest speed with which its begin is approached."""
-
 
 @dataclass(frozen=True)
 class Words:
@@ -64,8 +61,7 @@ def _move(words: Words, move: Move) -> Iterator[str]:
     if move.excitation is not None:
         remarks.append(f"add the voltage of {move.name}-voltage.csv from the begin of the motion on")
     yield from words.head(move.number, move.name, *remarks)
-    speed = scale * float(np.abs(points.velocity).max())
-    yield f"G94 G1 {named}{at[0]} F{rounded_down(60 * max(APPROACH * speed, min(speed, 1.0)))}"
+    yield f"G94 G1 {named}{at[0]} F{rounded_down(60 * scale * move.approach)}"
     for n, lasting in enumerate(np.diff(points.time), 1):
         if at[n] == at[n - 1]:
             yield words.dwell.format(f"{lasting:.4f}")
@@ -79,7 +75,7 @@ def _arc(words: Words, arc: Arc) -> Iterator[str]:
     edge = f"{1e3 * arc.radius / sqrt(2):.{words.decimals}f}"
     yield from words.head(arc.number, arc.name, f"{arc.revolutions} circles each way behind one that begins at rest")
     feed = 6e4 * arc.feed
-    yield f"G94 G17 G1 {x}{edge} {y}-{edge} F{rounded_down(0.5 * feed)}"
+    yield f"G94 G17 G1 {x}{edge} {y}-{edge} F{rounded_down(6e4 * arc.approach)}"
     for code in ("G3", "G2"):
         yield words.dwell.format("1.0000")
         for _ in range(arc.revolutions + 1):
