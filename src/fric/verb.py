@@ -1,12 +1,16 @@
-"""What a public verb or constructor is given of a wrong type ends in a sentence, by its own annotations."""
+"""What a public verb says of itself: its annotations are what Python checks, and what a command is made from."""
 
+import ast
+import re
 from collections.abc import Callable, Container, Iterable, Mapping
-from functools import cache, wraps
-from inspect import Parameter, signature
+from dataclasses import dataclass
+from functools import cache, cached_property, wraps
+from importlib import import_module
+from inspect import Parameter, cleandoc, signature
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
 from fric.errors import FricError
 
@@ -16,6 +20,42 @@ T = TypeVar("T")
 WORDS = {str: "a text", Path: "a path", float: "a number", int: "a whole number", bool: "True or False", NoneType: ""}
 NUMBERS: dict[Any, type] = {float: Real, int: Integral}
 """NumPy's numbers too; no truth value is a number."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What an annotation says of an argument beside its type: ``Annotated[int, Kind(least=0)]``.
+
+    Parameters
+    ----------
+    read
+        What a command reads it as, where the type leaves that open.
+    metavar
+        What stands for it in a help text.
+    complete
+        What the shell completes it from: the name of a function of `fric.cli.completion`.
+    least, most
+        Bounds of a number, which belong to the range.
+    """
+
+    read: Any = None
+    metavar: str | None = None
+    complete: str = ""
+    least: float | None = None
+    most: float | None = None
+
+    def holds(self, given: Any) -> bool:
+        """Return whether a number is within the bounds."""
+        if not isinstance(given, Real):
+            return True
+        value = float(given)
+        return (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
+
+    def words(self) -> str:
+        """Return the bounds in words."""
+        if self.most is not None:
+            return f" from {self.least:g} to {self.most:g}"
+        return "" if self.least is None else f" of at least {self.least:g}"
 
 
 def verb(function: Callable[P, R]) -> Callable[P, R]:
@@ -36,6 +76,8 @@ def _checked(function: Callable[P, R], called: str) -> Callable[P, R]:
             hint = _hints(function)[name]
             if not _fits(given, hint):
                 raise refused(called, f"{name} as {_words(hint)}", given)
+            if not _within(given, hint):
+                raise FricError(f"{called} takes {name} as {_words(hint)}, and was given {given}")
         return function(*args, **kwargs)
 
     return checked
@@ -86,6 +128,8 @@ def _hints(function: Callable[..., Any]) -> dict[str, Any]:
 
 def _fits(given: Any, hint: Any) -> bool:
     origin, inner = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return _fits(given, inner[0])
     if origin in {Union, UnionType}:
         return any(_fits(given, one) for one in inner)
     if origin is Literal:
@@ -100,6 +144,20 @@ def _fits(given: Any, hint: Any) -> bool:
     return hint is Any or not isinstance(hint, type) or isinstance(given, hint)
 
 
+def _within(given: Any, hint: Any) -> bool:
+    return all(kind.holds(given) for kind in kinds_of(hint))
+
+
+def kinds_of(hint: Any) -> list[Kind]:
+    """Return what an annotation says beside the type, outermost first; what it is or None, too."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return [*(one for one in inner[1:] if isinstance(one, Kind)), *kinds_of(inner[0])]
+    if origin in {Union, UnionType} and NoneType in inner:
+        return [kind for one in inner for kind in kinds_of(one)]
+    return []
+
+
 def _again(given: Any) -> Iterable[Any]:
     """Return what can be read twice; of an iterator nothing is read ahead."""
     return given if hasattr(given, "__len__") else ()
@@ -107,6 +165,8 @@ def _again(given: Any) -> Iterable[Any]:
 
 def _words(hint: Any) -> str:
     origin, inner = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return _words(inner[0]) + "".join(kind.words() for kind in kinds_of(hint))
     if origin in {Union, UnionType}:
         return " or ".join(filter(None, map(_words, inner)))
     if origin is Literal:
@@ -114,3 +174,122 @@ def _words(hint: Any) -> str:
     if isinstance(origin, type) and issubclass(origin, Iterable) and not issubclass(origin, Mapping):
         return f"a list, of {_words(inner[0])} each"
     return WORDS.get(hint, getattr(hint, "__name__", str(hint)))
+
+
+@dataclass(frozen=True)
+class Argument:
+    """One argument of a verb, as its source says it.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    hint
+        The annotation.
+    default
+        The default, or `inspect.Parameter.empty`.
+    positional
+        Whether it may be given by its place.
+    several
+        Whether it stands for all that are given by their place.
+    help
+        The first sentence of its description.
+    """
+
+    name: str
+    hint: Any
+    default: Any
+    positional: bool
+    several: bool
+    help: str
+
+
+class Form:
+    """What the source of a verb says of it: its text, and its arguments in their order.
+
+    The source is read, not imported: a command's help waits for no library. What its annotations name is imported from
+    where the source says; those of an argument are read when it is asked for.
+
+    Parameters
+    ----------
+    home
+        Module and name: ``fric.results.static:identify_static``.
+    """
+
+    def __init__(self, home: str) -> None:
+        self.module, _, self.name = home.partition(":")
+        path = Path(__file__).parent.joinpath(*self.module.split(".")[1:]).with_suffix(".py")
+        self._source = path.read_text(encoding="utf-8")
+        head = re.search(rf'^def {self.name}\(.*?^    """.*?"""', self._source, re.MULTILINE | re.DOTALL)
+        assert head is not None, home
+        self._head: str = head[0]
+
+    @cached_property
+    def text(self) -> str:
+        """What it does: the docstring up to its first section."""
+        return self._doc[0].strip()
+
+    @cached_property
+    def names(self) -> list[str]:
+        """The names of the arguments, in their order."""
+        taken = self._arguments
+        return [one.arg for one in [*taken.args, *([taken.vararg] if taken.vararg else []), *taken.kwonlyargs]]
+
+    def __getitem__(self, name: str) -> Argument:
+        taken = self._arguments
+        found = next(
+            one for one in [*taken.args, taken.vararg, *taken.kwonlyargs] if one is not None and one.arg == name
+        )
+        defaults = dict(zip([one.arg for one in taken.args][::-1], taken.defaults[::-1], strict=False))
+        defaults |= {
+            one.arg: default for one, default in zip(taken.kwonlyargs, taken.kw_defaults, strict=True) if default
+        }
+        default = self._value(defaults[name]) if name in defaults else Parameter.empty
+        assert found.annotation is not None
+        return Argument(
+            name, self._value(found.annotation), default, found not in taken.kwonlyargs, found is taken.vararg,
+            self._sentences.get(name, ""),
+        )  # fmt: skip
+
+    @cached_property
+    def _function(self) -> ast.FunctionDef:
+        (found,) = ast.parse(self._head).body
+        assert isinstance(found, ast.FunctionDef)
+        return found
+
+    @property
+    def _arguments(self) -> ast.arguments:
+        return self._function.args
+
+    @cached_property
+    def _doc(self) -> list[str]:
+        """The docstring, by sections: the text, then each section behind its title."""
+        doc = cleandoc(re.search(r'^    """(.*)"""', self._head, re.MULTILINE | re.DOTALL)[1])  # type: ignore[index]
+        return re.split(r"^(\w+)\n-{4,}\n", doc, flags=re.MULTILINE)
+
+    @cached_property
+    def _sentences(self) -> dict[str, str]:
+        """The first sentence of what is said of each argument."""
+        if "Parameters" not in self._doc:
+            return {}
+        found: dict[str, str] = {}
+        pieces = re.split(r"^(\w[\w, ]*)\n", self._doc[self._doc.index("Parameters") + 1], flags=re.MULTILINE)
+        for names, text in zip(pieces[1::2], pieces[2::2], strict=True):
+            first = re.split(r"(?<=\.)\s+(?=[A-Z`])", " ".join(text.split()), maxsplit=1)[0]
+            found |= dict.fromkeys(names.split(", "), first)
+        return found
+
+    def _value(self, expression: ast.expr) -> Any:
+        """Return what an annotation or a default is; its names are imported from where the source has them."""
+        names = {one.id for one in ast.walk(expression) if isinstance(one, ast.Name)}
+        known = {name: self._imported(name) for name in names}
+        return eval(ast.unparse(expression), {name: value for name, value in known.items() if value is not None})
+
+    def _imported(self, name: str) -> Any:
+        here = re.search(rf"^{name}(?::[^=\n]+)? = (.+)$", self._source, re.MULTILINE)
+        if here:
+            return self._value(ast.parse(here[1], mode="eval").body)
+        for module, names in re.findall(r"^from (\S+) import (\([^)]*\)|.+)$", self._source, re.MULTILINE):
+            if re.search(rf"\b{name}\b", names):
+                return getattr(import_module(module), name)
+        return None

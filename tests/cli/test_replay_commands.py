@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fric.cli.identify.by_replay import MODELS
+from fric.cli.commands import MODELS
 from fric.cli.main import app
 from fric.documents.friction import FrictionDocument
 from fric.documents.yaml import read_document

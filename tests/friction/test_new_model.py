@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from docs.examples import environment
-from fric.cli.identify.by_replay import models_in
+from fric.cli.commands import models_in
 from tests.new_file import place, python, shared_tests
 
 ROOT = Path(__file__).parents[2]

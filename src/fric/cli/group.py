@@ -1,15 +1,16 @@
 """A group of commands that makes a command where one is asked for, and looks at its own options where one is given."""
 
-from collections.abc import Callable, Iterator, Mapping
-from importlib import import_module
+from collections.abc import Iterator, Mapping
 from inspect import getdoc
 from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-Home = str | Callable[[], Callable[..., None]]
-"""Where a command is: ``module:function``, ``module:app`` of a group, or what makes the function."""
+from fric.cli.command import Command, found
+
+Home = str | Command | typer.Typer
+"""A command as its verb makes it, ``module:function`` of one that is written by hand, or a group."""
 
 
 class _Commands(Mapping[str, Any]):
@@ -30,26 +31,32 @@ class _Commands(Mapping[str, Any]):
 
     def __getitem__(self, name: str) -> Any:
         if name not in self._made:
-            found = self._found(name)
-            if not isinstance(found, typer.Typer):
+            made = self._found(name)
+            if not isinstance(made, typer.Typer):
                 alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-                alone.command(name)(found)
-                found = alone
-            self._made[name] = typer.main.get_command(found)
+                alone.command(name)(made)
+                made = alone
+            self._made[name] = typer.main.get_command(made)
         return self._made[name]
 
     def summary(self, name: str, width: int) -> str:
         """Return the first sentence of a command's help, in so many characters."""
-        found = self._found(name)
-        text = found.info.help if isinstance(found, typer.Typer) else getdoc(found)
+        home = self._homes[name]
+        made = home if isinstance(home, Command) else self._found(name)
+        text = (
+            made.help
+            if isinstance(made, Command)
+            else made.info.help
+            if isinstance(made, typer.Typer)
+            else getdoc(made)
+        )
         return TyperCommand(name, help=text).get_short_help_str(width)
 
     def _found(self, name: str) -> Any:
         home = self._homes[name]
-        if callable(home):
-            return home()
-        module, _, attribute = home.partition(":")
-        return getattr(import_module(module), attribute)
+        if isinstance(home, Command):
+            return home.function()
+        return found(home) if isinstance(home, str) else home
 
 
 def group(name: str, text: str, homes: Mapping[str, Home], **settings: Any) -> typer.Typer:

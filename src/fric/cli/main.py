@@ -10,22 +10,15 @@ from types import FrameType
 import typer
 
 import fric
+from fric.cli.commands import COMMANDS
 from fric.cli.console import ERR, prepare_streams
 from fric.cli.group import group
 from fric.errors import FricError, printable
 
-ALONE = (
-    "auto", "ingest", "inspect", "report", "schema", "reproduce", "plan", "compare", "diagnose", "tune", "learn",
-    "validate", "export", "example",
-)  # fmt: skip
-"""Commands that stand for themselves, each in the file of its name."""
-
 app = group(
     "fric",
     "Identify a drive's friction from its logs; see which compensation leaves how large a glitch.",
-    {name: f"fric.cli.{name}:{name}" for name in ALONE}
-    | {"help": "fric.cli.manual:manual"}
-    | {name: f"fric.cli.{name}:app" for name in ("design", "identify", "simulate")},
+    COMMANDS,
     add_completion=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from fric.circles.model_shape import wrong_shape, wrong_shape_measured
 from fric.documents.comparison import comparison_tree
@@ -20,9 +20,10 @@ from fric.records.prepared import prepared
 from fric.results.base import Result
 from fric.results.given import Advance, logs_of, silent
 from fric.results.given_models import friction_of, plant_of
+from fric.results.kinds import CircleFiles, Count, FrictionLike, LogLike, PlantLike, Seed
 from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -73,16 +74,16 @@ class ComparisonResult(Result):
 
 @verb
 def compare(
-    *logs: Any,
-    models: str | Sequence[str] = "all",
-    fit_on: str | Sequence[str] | None = None,
-    cycles: int | None = None,
-    folds: int = 3,
-    static: Any = None,
-    plant: Any = None,
-    blocks: int = 4,
-    seed: int = 0,
-    circles: Sequence[Path | str] = (),
+    *logs: LogLike,
+    models: Annotated[str | Sequence[str], Kind(str, "all|NAME,NAME…")] = "all",
+    fit_on: Annotated[str | Sequence[str] | None, Kind(list[str], "RECORD", "records")] = None,
+    cycles: Annotated[int | None, Kind(metavar="N", least=1)] = None,
+    folds: Annotated[int, Kind(least=2)] = 3,
+    static: FrictionLike | None = None,
+    plant: PlantLike | None = None,
+    blocks: Count = 4,
+    seed: Seed = 0,
+    circles: CircleFiles = (),
     advance: Advance = silent,
 ) -> ComparisonResult:
     """Fit friction models on some records or cycles and score them on others.
@@ -90,20 +91,27 @@ def compare(
     Parameters
     ----------
     logs
-        Log files or records of one axis.
+        Log files of one axis. Records are taken, too.
     models
-        Names of models, or ``all``.
+        Models to compare, by name.
     fit_on
-        Records to fit on, by name; the others are scored.
+        Fit on this record, score on those not named; repeatable.
     cycles
-        Fit on so many first cycles of each record, score on the rest.
+        Fit on the first N cycles of a record, score on the rest.
     folds
-        Where neither is given: cut each record in so many parts, each scored by a fit to the others.
-    static, plant, blocks, seed
-        As in `identify_model`.
+        Cut each record in so many parts, each scored by a fit to the others. Where neither is given.
+    static
+        A friction file whose static map is kept. Its result is taken, too.
+    plant
+        The plant, whose own linear damping is taken off. Its file or its result.
+    blocks
+        Slip blocks, for models that have any.
+    seed
+        Seed of the coarse search.
     circles
-        Run files or measured tests of one circle, one that was learned (``--scheme learned`` where it was ingested) and
-        one with a friction model: where learning leaves clearly less, the model's shape is wrong, and that is told.
+        Runs or measured tests of one circle, learned and with a model: what they say. One that was learned
+        (``--scheme learned`` where it was ingested) and one with a friction model: where learning leaves clearly
+        less, the model's shape is wrong, and that is told.
     advance
         Is told of each model that is done.
 

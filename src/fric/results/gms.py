@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -19,9 +19,10 @@ from fric.plausibility.findings import of_amplitudes, of_friction, of_level, of_
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import logs_of, several, where_of
 from fric.results.given_models import friction_of, plant_of
+from fric.results.kinds import FrictionLike, LogLike, PlantLike
 from fric.results.text import Piece, Table, parameters
 from fric.units import readable, si_unit
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -73,33 +74,33 @@ def _replayed(record: Replay, force: str) -> str:
 
 @verb
 def identify_gms(
-    *logs: Any,
-    static: Any = None,
-    plant: Any = None,
-    blocks: int | str = "auto",
-    knots: Sequence[float] | str = "auto",
-    cycles: tuple[int, int] | str | None = None,
+    *logs: LogLike,
+    static: FrictionLike | None = None,
+    blocks: Annotated[int | str, Kind(metavar="N|auto|auto:N")] = "auto",
+    knots: Annotated[Sequence[float] | str, Kind(str, "LIST|auto")] = "auto",
+    cycles: Annotated[tuple[int, int] | str | None, Kind(str, "FIRST:LAST")] = None,
     refine: bool = True,
+    plant: PlantLike | None = None,
 ) -> GMSResult:
-    """Identify alpha, k and C of the GMS model (eqs. 3 to 6) from pre-sliding sines, and C from a sine in sliding.
+    """Identify alpha, k and C of the GMS model (eqs. 3 to 6) from pre-sliding cycles, and C from sliding.
 
     Parameters
     ----------
     logs
-        Log files or records of one axis, of kind ``presliding-sine`` and, for C, ``sliding-sine``.
+        Log files of one axis. Records of kind ``presliding-sine`` and, for C, ``sliding-sine``.
     static
-        The static map whose F_s is the unit of alpha: a `StaticMap`, its file, or its result, which is carried over.
-        Without it the plateau of the cycles gives F_c = F_s.
-    plant
-        The plant, its file or its result, whose inertia and linear damping are taken off.
+        Static map, from `fric identify static`; carried over. Its F_s is the unit of alpha: a `StaticMap`, its
+        file, or its result. Without it the plateau of the cycles gives F_c = F_s.
     blocks
-        Slip blocks: a number, ``auto`` for up to 6 by an information criterion, or ``auto:8`` for up to 8.
+        Slip blocks: N, or up to N (6) by an information criterion.
     knots
-        Knots of the virgin curve [m], also as ``"0.9 um, 26 um"`` (the paper's way).
+        Knots of the virgin curve, as in '0.9 um, 26 um, 54 um'. Or as numbers [m] (the paper's way).
     cycles
-        First and last cycle to fit, from 1, also as ``"1:5"``; the later ones are held out and replayed.
+        Cycles to fit, from 1; the later ones are held out and replayed.
     refine
-        Whether to refine alpha, k and C by replay along the measured motion.
+        Refine alpha, k and C by replay along the measured motion.
+    plant
+        The plant, whose own linear damping is taken off. Its file or its result; its inertia is taken off, too.
 
     Raises
     ------

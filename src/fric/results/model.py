@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 from fric.documents.friction import FrictionDocument, replay_tree
 from fric.errors import FricError, near
@@ -16,9 +16,10 @@ from fric.records.prepared import prepared
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import logs_of
 from fric.results.given_models import friction_of, plant_of
+from fric.results.kinds import Count, FrictionLike, LogLike, PlantLike, Seed
 from fric.results.text import Piece, parameters
 from fric.units import Motion, parse, readable, si_unit
-from fric.verb import refused, verb
+from fric.verb import Kind, refused, verb
 
 CLIPPED = 0.1
 """Share of a record whose force may be clipped: those samples are not compared."""
@@ -56,14 +57,14 @@ class ModelResult(IdentifiedFriction):
 
 @verb
 def identify_model(
-    model: str,
-    *logs: Any,
-    static: Any = None,
-    plant: Any = None,
-    blocks: int = 4,
-    fix: Iterable[str] | Mapping[str, float | str] = (),
-    free: Sequence[str] = (),
-    seed: int = 0,
+    model: Annotated[str, Kind(metavar="NAME")],
+    *logs: LogLike,
+    static: FrictionLike | None = None,
+    plant: PlantLike | None = None,
+    blocks: Count = 4,
+    fix: Annotated[Iterable[str] | Mapping[str, float | str], Kind(list[str], "NAME=VALUE")] = (),
+    free: Annotated[Sequence[str], Kind(list[str], "NAME")] = (),
+    seed: Seed = 0,
 ) -> ModelResult:
     """Fit any friction model to any records by replay along the measured motion.
 
@@ -72,17 +73,17 @@ def identify_model(
     model
         Name of the model: lugre, dahl, gms, ….
     logs
-        Log files or records of one axis.
+        Log files of one axis. Records are taken, too.
     static
-        The friction whose static map is kept: its file or its result; it is fitted too where it is not given.
+        A friction file whose static map is kept. Or its result; it is fitted too where it is not given.
     plant
-        The plant, its file or its result, whose inertia and linear damping are taken off.
+        The plant, whose own linear damping is taken off. Its file or its result; its inertia is taken off, too.
     blocks
         Slip blocks, for a model that has any.
     fix
-        Parameters that are not fitted, by name, also as ``["n=1"]``.
+        A parameter that is not fitted: 'n=1'. Several in a list, or by name.
     free
-        Names of parameters to fit that are held by default (``delta``).
+        Fit a parameter that is held by default: delta.
     seed
         Seed of the coarse search.
 

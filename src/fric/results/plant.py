@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from fric.documents.plant import PlantDocument, plant_tree
 from fric.drive.plant import Plant
@@ -18,9 +18,10 @@ from fric.plausibility.bounds import Finding, settled
 from fric.plausibility.findings import of_logs
 from fric.results.base import Identified
 from fric.results.given import quantity, records_of
+from fric.results.kinds import Count, LogLike, Quantity
 from fric.results.text import Piece, named, parameters
 from fric.units import readable
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,48 +89,56 @@ class PlantResult(Identified):
 
 @verb
 def identify_plant(
-    *logs: Any,
+    *logs: LogLike,
     method: Literal["auto", "response", "motion"] = "auto",
-    force_constant: float | str | None = None,
-    mass: float | str | None = None,
-    coherence: float = 0.5,
-    lowest: float | str | None = None,
-    highest: float | str | None = None,
-    period: float | str | None = None,
-    segment: float | str | None = None,
-    hold: float | str = "auto",
+    force_constant: Annotated[Quantity | None, "force per input"] = None,
+    mass: Annotated[Quantity | None, "mass"] = None,
+    coherence: Annotated[float, Kind(least=0, most=1)] = 0.5,
+    lowest: Annotated[Quantity | None, "frequency"] = None,
+    highest: Annotated[Quantity | None, "frequency"] = None,
+    period: Annotated[Quantity | None, "time"] = None,
+    segment: Annotated[Quantity | None, "time"] = None,
+    hold: Annotated[Quantity, Kind(metavar="RATE|auto|none")] = "auto",
     direction: Literal["both", "each"] = "both",
-    delay: float | str | None = None,
-    cutoff: float | str | None = None,
-    decimation: int | None = None,
-    border: int | None = None,
+    delay: Annotated[Quantity | None, "time"] = None,
+    cutoff: Annotated[Quantity | None, "frequency"] = None,
+    decimation: Count | None = None,
+    border: Annotated[int | None, Kind(least=0)] = None,
 ) -> PlantResult:
     """Identify the plant A, B, T_d (eq. 1) and K_f, from frequency responses or from an ordinary motion.
 
     Parameters
     ----------
     logs
-        Log files or records of one axis.
+        Log files of one axis. Records are taken, too.
     method
-        ``response`` or ``motion``; ``auto`` takes responses where there are any.
+        From frequency responses, or from a motion. ``auto`` takes responses where there are any.
     force_constant
-        K_f [N/V], where no force was logged.
+        Force constant, as "548 N/V", where no force was logged.
     mass
-        Moving mass [kg] where it is known: K_f/B is held against it.
+        Moving mass where you know it, as "85 kg": K_f/B is held against it.
     coherence
-        Least coherence of a frequency [1].
-    lowest, highest
-        Band that is fitted [Hz].
-    period, segment
-        Period of the excitation, and length of Welch's segments where it has none [s].
+        Least coherence of a frequency.
+    lowest
+        Lowest frequency, as "5 Hz".
+    highest
+        Highest frequency, as "300 Hz".
+    period
+        Period of the excitation; found if not given.
+    segment
+        Length of Welch's segments, for no period.
     hold
-        Rate of the hold before the plant [Hz]; ``auto``: that of a record, none for a table; ``none`` for none.
+        Rate of the hold before the plant, as "4 kHz"; auto: that of a record, none for a table.
     direction
-        Of a motion: one friction and an offset (``both``), or friction of each direction (``each``).
+        One friction and an offset, or friction of each direction.
     delay
-        T_d, which no motion shows [s].
-    cutoff, decimation, border
-        Zero-phase filter [Hz], thinning and border of a motion's samples.
+        T_d, which no motion shows, as "0.65 ms": the force acts so much later than it is logged.
+    cutoff
+        Corner of the zero-phase filter.
+    decimation
+        One sample of so many is kept.
+    border
+        Samples left out at the start.
 
     Raises
     ------

@@ -19,6 +19,7 @@ from fric.records.inspection import inspect as inspect_record
 from fric.results.base import Result
 from fric.results.given import records_of
 from fric.results.inspected import described
+from fric.results.kinds import LogLike
 from fric.results.text import Piece, Table
 from fric.units import readable
 from fric.verb import verb
@@ -108,7 +109,9 @@ def _duration(log: Record) -> str:
 
 
 @verb
-def read(*files: Any) -> Records:
+def read(
+    *files: LogLike,
+) -> Records:
     """Read the records of log files of one axis.
 
     Parameters
@@ -168,13 +171,15 @@ class InspectionResult(Result):
 
 
 @verb
-def inspect(*logs: Any) -> InspectionResult:
-    """Tell what each record holds, and what it is good for.
+def inspect(
+    *logs: LogLike,
+) -> InspectionResult:
+    """Tell what each record of log files holds, and what it is good for.
 
     Parameters
     ----------
     logs
-        Log files or records.
+        Log files of one axis. Records are taken, too.
     """
     records = records_of("inspect", logs, one_axis=False)
     return InspectionResult(records, [inspect_record(record) for record in records])

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from fric.documents.friction import static_tree
 from fric.documents.plant import PlantDocument
@@ -18,9 +18,10 @@ from fric.plausibility.findings import of_friction, of_logs, of_strokes
 from fric.results.friction import IdentifiedFriction
 from fric.results.given import in_si, records_of
 from fric.results.given_models import document_of, plant_of
+from fric.results.kinds import LogLike, PlantLike, Quantity
 from fric.results.text import Piece, parameters
 from fric.units import readable, si_unit
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -55,39 +56,40 @@ class StaticResult(IdentifiedFriction):
 
 @verb
 def identify_static(
-    *logs: Any,
-    plant: Any = None,
-    delta: float | str = "auto",
+    *logs: LogLike,
+    plant: PlantLike | None = None,
+    delta: Annotated[float | str, Kind(metavar="VALUE|free|auto")] = "auto",
     direction: Literal["auto", "both", "each"] = "auto",
     over_position: Literal["auto", "off", "on"] = "auto",
     weights: Literal["error", "equal"] = "error",
     average: Literal["robust", "median"] = "robust",
     form: Literal["auto", "coulomb", "stribeck"] = "auto",
-    load: float | str | None = None,
+    load: Annotated[Quantity | None, "force"] = None,
 ) -> StaticResult:
-    """Identify the static friction map F_c, F_s, v_s, delta, sigma (eq. 2) from strokes at constant velocity.
+    """Identify the static friction map F_c, F_s, v_s, delta, sigma (eq. 2) from constant-velocity strokes.
 
     Parameters
     ----------
     logs
-        Log files or records of one axis: strokes, one or many a record, and tables of mean forces at velocities.
+        Log files of one axis. Or records: strokes, one or many a record, and tables of mean forces at velocities.
     plant
-        The plant, its file or its result: the drive's own linear damping ``K_f·(A/B)·v`` is taken off first.
+        The plant, whose own linear damping is taken off. Its file or its result: ``K_f·(A/B)·v`` is taken off
+        first.
     delta
-        Stribeck shape factor [1], ``free`` to fit it, or ``auto``: 1, or free where that predicts better.
+        Stribeck shape factor, fixed or free; auto: 1, or free where that predicts held-out strokes better.
     direction
-        ``both``: one map and an offset; ``each``: a map for each direction; ``auto`` for what predicts better.
+        One map and an offset, a map for each direction, or what predicts held-out strokes better.
     over_position
-        ``on``: take off the mean of each stroke what comes again at its places; ``off``: do not; ``auto`` for what
-        predicts better.
+        Whether to take off what comes again at the same places; auto: where that predicts better.
     weights
-        ``error``: by standard error and scatter between strokes; ``equal``: every stroke the same.
+        Weigh strokes by their errors and scatter, or all the same.
     average
-        ``robust`` (Huber) or ``median`` force of a stroke.
+        Force of a stroke: Huber's robust mean, or the median.
     form
         Coulomb plus viscous friction, eq. (2), or what predicts held-out strokes better.
     load
-        Constant load [N] where it is known, as the weight of a vertical axis: the offset is then it.
+        Constant load where you know it, as "60 N" or "0 N": the offset is then it. As the weight of a vertical
+        axis.
 
     Raises
     ------

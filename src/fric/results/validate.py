@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fric.circles.validation import Validation, validate_closed_loop, validate_inverse, validate_open_loop
 from fric.documents.plant import PlantDocument
@@ -20,9 +20,10 @@ from fric.records.timing import even_sampling as sampling_of
 from fric.results.base import Result
 from fric.results.given import in_si, logs_of
 from fric.results.given_models import cascade_of, document_of, friction_of
+from fric.results.kinds import ControllerLike, FrictionLike, LogLike, PlantLike, Quantity
 from fric.results.text import Piece, Table
 from fric.units import readable, si_unit
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,25 +85,29 @@ class ValidationResult(Result):
 
 @verb
 def validate(
-    *logs: Any, plant: Any, controller: Any = None, friction: Any = None, model: str | None = None,
-    load: float | str | None = None,
-) -> ValidationResult:  # fmt: skip
+    *logs: LogLike,
+    plant: PlantLike,
+    controller: ControllerLike | None = None,
+    friction: FrictionLike | None = None,
+    model: Annotated[str | None, Kind(metavar="NAME")] = None,
+    load: Annotated[Quantity | None, "force"] = None,
+) -> ValidationResult:
     """Replay a recorded motion in closed loop, in open loop and inversely, and score it against the record.
 
     Parameters
     ----------
     logs
-        Log files or records of one axis.
+        Log files of one axis. Records are taken, too.
     plant
-        The identified plant: its file or its result.
+        The identified plant. Its file or its result.
     controller
-        The drive's own controller: a `Cascade`, its file or its result; without it, the open loop alone.
+        The drive's own controller; without it, the open loop alone. A `Cascade`, its file or its result.
     friction
-        The identified friction: its file or its result; else Coulomb, from the plant's own fit.
+        The identified friction; else Coulomb, from the plant's own fit. Its file or its result.
     model
-        Name of the model, where the friction holds several.
+        The friction file's model, where it holds several.
     load
-        Constant load [N]; else the identified offset.
+        Constant load, as "-3.2 N"; else the identified offset.
 
     Raises
     ------

@@ -1,0 +1,203 @@
+"""A command, made from its verb: what a terminal adds to it, and what is done around it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib import import_module
+from inspect import Parameter, Signature
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from fric.cli.console import finish
+from fric.cli.signature import option, parameter, parameter_of, values_of
+from fric.verb import Form
+
+READ_MACHINE = "fric.documents.machine_files:read_machine"
+GIVEN = {"advance", "interrupted", "force"}
+"""Arguments of verbs that a command gives itself."""
+
+
+def _lift(given: str) -> str:
+    from fric.plausibility.bounds import lift  # with NumPy, which `--help` need not
+
+    lift(given == "ok")
+    return given
+
+
+Json = Annotated[bool, option("Print one JSON object on standard output, nothing else.", "--json")]
+Force = Annotated[bool, option("Replace an output that exists.", "--force")]
+Plot = Annotated[
+    Path | None, option("Draw a figure, or that of a name; .png, .svg or .pdf.", "--plot", metavar="[VIEW=]FIG")
+]
+Implausible = Annotated[
+    Literal["error", "ok"],
+    option("What no drive can be, as with a wrong unit: an error, or taken as it is.", callback=_lift),
+]
+
+
+@dataclass(frozen=True)
+class Output:
+    """What ``-o`` writes, where the verb itself writes nothing.
+
+    Parameters
+    ----------
+    metavar, help
+        Its name and its help.
+    required
+        Whether it must be given.
+    writes
+        Its format, as `fric.output.FORMATS` calls it; empty for a folder.
+    """
+
+    metavar: str
+    help: str
+    required: bool = True
+    writes: str = "YAML"
+
+    def parameter(self) -> Parameter:
+        """Return it as a parameter of a command's function."""
+        made = option(self.help, "-o", "--output", metavar=self.metavar)
+        return parameter("output", Annotated[Path, made] if self.required else Annotated[Path | None, made],
+                         Parameter.empty if self.required else None)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command and its verb.
+
+    Parameters
+    ----------
+    verb
+        Module and name of the verb.
+    output
+        What ``-o`` writes.
+    plot, plausible
+        Whether there is a figure to draw, and whether what is read is held against physics.
+    doing
+        What a progress bar says meanwhile.
+    flags
+        Names of options, by argument, where they are not the argument's.
+    places
+        Arguments with a default that are given by their place nevertheless.
+    options
+        Arguments that are given by a name though Python takes them by their place.
+    without
+        Arguments that only Python has.
+    bound
+        Arguments that the command gives.
+    machine
+        Arguments of `fric.read_machine`, by which the machine is read.
+    text
+        The help, where it is not that of the verb; ``more`` follows it.
+    helps
+        The help of options, by argument, where the first sentence of its description is not.
+    own
+        What only a terminal has: further parameters.
+    run
+        Where the function is that is called in place of the verb and its end, with what was given.
+    """
+
+    verb: str
+    output: Output | None = None
+    plot: bool = False
+    plausible: bool = True
+    doing: str = ""
+    flags: Mapping[str, str] = field(default_factory=dict)
+    places: Sequence[str] = ()
+    options: Sequence[str] = ()
+    without: Sequence[str] = ()
+    bound: Mapping[str, Any] = field(default_factory=dict)
+    machine: Sequence[str] = ()
+    text: str = ""
+    more: str = ""
+    helps: Mapping[str, str] = field(default_factory=dict)
+    own: Sequence[Parameter] = ()
+    run: str = ""
+
+    @cached_property
+    def form(self) -> Form:
+        """What the verb says of itself."""
+        return Form(self.verb)
+
+    @property
+    def help(self) -> str:
+        """The help of the command."""
+        return "\n\n".join(filter(None, (self.text or self.form.text, self.more)))
+
+    def function(self) -> Callable[..., None]:
+        """Return the function that Typer makes the command of."""
+
+        def command(**given: Any) -> None:
+            if self.run:
+                found(self.run)(self, values_of(given))
+            else:
+                self.end(self.call(values_of(given)), values_of(given))
+
+        command.__doc__ = self.help
+        taken = self.parameters()
+        command.__signature__ = Signature(taken)  # type: ignore[attr-defined]
+        command.__annotations__ = {one.name: one.annotation for one in taken}
+        return command
+
+    def parameters(self) -> list[Parameter]:
+        """Return the parameters: places, output, options, and what all commands share."""
+        form = self.form
+        asked = [form[name] for name in form.names if name not in {*GIVEN, *self.without, *self.bound}]
+        placed = [
+            one
+            for one in asked
+            if one.several
+            or one.name in self.places
+            or (one.positional and one.default is Parameter.empty and one.name not in self.options)
+        ]
+        named = [one for one in asked if one not in placed]
+        made = [self._parameter(one, place=True) for one in placed]
+        made += [self.output.parameter()] if self.output else []
+        made += [self._parameter(one) for one in named]
+        made += [parameter_of(Form(READ_MACHINE)[name], self.flags.get(name, "")) for name in self.machine]
+        made += self.own
+        if self.plot:
+            made.append(parameter("plot", Plot, None))
+        if self.plausible:
+            made.append(parameter("implausible", Implausible, "error"))
+        return [*made, parameter("json", Json, False), parameter("force", Force, False)]
+
+    def _parameter(self, one: Any, *, place: bool = False) -> Parameter:
+        return parameter_of(one, self.flags.get(one.name, ""), self.helps.get(one.name, ""), place=place)
+
+    def call(self, given: Mapping[str, Any]) -> Callable[[Any], Any]:
+        """Return what makes the result of the verb, of what was given; it takes who is told of progress."""
+        names = set(self.form.names)
+
+        def make(advance: Any, **beside: Any) -> Any:
+            values = {**self.bound, **{name: one for name, one in given.items() if name in names}, **beside}
+            if self.machine:
+                read = found(READ_MACHINE)
+                values["machine"] = read(given["machine"], **{k: v for k, v in given.items() if k in self.machine})
+            if "advance" in names:
+                values["advance"] = advance
+            arguments = self.form.names
+            several = next((name for name in arguments if self.form[name].several), None)
+            if several is None:
+                return found(self.verb)(**values)
+            before = [values.pop(name) for name in arguments[: arguments.index(several)]]
+            return found(self.verb)(*before, *values.pop(several, ()), **values)
+
+        return make
+
+    def end(self, make: Callable[[Any], Any], given: Mapping[str, Any], **beside: Any) -> Any:
+        """Make the result, write, plot and print it, as `fric.cli.console.finish`; return the result."""
+        output = given.get("output") if self.output else None
+        settings: dict[str, Any] = {"doing": self.doing}
+        if self.output and self.output.writes:
+            settings |= {"output": output, "writes": self.output.writes}
+        else:
+            settings["into"] = output
+        settings |= {"plot": given.get("plot"), "json": given["json"], "force": given["force"]}
+        return finish(make, **settings | beside)
+
+
+def found(home: str) -> Callable[..., Any]:
+    """Return what a module has by a name: ``module:name``."""
+    module, _, name = home.partition(":")
+    return getattr(import_module(module), name)

@@ -1,0 +1,55 @@
+"""What verbs take, as annotations: what Python checks, and how a command reads, completes and names it.
+
+Importing this loads nothing: a command's help is made of it. What a type stands for is read where the verb is run
+(`given`, `given_models`, `machine`).
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+
+from fric.verb import Kind
+
+if TYPE_CHECKING:  # each brings what a command's help does without
+    from fric.circles.measured import MeasuredCircle
+    from fric.control.cascade import Cascade
+    from fric.control.scheme import Scheme
+    from fric.documents.controller import ControllerDocument
+    from fric.documents.friction import FrictionDocument
+    from fric.documents.identified import Identified
+    from fric.documents.plan import PlanDocument
+    from fric.documents.plant import PlantDocument
+    from fric.drive.plant import Plant
+    from fric.friction.stribeck import StaticMap
+    from fric.log import Record
+    from fric.results.base import Result
+    from fric.simulate.machine import Machine
+
+Quantity = float | str
+"""A number in SI, or a text with its unit; its dimension stands beside it: ``Annotated[Quantity, "force"]``."""
+METAVARS = {
+    "time": "TIME", "frequency": "FREQUENCY", "position": "LENGTH", "velocity": "SPEED", "force": "FORCE",
+    "angle": "ANGLE", "gain": "GAIN", "mass": "MASS", "input": "VOLTAGE", "acceleration": "ACCELERATION",
+    "force per input": "K_F", "rate": "GAIN", "velocity gain": "GAIN", "position gain": "GAIN",
+}  # fmt: skip
+"""What stands for a quantity in a help text, by its dimension."""
+
+Count: TypeAlias = Annotated[int, Kind(least=1)]
+Seed: TypeAlias = Annotated[int, Kind(least=0)]
+
+LogLike: TypeAlias = Annotated["Record | Path | str | Iterable[Record | Path | str]", Kind(Path, "LOG.h5")]
+PlantLike: TypeAlias = Annotated["Plant | PlantDocument | Result | Path | str", Kind(Path, "PLANT.yaml")]
+ControllerLike: TypeAlias = Annotated[
+    "Cascade | ControllerDocument | Result | Path | str", Kind(Path, "CONTROLLER.yaml")
+]
+FrictionLike: TypeAlias = Annotated["StaticMap | FrictionDocument | Result | Path | str", Kind(Path, "FRICTION.yaml")]
+MachineLike: TypeAlias = Annotated["Machine | Identified | Path | str", Kind(Path, "MACHINE.yaml")]
+PlanLike: TypeAlias = Annotated["PlanDocument | Result | Path | str", Kind(Path, "PLAN")]
+CircleLike: TypeAlias = Annotated["MeasuredCircle | Path | str | Sequence[Any]", Kind(Path, "CIRCLE.h5")]
+CircleFiles: TypeAlias = Annotated[Sequence[Path | str], Kind(list[Path], "CIRCLE.h5")]
+SchemeName: TypeAlias = Annotated[str, Kind(complete="schemes")]
+SchemesLike: TypeAlias = Annotated["str | Scheme | Iterable[str | Scheme]", Kind(str, complete="schemes")]
+KnownSchemes: TypeAlias = Annotated["Mapping[str, Scheme] | Path | str", Kind(Path, "SCHEMES.yaml")]
+AxisName: TypeAlias = Annotated[str, Kind(complete="axes")]
+RecordName: TypeAlias = Annotated[str, Kind(metavar="NAME", complete="records")]
+Address: TypeAlias = Annotated[str, Kind(metavar="ADDRESS")]
