@@ -15,8 +15,9 @@ from fric.columns import (
     channel_dimension,
 )
 from fric.errors import FricError
+from fric.series import keep
 from fric.units import Motion, si_unit
-from fric.verb import refused, typed
+from fric.verb import typed
 
 if TYPE_CHECKING:
     from fric.arrays import Real
@@ -41,10 +42,6 @@ def axis_name(name: str, where: str = "") -> str:
     return name
 
 
-BEYOND = 1e12
-"""A value of any channel, in SI, that no machine reaches."""
-
-
 class _FromFile:
     name: str
     source: str
@@ -53,22 +50,6 @@ class _FromFile:
     def where(self) -> str:
         """File and record, for messages."""
         return f"{self.source}, record '{self.name}'" if self.source else f"record '{self.name}'"
-
-    def _keep_arrays(self, *names: str) -> None:
-        """Keep lists, series and integers as arrays of doubles; refuse what is no row of numbers."""
-        import numpy as np  # which the help of a command does without
-
-        for name in names:
-            given = getattr(self, name)
-            if given is None and getattr(type(self), name, self) is None:
-                continue
-            try:
-                values = np.asarray(given, dtype=np.float64)
-            except (TypeError, ValueError):
-                values = np.empty(())
-            if values.ndim != 1 or np.iscomplexobj(given):
-                raise refused(type(self).__name__, f"{name} as an array of numbers, shape (n,)", given)
-            object.__setattr__(self, name, values)
 
 
 @typed
@@ -108,7 +89,7 @@ class Log(_FromFile):
     Raises
     ------
     FricError
-        When the channels differ in length, or there is neither position nor velocity.
+        Where `fric.series.keep` raises, or there is neither position nor velocity.
     """
 
     time: Real
@@ -128,11 +109,7 @@ class Log(_FromFile):
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
-        self._keep_arrays(*CHANNELS)
-        lengths = {channel: len(values) for channel, values in self.channels().items()}
-        if len(set(lengths.values())) > 1:
-            text = ", ".join(f"{channel} {n}" for channel, n in lengths.items())
-            raise FricError(f"channels differ in length ({text})", where=self.where)
+        keep(self, {name: channel_dimension(name) for name in CHANNELS}, self.where, motion=self.motion)
         if self.position is None and self.velocity is None:
             raise FricError(
                 "there is neither position nor velocity",
@@ -142,7 +119,7 @@ class Log(_FromFile):
 
     def __repr__(self) -> str:
         text = ", ".join(name for name in self.channels() if name != "time")
-        span = f"{len(self)} samples in {self.time[-1] - self.time[0]:.4g} s" if len(self) else "no sample"
+        span = f"{len(self)} samples in {self.time[-1] - self.time[0]:.4g} s"
         return f"<Log '{self.name}' of the {self.motion} axis {self.axis}: {span}: {text}>"
 
     def __len__(self) -> int:
@@ -166,12 +143,6 @@ class Log(_FromFile):
                 where=self.where,
                 hint=f"Log the {channel}, or map its column when ingesting.",
             )
-        largest = float(abs(values).max()) if len(values) else 0.0
-        if largest > BEYOND:
-            raise FricError(
-                f"the {channel} reaches {largest:.3g} {self.unit(channel)}, which no machine does", where=self.where,
-                hint="Look at the sample; ingest the log again without it, or with its right unit.",
-            )  # fmt: skip
         return values
 
     def slice(self, start: int, stop: int) -> Log:
@@ -214,11 +185,11 @@ class FrequencyResponse(_FromFile):
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
-        self._keep_arrays(*RESPONSE_DIMENSIONS)
+        keep(self, RESPONSE_DIMENSIONS, self.where, motion=self.motion)
 
     def __repr__(self) -> str:
         f = self.frequency
-        span = f"{len(f)} frequencies from {f[0]:.4g} to {f[-1]:.4g} Hz" if len(f) else "no frequency"
+        span = f"{len(f)} frequencies from {f[0]:.4g} to {f[-1]:.4g} Hz"
         return f"<FrequencyResponse '{self.name}' of the {self.motion} axis {self.axis}: {span}>"
 
 
@@ -245,7 +216,7 @@ class ForceVelocity(_FromFile):
     Raises
     ------
     FricError
-        When the columns differ in length, or an error, a deviation or a number of samples is negative.
+        Where `fric.series.keep` raises, or an error, a deviation or a number of samples is negative.
     """
 
     velocity: Real
@@ -261,10 +232,8 @@ class ForceVelocity(_FromFile):
 
     def __post_init__(self) -> None:
         axis_name(self.axis, self.where)
-        self._keep_arrays(*FORCE_VELOCITY_DIMENSIONS)
+        keep(self, FORCE_VELOCITY_DIMENSIONS, self.where, motion=self.motion)
         columns = self.columns()
-        if len({len(values) for values in columns.values()}) > 1:
-            raise FricError("the columns of the table differ in length", where=self.where)
         for name, least in (("deviation", 0.0), ("error", 0.0), ("n", 1.0)):
             if name in columns and (columns[name] < least).any():
                 row = int((columns[name] < least).argmax())

@@ -17,6 +17,10 @@ MOST_SAMPLES = 20_000_000
 """Samples that a motion has at most: 80 minutes at 4 kHz, a gigabyte or two of traces."""
 
 
+MOST_LEAD = 1.0
+"""Lead at most [s]: four times the longest delay that a loop closes over."""
+
+
 def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
     """Return the instants of a motion [s], so many a second [Hz], shape (n,).
 
@@ -25,12 +29,17 @@ def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
     FricError
         When the motion is longer than is simulated.
     """
+    refuse_long(duration, sampling)
+    return np.arange(ceil(duration * sampling) + more) / sampling
+
+
+def refuse_long(duration: float, sampling: float) -> None:
+    """Raise a `FricError` where a motion takes longer [s], so many samples a second [Hz], than is simulated."""
     if not duration * sampling < MOST_SAMPLES:
         raise FricError(
             f"the motion takes {duration:.3g} s, which are {duration * sampling:.3g} samples at {sampling:g} Hz, and "
             f"{MOST_SAMPLES:.0e} are simulated at most", hint="Move faster, less far, or sample less often.",
         )  # fmt: skip
-    return np.arange(ceil(duration * sampling) + more) / sampling
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +84,8 @@ class Reference:
         """
         if lead == 0.0:
             return self
+        if not lead <= MOST_LEAD:
+            raise FricError(f"a lead of {lead:.3g} s is more than the {MOST_LEAD:g} s that a motion is known ahead")
         whole, s = divmod(lead * self.sampling, 1.0)
         if s > 1.0 - 1e-9:  # the rounding of a whole number of samples
             whole, s = whole + 1.0, 0.0

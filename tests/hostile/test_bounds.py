@@ -60,9 +60,8 @@ def test_a_workbook_that_unpacks_to_more_than_is_read(
 
 def test_a_channel_that_reaches_what_no_machine_does() -> None:
     t = np.arange(100) * 1e-3
-    log = Log(t, position=np.sin(t), force=np.where(t > 0.05, 1e13, 1.0))
     with pytest.raises(FricError, match="which no machine does"):
-        log.require("force", "a map")
+        Log(t, position=np.sin(t), force=np.where(t > 0.05, 1e13, 1.0))
 
 
 def test_a_list_in_place_of_a_text_is_damage(tmp_path: Path) -> None:

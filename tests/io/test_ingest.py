@@ -105,7 +105,7 @@ def test_chunks_hold_every_kind_of_number(tmp_path, samples):
         "position": np.round(np.cumsum(rng.normal(size=samples)) * 4) / 4e6,
         "velocity": rng.normal(size=samples),
         "force": np.sign(np.sin(np.arange(samples) / 100)),
-        "input": np.frombuffer(rng.bytes(8 * samples), dtype="f8"),
+        "input": 1e6 * rng.random(samples),
     }
     log = Log(time=np.arange(samples) / 4000, **channels)
     write_logs(tmp_path / "log.h5", [log])

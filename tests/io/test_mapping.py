@@ -134,7 +134,7 @@ def test_a_mapping_that_does_not_fit(tmp_path, text, line, told, hint):
         ("position: {column: Weg, unit: m}", "no column is time"),
         ("time: {column: Zeit, unit: s}, force: {column: Kraft, unit: N}", "no column is position or velocity"),
         ("time: {rate: 1 kHz}, velocity: {value: 1 m/s}", "no channel is read from a column"),
-        ("time: {rate: 0 Hz}, position: {column: Weg, unit: m}", "the sampling period is not above zero"),
+        ("time: {rate: 0 Hz}, position: {column: Weg, unit: m}", "a sampling period of 0 s is none"),
     ],
 )
 def test_a_mapping_that_does_not_fit_the_log(tmp_path, columns, told):

@@ -123,7 +123,7 @@ def test_a_recording_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:
     t = np.arange(200) / 1000.0
     with pytest.raises(FricError, match="begins at"):
         RecordedPath(t, 0.1 * t, 0.0 * t)
-    with pytest.raises(FricError, match="does not rise"):
+    with pytest.raises(FricError, match="does not run forward"):
         RecordedPath(t[::-1], t, t)
     with pytest.raises(FricError, match="does not move"):
         RecordedPath(t, 0.0 * t, 0.0 * t)

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from fric.arrays import Real
+from fric.columns import channel_dimension
 from fric.errors import FricError
 from fric.log import Log, axis_name
+from fric.series import keep
 
 if TYPE_CHECKING:
     from fric.simulate.circle import CircleRun
@@ -18,6 +20,10 @@ if TYPE_CHECKING:
 Instrument = Literal["encoders", "grid", "ball-bar", ""]
 """What told the position: the axes' own encoders, a grid encoder, a ball bar; empty where nobody said."""
 
+LEAST = 16
+"""Samples that a circle test has at least."""
+MOST = 1e3
+"""Radius [m] and feed [m/s] of a circle test at most."""
 CHANNELS = ("time", "reference", "position", "input", "force")
 """What a trace of one axis of a circle test can hold."""
 
@@ -69,7 +75,8 @@ class MeasuredCircle:
     Raises
     ------
     FricError
-        When radius or feed are not positive, the direction is none, or neither traces nor a deviation are there.
+        When radius or feed are not positive or beyond every machine, the direction is none, neither traces nor a
+        deviation are there, or `fric.series.keep` raises.
     """
 
     radius: float
@@ -85,10 +92,12 @@ class MeasuredCircle:
     sha256: str = ""
 
     def __post_init__(self) -> None:
-        for name in self.axes:
+        for name, trace in self.axes.items():
+            keep(trace, {channel: channel_dimension(channel) for channel in CHANNELS}, self.where, least=LEAST)
             axis_name(name, self.where)
+        keep(self, {"angle": "angle", "deviation": "position"}, self.where, least=LEAST)
         for what in ("radius", "feed"):
-            if not getattr(self, what) > 0:
+            if not 0 < getattr(self, what) <= MOST:
                 raise FricError(f"the {what} of the circle is {getattr(self, what):g}", where=self.where)
         if self.direction not in (1, -1):
             raise FricError(f"the direction is {self.direction}", where=self.where, hint="Say 1 or -1.")

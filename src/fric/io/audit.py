@@ -140,11 +140,7 @@ class Signs:
         self.agreement = np.zeros(2)
 
     def add(self, block: Mapping[str, Real]) -> None:
-        """Take the next samples of each channel, in SI; what is beyond all numbers weighs nothing."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            self._add(block)
-
-    def _add(self, block: Mapping[str, Real]) -> None:
+        """Take the next samples of each channel, in SI."""
         time, x, v, force = (block.get(name) for name in ("time", "position", "velocity", "force"))
         if time is None and v is not None and force is not None:  # a table of mean forces
             self.work += _weighed(force * v)

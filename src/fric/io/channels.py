@@ -24,6 +24,7 @@ from fric.errors import FricError
 from fric.io.likely import refuse_left_out
 from fric.io.readers.base import Table, plain_name
 from fric.io.words import EXACT, OF_MEANS
+from fric.series import CLOSEST, largest, require_plausible
 from fric.units import Motion, factor, parse, si_unit
 
 Form = Literal["time", "response", "means"]
@@ -40,6 +41,11 @@ ORDER: dict[Form, tuple[str, ...]] = {
     "means": tuple(FORCE_VELOCITY_DIMENSIONS),
 }
 """Channels that each form can have."""
+MOST_DECIBEL = 400.0
+"""Magnitude of a cell in decibels at most."""
+SLOWEST = 1e-6
+"""Samples a second that a mapping may state, at least [Hz]."""
+TINY = 1e-300
 _NEPER_A_DECIBEL = math.log(10.0) / 20.0
 _DECIBEL = re.compile(r"dB\s*(?:\((.*)\))?")
 """Decibels of a unit in brackets; of a magnitude, plain dB are of its SI unit."""
@@ -86,6 +92,16 @@ class Plan:
         if "phase" in found:
             found["phase"] = np.unwrap(found["phase"])
         return found
+
+    def limits(self) -> list[float]:
+        """Return, for each wanted column, the magnitude that no cell of it has on a machine."""
+        found = dict.fromkeys(self.wanted, math.inf)
+        for channel, origin in self.origins.items():
+            if origin.column is not None:
+                most = largest(_dimension(channel, self.form), self.motion)
+                most = MOST_DECIBEL if origin.decibel else most / max(abs(origin.factor), TINY)
+                found[origin.column] = min(found[origin.column], most)
+        return list(found.values())
 
     def description(self) -> dict[str, str]:
         """Return each channel with the column that it is read from."""
@@ -217,7 +233,7 @@ def origin_of(
     table: Table, name: str, channel: Channel, motion: Motion, fields: Mapping[str, str], form: Form = "time"
 ) -> Origin:
     """Return where one channel comes from: its column, with the factor to SI."""
-    where, dimension = str(table.path), channel_dimension(f"{FORCE_VELOCITY}.{name}" if form == "means" else name)
+    where, dimension = str(table.path), _dimension(name, form)
     sign = channel.sign or 1
 
     def parsed(template: str, measured: str) -> float:
@@ -227,12 +243,16 @@ def origin_of(
             raise error.at(where) if not error.where else error from None
 
     if channel.value is not None:
-        return Origin(None, sign * parsed(channel.value, dimension))
+        value = np.array([sign * parsed(channel.value, dimension)])
+        require_plausible(name, value, dimension, where, motion=motion)
+        return Origin(None, float(value[0]))
     if channel.rate is not None or channel.period is not None:
         given = parsed(channel.period, "time") if channel.period else parsed(channel.rate or "", "frequency")
         period = given if channel.period or not given else 1 / given
-        if not (math.isfinite(period) and period > 0):
-            raise FricError("the sampling period is not above zero", where=where, hint="Mend `rate` or `period`.")
+        if not 1 / SLOWEST >= period >= CLOSEST:
+            raise FricError(
+                f"a sampling period of {period:.3g} s is none", where=where, hint="Mend `rate` or `period`."
+            )
         return Origin(None, period)
     column = _column(table, channel.column, name, fields)
     if channel.scale is not None:
@@ -256,6 +276,10 @@ def origin_of(
             hint += f' Or say what one logged unit is, as in scale: "12.5 {si_unit(dimension, motion)}".'
         where = f"{where}, column '{table.columns[column].name}'"
         raise FricError(error.what, where=where, hint=hint) from None
+
+
+def _dimension(channel: str, form: Form) -> str:
+    return channel_dimension(f"{FORCE_VELOCITY}.{channel}" if form == "means" else channel)
 
 
 def _column(table: Table, wanted: Any, name: str, fields: Mapping[str, str]) -> int:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, cast
 
 import h5py
-import numpy as np
 
 from fric.arrays import Real
 from fric.columns import (
@@ -233,10 +232,6 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
     channels = {channel: column(channel, channel_dimension(channel)) for channel in CHANNELS}
     if channels["time"] is None:
         raise FricError(f"record '{name}' has no time", where=str(path))
-    if not (np.isfinite(channels["time"]).all() and (np.diff(channels["time"]) > 0).all()):
-        raise FricError(
-            f"the time of record '{name}' does not run forward throughout", where=str(path), hint="Make it again."
-        )
     words = text(group.attrs, "dropped", "0")
     dropped = int(words) if words.isdigit() else 0
     return Log(**cast(Any, channels), kind=kind, dropped=dropped, **attributes)

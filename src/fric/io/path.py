@@ -72,12 +72,7 @@ def _columns(path: Path) -> dict[str, Real]:
             )
         scales.append(factor(unit, "time" if name == "time" else "position"))
     blocks = [block.columns for block in table.read(columns)]
-    found = {
+    return {
         name: scale * np.concatenate([block[n] for block in blocks])
         for n, (name, scale) in enumerate(zip(names, scales, strict=True))
     }
-    wrong = ~np.all(np.isfinite(np.array(list(found.values()))), axis=0)
-    if wrong.any():
-        row = int(np.flatnonzero(wrong)[0])
-        raise FricError("a cell is no number", where=table.place(row), hint="Give every point all its numbers.")
-    return found

@@ -30,9 +30,6 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
     """
     import numpy as np  # `fric --help` need not
 
-    def beyond() -> np.errstate:
-        return np.errstate(over="ignore", invalid="ignore")  # a sample of 1e300 is told where it is used
-
     squares = np.zeros(2)
     for log in logs:
         if len(log) < 16:
@@ -46,20 +43,16 @@ def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding
             between = np.append(0.0, np.cumsum(0.5 * (log.velocity[1:] + log.velocity[:-1]) * np.diff(log.time)))
             travel = between[step:] - between[:-step]
             if np.any(travel) and np.any(moved):
-                with beyond():
-                    ratio = float(np.sqrt((moved @ moved) / (travel @ travel)))
+                ratio = float(np.sqrt((moved @ moved) / (travel @ travel)))
                 yield Finding("travel", ratio, motion, where)
         if log.position is not None and log.reference is not None and np.ptp(log.reference) and np.ptp(log.position):
             yield Finding("following", float(np.ptp(log.position) / np.ptp(log.reference)), motion, where)
-            with beyond():
-                z, asked = (log.position - log.position.mean()), (log.reference - log.reference.mean())
-                both, of_z, of_asked = z @ asked, z @ z, asked @ asked
-                together = both**2 > TOGETHER**2 * of_z * of_asked
-            if together:
+            z, asked = (log.position - log.position.mean()), (log.reference - log.reference.mean())
+            both, of_z, of_asked = z @ asked, z @ z, asked @ asked
+            if both**2 > TOGETHER**2 * of_z * of_asked:
                 yield Finding("scale", float(abs(both) / of_asked), motion, where)
         if log.force is not None and log.input is not None:
-            with beyond():
-                squares += [float(log.force @ log.force), float(log.input @ log.input)]
+            squares += [float(log.force @ log.force), float(log.input @ log.input)]
     if squares.all():
         ratio = float(np.sqrt(squares[0] / squares[1]))
         yield Finding("force-per-input", ratio, logs[0].motion, logs[0].source)

@@ -1,12 +1,11 @@
 """Straight pieces of a motion: where position over time keeps to its chord, but for resolution and noise."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from fric.arrays import Real
-from fric.errors import FricError
 from fric.log import Log
 from fric.records.resolution import lattice_step, noise_level
 from fric.statistics import robust_deviation
@@ -60,26 +59,9 @@ def travelled(log: Log) -> Real:
     return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(log.time))])
 
 
-def require_numbers(log: Log, channels: Mapping[str, Real | None]) -> None:
-    """Raise a `FricError` where a channel holds what is no number."""
-    for name, values in channels.items():
-        if values is not None and not np.isfinite(values).all():
-            raise FricError(
-                f"the {name} is no number at sample {int(np.argmin(np.isfinite(values)))}", where=log.where,
-                hint="Ingest the log again with --bad-cells drop.",
-            )  # fmt: skip
-
-
 def path_of(log: Log) -> Path:
-    """Return the position of a record over time, from its velocity where no position was logged.
-
-    Raises
-    ------
-    FricError
-        When position, velocity or time is not a number somewhere.
-    """
+    """Return the position of a record over time, from its velocity where no position was logged."""
     time = log.time
-    require_numbers(log, {"time": time, "position": log.position, "velocity": log.velocity})
     if log.position is not None:
         count = lattice_step(log.position) or 0.0
         resolution = max(count, 4.0 * noise_level(log.position))
@@ -87,7 +69,7 @@ def path_of(log: Log) -> Path:
         return Path(time, log.position, None, count, resolution, lambda samples: 2.0 * resolution)
     assert log.velocity is not None  # a Log holds one of them
     v = log.velocity
-    dt = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    dt = float(np.median(np.diff(time)))
     noise = max(robust_deviation(np.diff(v)) / np.sqrt(2.0), (lattice_step(v) or 0.0) / np.sqrt(12.0))
     noise = max(noise, 1e-9 * float(np.ptp(v)))
     # a Brownian bridge over n samples leaves 2·sigma·sqrt(n)/2 once in a thousand pieces

@@ -32,17 +32,15 @@ class Channel:
     """What a channel holds, in its SI unit.
 
     unit: its SI unit
-    low, high: least and greatest value; null where there is no number at all
+    low, high: least and greatest value
     step: of the lattice that its values lie on
-    not_a_number: samples that are no number
     clipped: samples at which a force or an input is stuck at its extreme
     """
 
     unit: str
-    low: float | None
-    high: float | None
+    low: float
+    high: float
     step: float | None
-    not_a_number: int = 0
     clipped: int = 0
 
 

@@ -1,7 +1,6 @@
 """What a record holds, and what it is good for."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -46,21 +45,18 @@ def inspect(record: Record) -> Inspected:
     Parameters
     ----------
     record
-        A record in time or in frequency, or a table of forces and velocities. Samples with a cell that is no number are
-        counted, and left out of the rest.
+        A record in time or in frequency, or a table of forces and velocities.
     """
     if isinstance(record, FrequencyResponse):
         return inspect_response(record)
     if isinstance(record, ForceVelocity):
         return inspect_table(record)
-    channels = {name: _channel(record, name, values) for name, values in record.channels().items()}
-    whole = np.all([np.isfinite(values) for values in record.channels().values()], axis=0)
-    numbers: dict[str, Any] = {name: values[whole] for name, values in record.channels().items()}
-    log = record if whole.all() else replace(record, **numbers)
+    log = record
+    channels = {name: _channel(log, name, values) for name, values in log.channels().items()}
     sampling, jitter, gaps = _clock(log.time)
     found = Inspection.of(
         record, dropped=record.dropped, kind=record.kind or "motion", stated=record.kind is not None,
-        samples=len(record), duration=float(log.time[-1] - log.time[0]) if len(log) else 0.0,
+        samples=len(log), duration=float(log.time[-1] - log.time[0]),
         sampling=sampling, jitter=jitter, channels=channels, gaps=gaps,
     )  # fmt: skip
     if len(log) < STUCK:
@@ -79,10 +75,6 @@ def inspect(record: Record) -> Inspected:
         segments = []
     if kind not in {"presliding-sine", "sliding-sine"}:
         sine = None
-    at = np.flatnonzero(whole)
-    segments = [
-        replace(s, start=int(at[s.start]), stop=int(at[s.stop - 1]) + 1, onset=int(at[s.onset])) for s in segments
-    ]
     if log.position is not None:
         found = replace(found, excites=excites(log.time, log.position))
     if log.position is not None and log.force is not None and len(reversals) > 1:
@@ -94,7 +86,7 @@ def inspect(record: Record) -> Inspected:
         found = replace(found, slope=branch_slope(log.position, log.force, reversals), energy=lost)
     found = replace(
         found, kind=kind, stretches=tuple(segments), speeds=distinct_speeds(segments), sine=sine,
-        reversals=tuple(int(k) for k in at[reversals]), rise=rise, warnings=tuple(warnings),
+        reversals=tuple(map(int, reversals)), rise=rise, warnings=tuple(warnings),
     )  # fmt: skip
     return replace(found, uses=(_static_use(found), _gms_use(found), _plant_use(found)))
 
@@ -113,25 +105,19 @@ def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
 
 
 def _channel(log: Log, name: str, values: Real) -> Channel:
-    numbers = values[np.isfinite(values)]
-    if not len(numbers):
-        return Channel(log.unit(name), None, None, None, not_a_number=len(values))
     step = (
-        encoder_step(numbers) or None
+        encoder_step(values) or None
         if name == "position"
         else None
         if name in {"time", "reference"}
-        else counts(numbers)
+        else counts(values)
     )
-    clipped = clipped_samples(numbers) if name in {"force", "input"} else 0
-    low, high = float(numbers.min()), float(numbers.max())
-    return Channel(log.unit(name), low, high, step, len(values) - len(numbers), clipped)
+    clipped = clipped_samples(values) if name in {"force", "input"} else 0
+    return Channel(log.unit(name), float(values.min()), float(values.max()), step, clipped)
 
 
-def _clock(time: Real) -> tuple[float | None, float, tuple[Gap, ...]]:
+def _clock(time: Real) -> tuple[float, float, tuple[Gap, ...]]:
     """Return the sampling rate [Hz], the standard deviation of the intervals [s], and the gaps."""
-    if len(time) < 2:
-        return None, 0.0, ()
     intervals = np.diff(time)
     usual = float(np.median(intervals))
     wide = intervals > GAP * usual

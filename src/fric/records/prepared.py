@@ -17,7 +17,7 @@ from fric.arrays import Indices, Mask, Real
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.log import Log
-from fric.records.chords import require_numbers, travelled
+from fric.records.chords import travelled
 from fric.records.clipping import clipped
 from fric.records.conditioning import Conditioning, filtered_motion
 from fric.records.force_lag import Drive, acting_force, drive_force
@@ -202,7 +202,7 @@ def prepared(
     Raises
     ------
     FricError
-        When a record has no force, holds a value that is no number, or does not move.
+        When a record has no force, or does not move.
     """
     if not logs:
         raise FricError("there is no record", hint="Name a log with a force.")
@@ -224,7 +224,6 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
             "the force does not change", where=log.where, hint="Is it the right column? Friction changes its sign."
         )
     position = travelled(log)
-    require_numbers(log, {"force": force, "position": position})
     try:
         motion = smooth_motion(log.time, position) if filters is None else filtered_motion(log, filters)
     except FricError as error:

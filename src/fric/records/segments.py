@@ -97,7 +97,7 @@ def segments_and_rests(log: Log) -> tuple[list[Segment], list[tuple[int, int]]]:
     while moments := [segment for segment in found if not _lasts(segment, found, moves, len(log))]:
         found.remove(min(moments, key=len))
     rests = [(start, stop) for start, stop, travel, rest, _ in moves if travel <= rest]
-    if log.force is not None and np.isfinite(log.force).all():
+    if log.force is not None:
         force = log.force
         found = [
             segment for n, segment in enumerate(found) if not _leads_into(path, force, segment, found[n + 1 : n + 2])

@@ -30,7 +30,7 @@ def _whole(found: Inspected) -> list[Piece]:
     else:
         pieces += [f"  {name:<15} {text}" for name, text in _log_rows(found) if text]
         rows = [_channel_row(name, channel) for name, channel in found.channels.items() if name != "time"]
-        pieces.append(Table(("channel", "from", "to", "step", "no number", "clipped"), rows))
+        pieces.append(Table(("channel", "from", "to", "step", "clipped"), rows))
     pieces += [f"{'good' if use.good else 'not good'} for identify {use.purpose}: {use.why}" for use in found.uses]
     return [*pieces, ""]
 
@@ -98,11 +98,9 @@ def _gaps(found: Inspection) -> str:
 
 
 def _channel_row(name: str, channel: Channel) -> tuple[str, ...]:
-    if channel.low is None or channel.high is None:
-        return name, "", "", "", str(channel.not_a_number), ""
     step = _value(channel.step, channel.unit) if channel.step else ""
-    counts = (str(count) if count else "" for count in (channel.not_a_number, channel.clipped))
-    return name, _value(channel.low, channel.unit), _value(channel.high, channel.unit), step, *counts
+    clipped = str(channel.clipped) if channel.clipped else ""
+    return name, _value(channel.low, channel.unit), _value(channel.high, channel.unit), step, clipped
 
 
 def _briefly(found: Sequence[Inspected]) -> list[Piece]:
@@ -120,7 +118,6 @@ def _briefly(found: Sequence[Inspected]) -> list[Piece]:
         flaws = [f"{len(one.gaps)} gaps"] if one.gaps else []
         flaws += [warning.code for warning in one.warnings]
         flaws += [f"{name} clipped" for name, channel in one.channels.items() if channel.clipped]
-        flaws += [f"{channel.not_a_number} no number" for channel in one.channels.values() if channel.not_a_number]
         rate = f"{one.sampling:.4g} Hz" if one.sampling else ""
         what = _speeds(one, speed) or (f"{len(one.reversals)} reversals" if one.reversals else "")
         kind = one.kind if one.stated else f"{one.kind}?"

@@ -11,7 +11,8 @@ from fric.contour import ContourError, contour_error
 from fric.control.scheme import Scheme
 from fric.errors import FricError
 from fric.flaws.prediction import NO_REVERSAL
-from fric.reference import Reference, cubic_spline, instants, smooth_step
+from fric.reference import Reference, cubic_spline, instants, refuse_long, smooth_step
+from fric.series import LARGEST, keep
 from fric.simulate.chance import PLACES
 from fric.simulate.contour_run import ContourRun, at_places, follow, run_warnings
 from fric.simulate.machine import Machine
@@ -48,7 +49,8 @@ class PointPath:
     feed: float
 
     def __post_init__(self) -> None:
-        if not self.feed > 0:
+        keep(self, {"x": "position", "y": "position"}, "", least=1)
+        if not 0 < self.feed <= LARGEST["velocity"]:
             raise FricError(f"the feed of the path is {self.feed:g}", hint="Give a positive speed.")
         if len(self.points) < 4:
             raise FricError(f"the path has {len(self.points)} different points", hint="Give four points or more.")
@@ -119,7 +121,7 @@ class RecordedPath:
     Raises
     ------
     FricError
-        When there are fewer than ten samples, the time does not rise, or the motion does not begin at rest.
+        When there are fewer than ten samples, the motion does not begin at rest, or `fric.series.keep` raises.
     """
 
     time: Real  # Sample instants [s], strictly increasing, shape (n,)
@@ -128,8 +130,7 @@ class RecordedPath:
     y: Real
 
     def __post_init__(self) -> None:
-        if len(self.time) < 10 or not np.all(np.diff(self.time) > 0):
-            raise FricError("the reference has fewer than ten samples, or its time does not rise")
+        keep(self, {"time": "time", "x": "position", "y": "position"}, "", least=10)
         steps = np.hypot(np.diff(self.x), np.diff(self.y)) / np.diff(self.time)
         if not steps.max() > 0:
             raise FricError("the reference does not move")
@@ -146,7 +147,9 @@ class RecordedPath:
 
     def references(self, sampling: float) -> tuple[Reference, Reference]:
         """Return the motion of both axes, sampled at a rate [Hz]."""
-        t = np.arange(floor((self.time[-1] - self.time[0]) * sampling + 1e-6) + 1) / sampling + self.time[0]
+        span = self.time[-1] - self.time[0]
+        refuse_long(span, sampling)
+        t = np.arange(floor(span * sampling + 1e-6) + 1) / sampling + self.time[0]
         made = []
         for values in (self.x, self.y):
             spline = cubic_spline(self.time, values, "not-a-knot")

@@ -19,8 +19,8 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.files import JOINED_IN_PART, JOINED_MOVED, JOINED_THINNED
 from fric.io.readers.base import Block, Column, Table
-from fric.log import BEYOND
 from fric.notice import Notice
+from fric.series import LARGEST
 
 ALIKE = 1e-3
 """Share of a sampling interval up to which two instants are one."""
@@ -251,8 +251,9 @@ class _Stream:
                 place = self._part.table.place(block.row + int(np.argmax(odd)), self._part.time)
                 raise FricError("there is a value and no time", where=place, hint="Export the log again.")
             time, values = time[~empty], [one[~empty] for one in values]
-        if not np.abs(time).max(initial=0.0) < BEYOND:
-            place = self._part.table.place(block.row + int(np.argmax(~(np.abs(time) < BEYOND))), self._part.time)
+        beyond = ~(np.abs(time) < LARGEST["time"])
+        if beyond.any():
+            place = self._part.table.place(block.row + int(np.argmax(beyond)), self._part.time)
             raise FricError("the time is beyond all clocks", where=place, hint="Export the log again.")
         if not len(time):
             return time, values

@@ -1,0 +1,104 @@
+"""Series of numbers that came from outside: what their construction refuses, no consumer need look at again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from fric.errors import FricError
+from fric.units import Motion, si_unit
+from fric.verb import refused
+
+if TYPE_CHECKING:
+    from fric.arrays import Real
+
+LARGEST: Mapping[str, float] = {"time": 1e10, "velocity": 1e6, "ratio": 1e12}
+"""Magnitude of a value in SI, by its dimension, that no machine reaches; `OTHERWISE` of others."""
+LINEAR, OTHERWISE = 1e6, 1e9
+"""The same of the position of a linear axis [m], and of whatever `LARGEST` does not name."""
+CLOSEST = 1e-9
+"""Mean time between samples at least [s]."""
+
+
+def largest(dimension: str, motion: Motion = "linear") -> float:
+    """Return the magnitude in SI that no value of a dimension reaches on a machine."""
+    return LINEAR if (dimension, motion) == ("position", "linear") else LARGEST.get(dimension, OTHERWISE)
+
+
+def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Motion = "linear", least: int = 2) -> None:
+    """Keep the series of a dataclass as arrays of doubles.
+
+    Parameters
+    ----------
+    holder
+        The dataclass.
+    dimensions
+        Names of its series, and the dimension of each. One that is None, and may be, is left out.
+    where
+        File and record, for messages.
+    motion
+        Of the axis.
+    least
+        Values that a series has at least.
+
+    Raises
+    ------
+    FricError
+        Where one is no row of numbers, is shorter than ``least`` or not as long as the others, holds what is no number
+        or what no machine reaches, or ``time`` does not rise throughout.
+    """
+    import numpy as np  # which the help of a command does without
+
+    found: dict[str, Real] = {}
+    for name, dimension in dimensions.items():
+        given = getattr(holder, name)
+        if given is None and getattr(type(holder), name, holder) is None:
+            continue
+        try:
+            values = np.empty(()) if np.iscomplexobj(given) else np.asarray(given, dtype=np.float64)
+        except (TypeError, ValueError):
+            values = np.empty(())
+        if values.ndim != 1:
+            raise refused(type(holder).__name__, f"{name} as an array of numbers, shape (n,)", given)
+        require_plausible(name, values, dimension, where, motion=motion)
+        found[name] = values
+        object.__setattr__(holder, name, values)
+    lengths = {name: len(values) for name, values in found.items()}
+    if len(set(lengths.values())) > 1:
+        text = ", ".join(f"{name} {n}" for name, n in lengths.items())
+        raise FricError(f"the columns differ in length ({text})", where=where)
+    for name, n in lengths.items():
+        if n < least:
+            raise FricError(f"has {n} values of {name}", where=where, hint=f"It needs {least} at least.")
+    if "time" in found:
+        require_rising(found["time"], where)
+
+
+def require_plausible(name: str, values: Real, dimension: str, where: str, *, motion: Motion = "linear") -> None:
+    """Raise a `FricError` where a value is no number, or one in SI that no machine reaches."""
+    import numpy as np
+
+    most = largest(dimension, motion)
+    if not len(values) or (-most <= values.min() and values.max() <= most):  # NaN is neither
+        return
+    n = int(np.argmin(np.abs(values) <= most))
+    what = (
+        f"reaches {values[n]:.3g} {si_unit(dimension, motion)}, which no machine does, at sample {n}"
+        if np.isfinite(values[n])
+        else f"is no number at sample {n}"
+    )
+    raise FricError(
+        f"the {name} {what}", where=where,
+        hint="Look at its unit; or ingest the log again with --bad-cells drop, which leaves such samples out.",
+    )  # fmt: skip
+
+
+def require_rising(time: Real, where: str) -> None:
+    """Raise a `FricError` where times [s] do not rise from sample to sample, or faster than any log does."""
+    import numpy as np
+
+    steps = np.diff(time)
+    if len(steps) and not (steps.min() > 0 and time[-1] - time[0] >= CLOSEST * len(steps)):
+        n = int(np.argmin(steps > 0))
+        what = f"at sample {n + 1}" if steps.min() <= 0 else f"by {CLOSEST:g} s a sample"
+        raise FricError(f"the time does not run forward {what}", where=where, hint="Export the log again.")

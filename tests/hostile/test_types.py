@@ -1,0 +1,112 @@
+"""What comes from outside becomes one of few types, which no member that a consumer cannot bear can be of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from fric.circles.measured import AxisTrace, MeasuredCircle
+from fric.errors import FricError
+from fric.io.hdf5 import read_records, write_logs
+from fric.io.ingest import ingest
+from fric.log import ForceVelocity, FrequencyResponse, Log
+from fric.simulate.path import PointPath, RecordedPath
+
+N = 64
+T = np.arange(N) * 1e-3
+S = np.sin(T) * 1e-3
+
+SPOILT: dict[str, Callable[[np.ndarray], Any]] = {
+    "empty": lambda a: a[:0],
+    "one sample": lambda a: a[:1],
+    "shorter": lambda a: a[:-1],
+    "a number": lambda a: 3.0,
+    "rank 2": lambda a: np.stack([a, a]),
+    "NaN": lambda a: np.where(np.arange(len(a)) == 5, np.nan, a),
+    "all NaN": lambda a: a * np.nan,
+    "infinite": lambda a: np.where(np.arange(len(a)) == 5, -np.inf, a),
+    "1e300": lambda a: np.where(np.arange(len(a)) == 5, 1e300, a),
+    "complex": lambda a: a + 1j,
+    "text": lambda a: ["a"] * len(a),
+    "objects": lambda a: np.array([None, {}] * (len(a) // 2), object),
+    "lists": lambda a: [[1.0], [1.0, 2.0]] * (len(a) // 2),
+}
+TIMES: dict[str, Callable[[np.ndarray], Any]] = {
+    "equal": lambda a: 0.0 * a,
+    "one equal": lambda a: np.where(np.arange(len(a)) == 9, a[8], a),
+    "backwards": lambda a: a[::-1],
+    "denormal": lambda a: a * 1e-300,
+    "in 1e12 s": lambda a: a + 1e12,
+}
+FREQUENCY = np.geomspace(1.0, 100.0, N)
+
+
+def circle(**changed: Any) -> MeasuredCircle:
+    turn = np.linspace(0.0, 14.0, N)
+    trace = {"time": T, "position": np.cos(turn), "reference": np.cos(turn), "input": S, "force": S} | changed
+    return MeasuredCircle(1.0, 0.1, 1, {"x": AxisTrace(**trace), "y": AxisTrace(T, np.sin(turn))})
+
+
+def ball_bar(**changed: Any) -> MeasuredCircle:
+    return MeasuredCircle(1.0, 0.1, 1, **{"angle": np.linspace(0, 7, N), "deviation": S} | changed)
+
+
+TYPES: dict[str, tuple[Callable[..., Any], dict[str, np.ndarray]]] = {
+    "log": (Log, dict.fromkeys(("position", "velocity", "force", "input", "reference", "added"), S) | {"time": T}),
+    "response": (
+        FrequencyResponse,
+        {"frequency": FREQUENCY, "magnitude": 1 / FREQUENCY, "phase": -FREQUENCY / 30, "coherence": FREQUENCY / 100},
+    ),
+    "table": (ForceVelocity, {"velocity": S, "force": S, "deviation": S**2, "error": S**2, "n": T + 9}),
+    "circle": (circle, {"time": T, "position": S, "reference": S, "input": S, "force": S}),
+    "ball bar": (ball_bar, {"angle": S, "deviation": S}),
+    "points": (lambda **a: PointPath(**a, feed=0.1), {"x": T, "y": T**2}),
+    "recorded": (RecordedPath, {"time": T, "x": T**2, "y": T**2}),
+}
+CASES = [
+    pytest.param(make, whole | {name: spoil(whole[name])}, id=f"{kind}-{name}-{how}")
+    for kind, (make, whole) in TYPES.items()
+    for name in whole
+    for how, spoil in (SPOILT | (TIMES if name == "time" else {})).items()
+]
+
+
+@pytest.mark.parametrize(("make", "series"), CASES)
+def test_a_degenerate_member_is_refused_in_a_sentence(make: Callable[..., Any], series: dict[str, Any]) -> None:
+    with pytest.raises(FricError) as told:
+        make(**series)
+    assert len(str(told.value).splitlines()) <= 2
+
+
+@pytest.mark.parametrize(("make", "whole"), TYPES.values(), ids=list(TYPES))
+def test_what_they_are_made_from_is_taken(make: Callable[..., Any], whole: dict[str, np.ndarray]) -> None:
+    make(**whole)
+
+
+@pytest.mark.parametrize("value", ["1e303", "-1e15", "inf"])
+@pytest.mark.parametrize("column", [0, 1, 2])
+def test_a_cell_beyond_every_machine_is_told_with_its_line(tmp_path: Path, value: str, column: int) -> None:
+    """As 1e303 m from CSV, TDMS and .mat, taken without a word before."""
+    rows = [[f"{t:.3f}", "1.0", "2.0"] for t in T]
+    rows[-1][column] = value
+    path = tmp_path / "log.csv"
+    path.write_text("time [s],position [m],force [N]\n" + "\n".join(map(",".join, rows)))
+    with pytest.raises(FricError, match=f"line {N + 1}"):
+        ingest(path, tmp_path / "log.h5")
+    if column:
+        assert ingest(path, tmp_path / "log.h5", bad_cells="drop").dropped == 1
+
+
+@pytest.mark.parametrize("values", [np.full(N, 1e303), np.where(T > 0.01, np.nan, S), np.zeros(N - 1)])
+def test_a_log_file_of_others_is_held_to_the_same(tmp_path: Path, values: np.ndarray) -> None:
+    path = tmp_path / "log.h5"
+    write_logs(path, [Log(T, position=S, name="a", source="a")])
+    with h5py.File(path, "a") as file:
+        file["records/a"].create_dataset("force", data=values)
+    with pytest.raises(FricError, match="record 'a'"):
+        read_records(path)
