@@ -1,7 +1,7 @@
 """A command, made from its verb: what a terminal adds to it, and what is done around it."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
 from inspect import Parameter, Signature
@@ -85,8 +85,10 @@ class Command:
         Arguments that only Python has.
     bound
         Arguments that the command gives.
-    machine
-        Arguments of `fric.read_machine`, by which the machine is read.
+    optional
+        Arguments that the line need not give though the verb has no default: the function that is called sees to it.
+    further
+        Arguments of other verbs, by verb; with some of `READ_MACHINE` the machine is read by them first.
     text
         The help, where it is not that of the verb; ``more`` follows it.
     helps
@@ -107,7 +109,8 @@ class Command:
     options: Sequence[str] = ()
     without: Sequence[str] = ()
     bound: Mapping[str, Any] = field(default_factory=dict)
-    machine: Sequence[str] = ()
+    optional: Sequence[str] = ()
+    further: Mapping[str, Sequence[str]] = field(default_factory=dict)
     text: str = ""
     more: str = ""
     helps: Mapping[str, str] = field(default_factory=dict)
@@ -143,6 +146,8 @@ class Command:
         """Return the parameters: places, output, options, and what all commands share."""
         form = self.form
         asked = [form[name] for name in form.names if name not in {*GIVEN, *self.without, *self.bound}]
+        asked += [Form(verb)[name] for verb, names in self.further.items() for name in names]
+        asked = [replace(one, default=None) if one.name in self.optional else one for one in asked]
         placed = [
             one
             for one in asked
@@ -154,7 +159,6 @@ class Command:
         made = [self._parameter(one, place=True) for one in placed]
         made += [self.output.parameter()] if self.output else []
         made += [self._parameter(one) for one in named]
-        made += [parameter_of(Form(READ_MACHINE)[name], self.flags.get(name, "")) for name in self.machine]
         made += self.own
         if self.plot:
             made.append(parameter("plot", Plot, None))
@@ -165,15 +169,18 @@ class Command:
     def _parameter(self, one: Any, *, place: bool = False) -> Parameter:
         return parameter_of(one, self.flags.get(one.name, ""), self.helps.get(one.name, ""), place=place)
 
-    def call(self, given: Mapping[str, Any]) -> Callable[[Any], Any]:
-        """Return what makes the result of the verb, of what was given; it takes who is told of progress."""
+    def call(self, given: Mapping[str, Any], read: str = READ_MACHINE) -> Callable[..., Any]:
+        """Return what makes the result of the verb, of what was given; it takes who is told of progress.
+
+        The machine is read first where the command has options of that, by ``read``.
+        """
         names = set(self.form.names)
 
         def make(advance: Any, **beside: Any) -> Any:
             values = {**self.bound, **{name: one for name, one in given.items() if name in names}, **beside}
-            if self.machine:
-                read = found(READ_MACHINE)
-                values["machine"] = read(given["machine"], **{k: v for k, v in given.items() if k in self.machine})
+            if beliefs := self.further.get(READ_MACHINE):
+                instead = {name: one for name, one in given.items() if name in beliefs}
+                values["machine"] = found(read)(given["machine"], **instead)
             if "advance" in names:
                 values["advance"] = advance
             arguments = self.form.names

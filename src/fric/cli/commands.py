@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import fric
-from fric.cli.command import Command, Output
+from fric.cli.command import READ_MACHINE, Command, Output
 from fric.cli.group import Home, group
 from fric.cli.signature import option, parameter
 
@@ -49,7 +49,8 @@ IDENTIFY: dict[str, Home] = {
     ),
     "static": Command("fric.results.static:identify_static", FRICTION, plot=True, doing="friction map"),
     "gms": Command(
-        "fric.results.gms:identify_gms", FRICTION, plot=True, doing="virgin curve and replay", run="fric.cli.gms:gms",
+        "fric.results.gms:identify_gms", FRICTION, plot=True, doing="virgin curve and replay",
+        run="fric.cli.special:gms",
         own=[parameter("interactive", Annotated[
             bool, option("Move the knots by hand, on a page that this computer alone sees.", "--interactive")
         ], False)],
@@ -61,6 +62,57 @@ IDENTIFY |= {
     if name not in IDENTIFY
 }
 IDENTIFY["replay"] = _replayed("Any friction model, to any records.", doing="fitting")
+
+DESIGN: dict[str, Home] = {
+    "controller": Command(
+        "fric.results.controller:design_controller",
+        Output("CONTROLLER.yaml", "The controller file to write.", required=False), plot=True,
+        flags={name: f"--{name}" for name in ("K_p", "K_i", "K_v")},
+    ),
+    "observer": Command(
+        "fric.results.observer:design_observer",
+        Output("OBSERVER.yaml", "The observer file to write.", required=False), plot=True,
+        places=["log"], flags={"resonances": "--resonance"},
+    ),
+    "block": Command(
+        "fric.results.block:design_block", Output("BLOCK.yaml", "The block file to write.", required=False),
+        places=["plant", "log"], optional=["plant"], run="fric.cli.special:block",
+    ),
+}  # fmt: skip
+
+RUN = Output("RUN.h5", "Keep traces and metrics in this file.", required=False, writes="HDF5")
+BELIEFS = ("nominal_files", "gain", "lead")
+"""What the controllers of a machine believe, instead of what its file says."""
+CONTOUR = {"schemes": "--scheme", "known": "--schemes", "nominal_files": "--friction --with"}
+
+SIMULATE: dict[str, Home] = {
+    "experiment": Command(
+        "fric.results.experiment:experiment", Output("LOG.h5", "The log file to write.", writes="HDF5"),
+        doing="experiments",
+    ),
+    "circle": Command(
+        "fric.results.circle:circle", RUN, plot=True, doing="circles", flags=CONTOUR | {"machines": "--monte-carlo"},
+        further={READ_MACHINE: (*BELIEFS, "friction_model")}, run="fric.cli.special:circle",
+        more="With --monte-carlo the test runs on many machines: how the glitch of each scheme is distributed over "
+        "them, and how often each scheme is the best. Ctrl-C keeps the machines that are done.",
+        own=[
+            parameter("from_intervals", Annotated[
+                bool, option("Draw what was identified from its 95 % intervals instead.", "--from-intervals")
+            ], False),
+            parameter("plot_reversal", Annotated[
+                Path | None, option("Draw error and voltages over time near a reversal.", metavar="FIG")
+            ], None),
+        ],
+    ),
+    "path": Command(
+        "fric.results.path:path", RUN, plot=True, doing="schemes", flags=CONTOUR, further={READ_MACHINE: BELIEFS},
+    ),
+    "map": Command(
+        "fric.results.circle_map:circle_map", Output("MAP.yaml", "Keep the map in this file.", required=False),
+        plot=True, plausible=False, doing="circles", flags=CONTOUR, further={READ_MACHINE: BELIEFS},
+        more="Ctrl-C keeps the circles that are done; the others stay empty.", run="fric.cli.special:circle_map",
+    ),
+}  # fmt: skip
 
 COMMANDS: dict[str, Home] = {
     "auto": "fric.cli.auto:auto",
@@ -78,7 +130,7 @@ COMMANDS: dict[str, Home] = {
     "export": "fric.cli.export:export",
     "example": "fric.cli.example:example",
     "help": "fric.cli.manual:manual",
-    "design": "fric.cli.design:app",
+    "design": group("design", "Design controller, disturbance observer and other control blocks of an axis.", DESIGN),
     "identify": group("identify", "Identify friction and plant from logs.", IDENTIFY),
-    "simulate": "fric.cli.simulate:app",
+    "simulate": group("simulate", "Virtual experiments, and the circular test.", SIMULATE),
 }

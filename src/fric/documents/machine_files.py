@@ -3,9 +3,8 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from fric.control.scheme import Lead
 from fric.documents.base import AxisDocument, Document
 from fric.documents.block import BlockDocument
 from fric.documents.controller import ControllerDocument
@@ -20,7 +19,8 @@ from fric.notice import Notice
 from fric.plausibility.bounds import Finding, settled
 from fric.plausibility.findings import of_friction, of_plant
 from fric.simulate.machine import Axis, Machine
-from fric.verb import verb
+from fric.units import parse
+from fric.verb import Kind, verb
 
 NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocument]] = {
     "plant": PlantDocument,
@@ -36,10 +36,10 @@ NOMINAL_DOCUMENTS: dict[str, type[AxisDocument | FrictionDocument | BlockDocumen
 def read_machine(
     path: Path | str,
     *,
-    nominal_files: Iterable[str] = (),
+    nominal_files: Annotated[Iterable[str], Kind(list[str], "AXIS=FILE.yaml")] = (),
     gain: float | None = None,
-    lead: Lead | None = None,
-    friction_model: str | None = None,
+    lead: Annotated[float | str | None, Kind(metavar="TIME")] = None,
+    friction_model: Annotated[str | None, Kind(metavar="NAME")] = None,
 ) -> Machine:
     """Read a machine file, and the files that it names.
 
@@ -48,14 +48,16 @@ def read_machine(
     path
         The machine file.
     nominal_files
-        Files that its controllers use instead, each as ``AXIS=FILE.yaml``: friction to feed forward, a nominal
-        plant, a controller, an observer, a control block. What the axis truly is stays as it is.
+        Friction that the controller of an axis believes; or its plant, controller, observer or block; repeatable.
+        Files that its controllers use instead of the machine's, each as ``AXIS=FILE.yaml``. What the axis truly is
+        stays as it is.
     gain
-        Gain of the friction feedforward on all axes, instead of the machine's.
+        Gain of the friction feedforward, instead of the machine's. On all axes.
     lead
-        Lead of the feedforward on all axes [s], or ``auto``, instead of the machine's.
+        How far feedforward goes ahead of the reference, as "0.6 ms", or auto for the delay of the plant that is
+        believed; instead of the machine's. A number is in seconds.
     friction_model
-        Name of the model, of those in the machine's own friction, that the axes have; the richest where not given.
+        Model that the machine has, of those in its file; else the richest.
 
     Raises
     ------
@@ -63,6 +65,7 @@ def read_machine(
         When a file does not read, a value is missing, of the wrong unit or not physical, or a part is of another axis.
     """
     nominal_files = tuple(nominal_files)
+    ahead: Any = parse(lead, "time") if isinstance(lead, str) and lead != "auto" else lead
     document = read_machine_document(path, nominal_files)
     try:
         machine = document.machine()
@@ -72,7 +75,7 @@ def read_machine(
             machine = replace(machine, axes=axes)
     except FricError as error:
         raise error.at(str(path)) from None
-    instead: dict[str, Any] = {key: value for key, value in (("gain", gain), ("lead", lead)) if value is not None}
+    instead: dict[str, Any] = {key: value for key, value in (("gain", gain), ("lead", ahead)) if value is not None}
     axes = {
         name: replace(axis, nominal_friction=replace(axis.nominal_friction, **instead))
         for name, axis in machine.axes.items()

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 from fric.control import ControlBlock, Setting, block_type
 from fric.design.blocks import BlockDesign
@@ -21,10 +21,11 @@ from fric.log import Record
 from fric.notice import Notice
 from fric.results.design import Design, perturbation_of
 from fric.results.given_models import cascade_of, document_of, friction_of
+from fric.results.kinds import ControllerLike, FrictionLike, LogLike, PlantLike, Quantity, RecordName
 from fric.results.observer import measured_record
 from fric.results.text import Piece, Table, named
 from fric.units import Motion, parse_gain, readable
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,14 +93,14 @@ class BlockResult(Design):
 
 @verb
 def design_block(
-    name: str,
-    plant: Any,
-    log: Any = None,
+    name: Annotated[str, Kind(metavar="NAME")],
+    plant: PlantLike,
+    log: LogLike | None = None,
     *,
-    friction: Any = None,
-    controller: Any = None,
-    peak_sensitivity: float | str = "6 dB",
-    record: str | None = None,
+    friction: FrictionLike | None = None,
+    controller: ControllerLike | None = None,
+    peak_sensitivity: Annotated[Quantity, "gain"] = "6 dB",
+    record: RecordName | None = None,
     joint: bool = False,
 ) -> BlockResult:
     """Design a control block of an axis from its plant, its friction and a measured response.
@@ -110,21 +111,22 @@ def design_block(
     Parameters
     ----------
     name
-        The block, as schemes name it.
+        The control block; list tells which there are. As schemes name it.
     plant
-        The plant of eq. (1): its file or its result.
+        The plant, eq. (1): A, B, T_d. Its file or its result.
     log
-        A measured response, or a record to take it from; without it the plant's delay is all.
+        A frequency response, or a record to take it from. Without it the plant's delay is all.
     friction
-        The friction that was identified: its file or its result.
+        The friction that was identified. Its file or its result.
     controller
-        The controller: a `Cascade`, its file or its result; by `design_controller` where not given.
+        The controller; by `fric design controller` where not given. A `Cascade`, its file or its result.
     peak_sensitivity
-        Ms that the whole loop may have at most [1], also as "6 dB".
+        Ms that the whole loop may have at most. A number is a factor.
     record
-        Name of the record of the log, where it has several.
+        The record of LOG.h5 that holds it.
     joint
-        Design the gains of the cascade together with the block: the stiffest loop within the peak sensitivity.
+        Design the gains of the cascade together with the block. The stiffest loop within the peak sensitivity is
+        sought.
 
     Raises
     ------

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fric.circles.prediction import Prediction
 from fric.contour import QUADRANTS
@@ -19,6 +19,18 @@ from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, in_si, silent
 from fric.results.given_models import circles_of
+from fric.results.kinds import (
+    Address,
+    AxisName,
+    CirclesLike,
+    Count,
+    KnownSchemes,
+    MachineLike,
+    Quantity,
+    SchemesLike,
+    Seed,
+    SpreadsLike,
+)
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.circle import Circle, CircleRun, run_circle
@@ -27,7 +39,7 @@ from fric.simulate.machine import Machine
 from fric.simulate.monte_carlo import MonteCarlo, Study
 from fric.simulate.processes import run_all
 from fric.units import readable
-from fric.verb import verb
+from fric.verb import Kind, verb
 from fric.verdict.decide import decide
 from fric.verdict.evidence import Verdict, candidates_of, evidence_of, facts
 
@@ -166,22 +178,22 @@ def _named(run: CircleRun) -> str:
 
 @verb
 def circle(
-    machine: Any,
-    schemes: Any = "all",
+    machine: MachineLike,
+    schemes: SchemesLike = "all",
     *,
-    velocity: float | str = 0.1,
-    radius: float | str = 0.03,
+    velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
+    radius: Annotated[Quantity, "position"] = "30 mm",
     revolutions: int = 2,
     clockwise: bool = False,
-    axis: str | None = None,
-    known: Any = None,
-    machines: int | None = None,
-    measured: Any = (),
-    spread: Any = None,
-    seed: int = 0,
-    accuracy: float | str = 5e-9,
-    workers: int | None = None,
-    scheduler: str | None = None,
+    axis: AxisName | None = None,
+    known: KnownSchemes | None = None,
+    machines: Annotated[int | None, Kind(metavar="N", least=1)] = None,
+    spread: SpreadsLike | None = None,
+    measured: CirclesLike = (),
+    seed: Seed = 0,
+    accuracy: Annotated[Quantity, "position"] = "0.005 um",
+    workers: Count | None = None,
+    scheduler: Address | None = None,
     advance: Advance = silent,
     interrupted: Callable[[], bool] = lambda: False,
 ) -> CircleResult:
@@ -190,29 +202,37 @@ def circle(
     Parameters
     ----------
     machine
-        The machine, its file, the name of a bundled one; or what `read_identified` returns, to draw many machines from
-        the 95 % intervals of what was identified.
+        The machine, as in configs/. Itself, its file, the name of a bundled one; or what `read_identified` returns,
+        to draw many machines from the 95 % intervals of what was identified.
     schemes
-        Names of schemes, as ``a,c,f`` or ``all``; or schemes.
-    velocity, radius
-        Feed along the circle [m/s] and its radius [m], also as texts with units.
-    revolutions, clockwise
-        Revolutions, of which the last is looked at, and their sense.
+        A scheme's name, several as a,d,f, or all. Or schemes themselves.
+    velocity
+        Feed along the circle.
+    radius
+        Radius of the circle.
+    revolutions
+        Revolutions; the last is looked at.
+    clockwise
+        Turn clockwise.
     axis
-        Simulate this axis alone; the other follows its reference exactly.
+        Simulate one axis alone; the other follows its reference.
     known
-        Schemes of your own by name, or their file; the paper's where not given.
+        Schemes of your own; else the paper's. By name, or their file.
     machines
-        Run so many machines that are drawn around this one, too.
-    measured
-        Measured circles, or their files: every machine that is drawn from what was identified is made to agree with
-        them. With reference, position and voltage of each axis.
+        Run N machines that are drawn around this one. Besides the one itself.
     spread
-        What is drawn how widely: spreads by name, or their file.
+        What is drawn how widely; else as configs/spread.yaml. Spreads by name, or their file.
+    measured
+        A measured circle, which every machine drawn is made to agree with; can be given more than once. The
+        machines are drawn from what was identified; the circle holds reference, position and voltage of each axis.
+    seed
+        Seed of the machines that are drawn.
     accuracy
-        By how much the integration may move a glitch of the machines drawn [m]; 0 is exact.
-    seed, workers, scheduler
-        Of the machines that are drawn; processes at a time; address of a Dask cluster that runs them.
+        By how much the integration may move a glitch of the machines drawn; 0 is exact.
+    workers
+        Machines at a time; one a core if not given.
+    scheduler
+        Run the machines on this Dask cluster.
     advance
         Is told of each run that is done.
     interrupted

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -15,13 +15,14 @@ from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, in_si, silent
+from fric.results.kinds import Address, Count, KnownSchemes, MachineLike, Quantities, Quantity, SchemesLike
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import pair
 from fric.simulate.over_circles import CircleMap, Grid
 from fric.simulate.processes import run_all
 from fric.units import readable
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -120,37 +121,45 @@ def values_of(given: Any, dimension: str, points: int = POINTS) -> tuple[float, 
 
 @verb
 def circle_map(
-    machine: Any,
-    schemes: Any = "a,b,c,f",
+    machine: MachineLike,
+    schemes: SchemesLike = "a,b,c,f",
     *,
-    feeds: Any = "5 … 200 mm/s",
-    radii: Any = "5 … 100 mm",
-    points: int = POINTS,
-    known: Any = None,
-    accuracy: float | str = 5e-9,
-    workers: int | None = None,
-    scheduler: str | None = None,
+    feeds: Quantities = "5 … 200 mm/s",
+    radii: Quantities = "5 … 100 mm",
+    points: Annotated[int, Kind(least=2)] = POINTS,
+    known: KnownSchemes | None = None,
+    accuracy: Annotated[Quantity, "position"] = "0.005 um",
+    workers: Count | None = None,
+    scheduler: Address | None = None,
     advance: Advance = silent,
     interrupted: Callable[[], bool] = lambda: False,
 ) -> CircleMapResult:
-    """Run circles of many feeds and radii under compensation schemes: where blocks gain, and where an observer spoils.
+    """Run circles of many feeds and radii: where GMS beats the static map, by how much, where the observer spoils.
 
     Parameters
     ----------
     machine
-        The machine, its file, or the name of a bundled one.
-    schemes, known
-        As in `circle`.
-    feeds, radii
-        Feeds [m/s] and radii [m]: numbers, a list such as "5, 10, 50 mm/s", or a range such as "5 … 200 mm/s".
+        The machine, as in configs/. Itself, its file, or the name of a bundled one.
+    schemes
+        A scheme's name, several as a,d,f, or all. Or schemes themselves.
+    feeds
+        A range, or feeds with commas. As "5, 10, 50 mm/s", or numbers [m/s].
+    radii
+        A range, or radii with commas. As "5 … 100 mm", or numbers [m].
     points
         Values that a range stands for.
+    known
+        Schemes of your own; else the paper's. By name, or their file.
     accuracy
-        By how much the integration may move a glitch [m].
-    workers, scheduler
-        Processes at a time; address of a Dask cluster that runs the circles.
-    advance, interrupted
-        Is told of each circle; asked after each whether to stop.
+        By how much the integration may move a glitch; 0 is exact.
+    workers
+        Circles at a time; one a core if not given.
+    scheduler
+        Run the circles on this Dask cluster.
+    advance
+        Is told of each circle.
+    interrupted
+        Asked after each circle whether to stop.
 
     Raises
     ------

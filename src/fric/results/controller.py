@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from fric.control.cascade import Cascade
 from fric.design.cascade import CascadeDesign, Requirement, check_cascade, design_cascade
@@ -17,6 +17,7 @@ from fric.notice import Notice
 from fric.results.design import Design
 from fric.results.given import in_si, quantity
 from fric.results.given_models import document_of
+from fric.results.kinds import PlantLike, Quantity
 from fric.results.names import plain_names
 from fric.results.text import Piece
 from fric.units import Motion, parse_gain, readable
@@ -74,42 +75,55 @@ class ControllerResult(Design):
 
 @verb
 def design_controller(
-    plant: Any,
+    plant: PlantLike,
     *,
-    phase_margin: float | str = "60 deg",
-    gain_margin: float | str = "13.8 dB",
-    sampling: float | str = "4 kHz",
-    velocity_filter: float | str = "500 Hz",
-    limit: float | str | None = None,
+    phase_margin: Annotated[Quantity, "angle"] = "60 deg",
+    gain_margin: Annotated[Quantity, "gain"] = "13.8 dB",
+    sampling: Annotated[Quantity, "frequency"] = "4 kHz",
+    velocity_filter: Annotated[Quantity, "frequency"] = "500 Hz",
+    limit: Annotated[Quantity | None, "input"] = None,
     corner_ratio: float = 10.0,
     separation: float = 3.0,
-    crossover: float | str | None = None,
-    gains: tuple[float | str | None, float | str | None, float | str | None] | None = None,
+    crossover: Annotated[Quantity | None, "frequency"] = None,
+    K_p: Annotated[Quantity | None, "velocity gain"] = None,
+    K_i: Annotated[Quantity | None, "position gain"] = None,
+    K_v: Annotated[Quantity | None, "rate"] = None,
     view: Literal["bode", "nyquist", "nichols"] = "bode",
 ) -> ControllerResult:
     """Design the cascade P/PI of an axis by gain and phase margin of its sampled loops.
 
     The velocity loop's crossover is the highest at which it has both margins; the corner of its PI is 1/10 of it, and
-    K_v/2π a third, or less where the position loop needs it.
+    K_v/2π a third, or less where the position loop needs it. A design that is unstable or misses its margins is
+    refused, with the nearest that holds.
 
     Parameters
     ----------
     plant
-        The plant of eq. (1): its file or its result.
-    phase_margin, gain_margin
-        That velocity and position loop have at least [rad], [1]; a text such as "60 deg" or "13.8 dB".
-    sampling, velocity_filter
-        Of the controller, and the corner of the low-pass on the velocity [Hz].
+        The plant, eq. (1): A, B, T_d. Its file or its result.
+    phase_margin
+        That velocity and position loop have at least.
+    gain_margin
+        That velocity and position loop have at least. A number is a factor.
+    sampling
+        Of the controller.
+    velocity_filter
+        Corner of the low-pass on the velocity.
     limit
-        Saturation of the control voltage [V].
-    corner_ratio, separation
-        Crossover of the velocity loop over the corner of its PI, and over K_v/2π at least [1].
+        Saturation of the control voltage.
+    corner_ratio
+        Crossover of the velocity loop over corner of its PI.
+    separation
+        Crossover of the velocity loop over K_v/2π, at least.
     crossover
-        Of the velocity loop [Hz]; the highest where it is not given.
-    gains
-        K_v [1/s], K_p [V·s/m] and K_i [V/m] to check instead of seeking them.
+        Of the velocity loop; the highest where not given.
+    K_p
+        With K_i and K_v: check gains, do not seek them.
+    K_i
+        As in '3156 V/m'.
+    K_v
+        As in '126 1/s'.
     view
-        What the figure shows.
+        The figure that --plot draws. Or `figure` of the result.
 
     Raises
     ------
@@ -121,11 +135,11 @@ def design_controller(
     asked = Requirement(in_si(phase_margin, "angle"), parse_gain(gain_margin))
     rate, low_pass = in_si(sampling, "frequency"), in_si(velocity_filter, "frequency")
     largest = inf if limit is None else in_si(limit, "input")
-    if gains is not None:
-        if None in gains or crossover is not None:
+    gains = {"rate": K_v, "velocity gain": K_p, "position gain": K_i}
+    if any(gain is not None for gain in gains.values()):
+        if None in gains.values() or crossover is not None:
             raise FricError("gains are checked all together", hint="Give --K_p, --K_i and --K_v, and no --crossover.")
-        dimensions = ("rate", "velocity gain", "position gain")
-        v, p, i = (in_si(gain or 0.0, kind, motion) for gain, kind in zip(gains, dimensions, strict=True))
+        v, p, i = (in_si(gain or 0.0, kind, motion) for kind, gain in gains.items())
         design = check_cascade(linear, Cascade(v, p, i, low_pass, rate, largest), asked)
     else:
         design = design_cascade(

@@ -1,38 +1,38 @@
 """Records of a virtual drive."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from fric.drive.sensing import Encoder
 from fric.errors import FricError
 from fric.results.given import Advance, in_si, quantity, several, silent
 from fric.results.given_models import document_of
+from fric.results.kinds import AxisName, MachineLike, PlanLike, Quantities, Quantity, Seed
 from fric.results.machine import machine_of
 from fric.results.records import Records
 from fric.simulate.experiment import experiment as run_experiment
 from fric.simulate.machine import Axis
 from fric.simulate.trial import Trial, logs_of
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 
 @verb
 def experiment(
-    machine: Any,
-    kind: str | None = None,
-    axis: str = "x",
+    machine: MachineLike,
+    kind: Annotated[str | None, Kind(metavar="KIND")] = None,
+    axis: AxisName = "x",
     *,
-    plan: Any = None,
-    seed: int = 0,
-    samples: int | None = None,
-    speeds: Sequence[float] | str | None = None,
-    amplitudes: Sequence[float] | str | None = None,
-    frequency: float | str | None = None,
-    mean: float | str | None = None,
-    peaks: Sequence[float] | str | None = None,
-    encoder: float | str | None = None,
-    noise: float | str | None = None,
+    plan: PlanLike | None = None,
+    seed: Seed = 0,
+    samples: Annotated[int | None, Kind(least=100)] = None,
+    speeds: Quantities | None = None,
+    amplitudes: Quantities | None = None,
+    frequency: Annotated[Quantity | None, "frequency"] = None,
+    mean: Annotated[Quantity | None, "velocity"] = None,
+    peaks: Quantities | None = None,
+    encoder: Annotated[Quantity | None, "position"] = None,
+    noise: Annotated[Quantity | None, "force"] = None,
     advance: Advance = silent,
 ) -> Records:
     """Make an identification experiment on a virtual axis, logged as a real drive logs it.
@@ -40,22 +40,31 @@ def experiment(
     Parameters
     ----------
     machine
-        The machine, its file, or the name of a bundled one.
+        The machine, as in configs/. Itself, its file, or the name of a bundled one.
     kind
-        ``constant-velocity``, ``presliding-sine``, ``sliding-sine``, ``frequency-response``, or ``all``; left out
-        with a plan.
+        constant-velocity, presliding-sine, sliding-sine, frequency-response, or all. Left out with a plan.
     axis
         The axis that is moved.
     plan
-        A plan, its file or its folder: its records are made, and nothing else is to be said of the motion.
+        The records of a plan: plan.yaml, or its folder. Nothing else is to be said of the motion then.
     seed
-        Seed of all that is random; a plan's excitation is that of the plan.
+        Seed of all that is random. A plan's excitation is that of the plan.
     samples
         Samples that the drive's trace holds, for each record.
-    speeds, amplitudes, frequency, mean, peaks
-        Of the motion [m/s], [m], [Hz], [m/s], [m/s]; lists also as texts with commas. The paper's where not given.
-    encoder, noise
-        Encoder step [m] and force noise, rms [N], instead of the machine's.
+    speeds
+        Speeds, as "0.1 mm/s, 1 mm/s"; the paper's 17 where not given.
+    amplitudes
+        Amplitudes of the pre-sliding sines, as "15 um, 450 um".
+    frequency
+        Frequency of the sines, as "0.1 Hz".
+    mean
+        Mean speed of sliding-sine and frequency-response; of the latter "0 mm/s" is rest.
+    peaks
+        Peak speeds of the multisine, a record each, as "5 mm/s, 15 mm/s"; else mean/2.
+    encoder
+        Encoder step instead of the machine's; "0 um" for none.
+    noise
+        Force noise (rms) instead of the machine's; "0 N" for none.
     advance
         Is told of each record that is made.
 

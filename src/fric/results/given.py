@@ -120,8 +120,9 @@ def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
     return value
 
 
-def several(given: str | Sequence[str | float] | None, dimension: str, motion: Motion) -> list[float] | None:
+def several(given: float | str | Sequence[str | float] | None, dimension: str, motion: Motion) -> list[float] | None:
     """Return quantities given as a list, or as a text with commas; None where none are."""
     if given is None:
         return None
-    return [in_si(one, dimension, motion) for one in (given.split(",") if isinstance(given, str) else given)]
+    ones = given.split(",") if isinstance(given, str) else [given] if isinstance(given, float | int) else given
+    return [in_si(one, dimension, motion) for one in ones]

@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # each brings what a command's help does without
     from fric.circles.measured import MeasuredCircle
     from fric.control.cascade import Cascade
     from fric.control.scheme import Scheme
+    from fric.design.perturbation import Resonance
     from fric.documents.controller import ControllerDocument
     from fric.documents.friction import FrictionDocument
     from fric.documents.identified import Identified
@@ -24,6 +25,8 @@ if TYPE_CHECKING:  # each brings what a command's help does without
     from fric.log import Record
     from fric.results.base import Result
     from fric.simulate.machine import Machine
+    from fric.simulate.path import PointPath, RecordedPath
+    from fric.simulate.spread import Spread
 
 Quantity = float | str
 """A number in SI, or a text with its unit; its dimension stands beside it: ``Annotated[Quantity, "force"]``."""
@@ -34,6 +37,8 @@ METAVARS = {
 }  # fmt: skip
 """What stands for a quantity in a help text, by its dimension."""
 
+Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str)]
+"""Several of them: also as a text with commas."""
 Count: TypeAlias = Annotated[int, Kind(least=1)]
 Seed: TypeAlias = Annotated[int, Kind(least=0)]
 
@@ -46,6 +51,12 @@ FrictionLike: TypeAlias = Annotated["StaticMap | FrictionDocument | Result | Pat
 MachineLike: TypeAlias = Annotated["Machine | Identified | Path | str", Kind(Path, "MACHINE.yaml")]
 PlanLike: TypeAlias = Annotated["PlanDocument | Result | Path | str", Kind(Path, "PLAN")]
 CircleLike: TypeAlias = Annotated["MeasuredCircle | Path | str | Sequence[Any]", Kind(Path, "CIRCLE.h5")]
+CirclesLike: TypeAlias = Annotated[
+    "MeasuredCircle | Path | str | Sequence[MeasuredCircle | Path | str]", Kind(list[Path], "CIRCLE.h5")
+]
+PathLike: TypeAlias = Annotated["PointPath | RecordedPath | Path | str", Kind(Path, "PATH.csv")]
+ResonancesLike: TypeAlias = Annotated["Iterable[str | Resonance]", Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")]
+SpreadsLike: TypeAlias = Annotated["Mapping[str, Spread] | Path | str", Kind(Path, "SPREAD.yaml")]
 CircleFiles: TypeAlias = Annotated[Sequence[Path | str], Kind(list[Path], "CIRCLE.h5")]
 SchemeName: TypeAlias = Annotated[str, Kind(complete="schemes")]
 SchemesLike: TypeAlias = Annotated["str | Scheme | Iterable[str | Scheme]", Kind(str, complete="schemes")]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from fric.control.inverse_model import DisturbanceObserver
 from fric.control.q_filter import QFilter
@@ -27,6 +27,7 @@ from fric.notice import Notice
 from fric.results.design import Design, perturbation_of
 from fric.results.given import in_si, quantity, records_of
 from fric.results.given_models import cascade_of, document_of
+from fric.results.kinds import ControllerLike, Count, LogLike, PlantLike, Quantity, RecordName, ResonancesLike
 from fric.results.text import Piece, Table
 from fric.units import Motion, parse_gain
 from fric.verb import verb
@@ -110,50 +111,54 @@ def _hertz(quantity: dict[str, Any] | None) -> str:
 
 @verb
 def design_observer(
-    plant: Any,
-    log: Any = None,
+    plant: PlantLike,
+    log: LogLike | None = None,
     *,
     filter: Filter = "binomial2",
-    controller: Any = None,
-    cutoff: float | str | None = None,
-    bandwidth: float | str | None = None,
-    peak_sensitivity: float | str = "6 dB",
-    resonances: Iterable[str | Resonance] = (),
-    first_mode: float | str | None = None,
-    record: str | None = None,
-    averages: int = 1,
+    controller: ControllerLike | None = None,
+    cutoff: Annotated[Quantity | None, "frequency"] = None,
+    bandwidth: Annotated[Quantity | None, "frequency"] = None,
+    peak_sensitivity: Annotated[Quantity, "gain"] = "6 dB",
+    resonances: ResonancesLike = (),
+    first_mode: Annotated[Quantity | None, "frequency"] = None,
+    record: RecordName | None = None,
+    averages: Count = 1,
     view: Literal["q", "bode", "nyquist", "nichols"] = "q",
 ) -> ObserverResult:
     """Design the disturbance observer of an axis: how far its filter Q may reach.
 
     Two limits are told: |T·Delta| ≤ 1 at every frequency (eq. (8)), with the confidence of the response, and the
-    peak sensitivity of the whole loop. The smaller is taken.
+    peak sensitivity of the whole loop. The smaller is taken. Without a measured response no bandwidth is recommended: Q
+    is held below the first mode, as --first-mode says or as it is assumed.
 
     Parameters
     ----------
     plant
-        The plant of eq. (1): its file or its result.
+        The plant, eq. (1): A, B, T_d. Its file or its result.
     log
-        A measured response, or a record to take it from. Without it no bandwidth is recommended: Q is held below a
-        first mode that is stated, or else assumed, and marked so.
+        A frequency response, or a record to take it from; without it Q is held below --first-mode. No bandwidth is
+        recommended then: the mode is stated, or else assumed, and marked so.
     filter
         The shape of Q.
     controller
-        The controller: a `Cascade`, its file or its result; by `design_controller` where not given.
-    cutoff, bandwidth
-        Of Q, 1/(2πτ) or −3 dB [Hz], where it is given; the largest allowed where not.
+        The controller; by `fric design controller` where not given. A `Cascade`, its file or its result.
+    cutoff
+        Of Q, 1/(2πτ), where it is given; the largest allowed where not.
+    bandwidth
+        Of Q, −3 dB, where that is given instead of the cutoff.
     peak_sensitivity
-        Ms that the whole loop may have at most [1], also as "6 dB".
+        Ms that the whole loop may have at most. A number is a factor.
     resonances
-        Modes that the plant does not have, as in "280 Hz, 0.02, 0.1": frequency, damping, share.
+        A mode that the plant does not have, as in '280 Hz, 0.02, 0.1'; can be given more than once. Frequency,
+        damping, share.
     first_mode
-        Frequency of the lowest structural mode [Hz], where no response was measured; `FIRST_MODE` is assumed else.
+        The lowest structural mode, as '80 Hz', where no response was measured. `FIRST_MODE` is assumed else.
     record
-        Name of the record of the log, where it has several.
+        The record of LOG.h5 that holds it.
     averages
-        Records that a table's coherence was averaged over.
+        Records that a table's coherence was averaged over, for its confidence.
     view
-        What the figure shows.
+        The figure that --plot draws; q is Fig. 7. Or `figure` of the result.
 
     Raises
     ------

@@ -5,13 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from fric.documents.contours import PathResultDocument
 from fric.io.path import read_path
 from fric.notice import Notice, once
 from fric.results.base import Result
-from fric.results.given import Advance, bounded, silent
+from fric.results.given import Advance, bounded, path_of, silent
+from fric.results.kinds import KnownSchemes, MachineLike, PathLike, Quantity, SchemesLike
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import reduction
@@ -90,12 +91,12 @@ class PathResult(Result):
 
 @verb
 def path(
-    machine: Any,
-    points: PointPath | RecordedPath | Path | str,
-    schemes: Any = "all",
+    machine: MachineLike,
+    points: PathLike,
+    schemes: SchemesLike = "all",
     *,
-    velocity: float | str = 0.1,
-    known: Any = None,
+    velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
+    known: KnownSchemes | None = None,
     advance: Advance = silent,
 ) -> PathResult:
     """Follow a contour given by points under compensation schemes: the glitch at each reversal of an axis.
@@ -103,14 +104,16 @@ def path(
     Parameters
     ----------
     machine
-        The machine, its file, or the name of a bundled one.
+        The machine, as in configs/. Itself, its file, or the name of a bundled one.
     points
-        The path, or the CSV file of its points, headed ``x [mm], y [mm]``; with a column ``time [s]`` it is a recorded
-        reference, as is that of a circle or run file, and is followed in its own time.
-    schemes, known
-        As in `circle`.
+        Points of the path, headed 'x [mm], y [mm]'; or a recorded reference, with a column 'time [s]' too, or in a
+        circle or run file. A recorded reference is followed in its own time.
+    schemes
+        A scheme's name, several as a,d,f, or all. Or schemes themselves.
     velocity
-        Feed along the path [m/s], also as a text; that of the path where it is given as itself, or was recorded.
+        Feed along the path; a recorded one has its own. As has a path that is given as itself.
+    known
+        Schemes of your own; else the paper's. By name, or their file.
     advance
         Is told of each run that is done.
 
@@ -123,7 +126,8 @@ def path(
     if isinstance(points, PointPath | RecordedPath):
         name, followed = "path", points
     else:
-        name, followed = Path(points).name, read_path(Path(points), bounded("speed", velocity))
+        file = path_of("path", "points, or their file", points)
+        name, followed = file.name, read_path(file, bounded("speed", velocity))
     chosen = schemes_of("path", schemes, known)
     advance(0, total=len(chosen))
     runs = []
