@@ -15,7 +15,7 @@ from time import perf_counter, process_time
 from typing import Any
 
 import fric
-from fric.cli.auto import run_here
+from fric.cli.special import run_here
 from tests.automatic.fleet_rig import make_fleet
 
 MACHINES = int(os.environ.get("FRIC_FLEET", "100"))

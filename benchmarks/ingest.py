@@ -28,11 +28,13 @@ print(time.perf_counter() - start)
 """
 INGEST = """
 import sys, time, pathlib
-from fric.cli.ingest import ingest
+import fric
+from fric.io.memory import keep_freed_memory
 small, log, output = map(pathlib.Path, sys.argv[1:])
-ingest([small], output)
+keep_freed_memory()
+fric.ingest(small, output=output)
 start = time.perf_counter()
-ingest([log], output, force=True)
+fric.ingest(log, output=output, force=True)
 print(time.perf_counter() - start)
 output.unlink()
 """

@@ -152,7 +152,7 @@ def kinds_of(hint: Any) -> list[Kind]:
     """Return what an annotation says beside the type, outermost first; what it is or None, too."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
-        return [*(one for one in inner[1:] if isinstance(one, Kind)), *kinds_of(inner[0])]
+        return [*(one for one in inner[:0:-1] if isinstance(one, Kind)), *kinds_of(inner[0])]
     if origin in {Union, UnionType} and NoneType in inner:
         return [kind for one in inner for kind in kinds_of(one)]
     return []
@@ -275,7 +275,7 @@ class Form:
         found: dict[str, str] = {}
         pieces = re.split(r"^(\w[\w, ]*)\n", self._doc[self._doc.index("Parameters") + 1], flags=re.MULTILINE)
         for names, text in zip(pieces[1::2], pieces[2::2], strict=True):
-            first = re.split(r"(?<=\.)\s+(?=[A-Z`])", " ".join(text.split()), maxsplit=1)[0]
+            first = re.split(r"(?<=[.?…])\s+(?=[A-Z`])", " ".join(text.split()), maxsplit=1)[0]
             found |= dict.fromkeys(names.split(", "), first)
         return found
 

@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 import fric
 from fric.automatic.fleet import LEVEL, find_fleet, holm, probability
-from fric.cli.auto import run_here
 from fric.cli.main import app
+from fric.cli.special import run_here
 from fric.documents.fleet import FleetDocument
 from fric.documents.yaml import read_document
 from fric.io.circle import write_circles

@@ -39,6 +39,8 @@ def completed(warm, *words):
         (["simulate", "circle", "xy-table", "--schemes", "configs/literature.yaml", "--scheme", "rep"], ["repetitive"]),
         (["simulate", "experiment", "xy-table", "--axis", ""], ["x", "y"]),
         (["schema", "fri"], ["friction"]),
+        (["export", "c", "xy-table", "--axis", "x", "--scheme", ""], ["a", "b", "c", "d", "e", "f", "all"]),
+        (["learn", "xy-table", "--scheme", "b"], ["b"]),
         (["compare", "data/presliding-sine.h5", "--fit-on", "p"], ["presliding-sine-01", "presliding-sine-02"]),
         (["help", "fo"], ["formats"]),
         (["example", "xy"], ["xy-table-identified", "xy-table"]),

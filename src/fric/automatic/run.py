@@ -1,10 +1,10 @@
 """`auto`: recognise, ingest, identify, design, simulate, compare with the measured circle, and report."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from fric.automatic.fleet import FleetResult, find_fleet, fleet
 from fric.automatic.sources import Sources, find_sources
@@ -33,9 +33,10 @@ from fric.report.summary import Report, make_report
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
 from fric.results.given import bounded
+from fric.results.kinds import Address, CircleFiles, Count, MachineFile, Quantity
 from fric.results.machine import machine_of
 from fric.results.text import Piece
-from fric.verb import verb
+from fric.verb import Kind, verb
 from fric.verdict.decide import decide
 from fric.verdict.evidence import Evidence, Verdict
 
@@ -101,42 +102,47 @@ class AutoResult(Result):
 
 @verb
 def auto(
-    *logs: Path | str,
-    output: Path | str,
-    machine: Path | str | None = None,
-    circles: Iterable[Path | str] = (),
-    tolerance: float | str | None = None,
-    mapping: str | None = None,
-    workers: int | None = None,
-    scheduler: str | None = None,
+    *logs: Annotated[Path | str, Kind(metavar="LOGS")],
+    output: Annotated[Path | str, Kind(metavar="DIR")],
+    machine: MachineFile | None = None,
+    circles: CircleFiles = (),
+    tolerance: Annotated[Quantity | None, "position"] = None,
+    mapping: Annotated[str | None, Kind(metavar="MAP.yaml")] = None,
+    workers: Count | None = None,
+    scheduler: Address | None = None,
     run: Callable[[Step], None] = run_step,
     say: Callable[[str], None] = lambda _: None,
     advance: Callable[..., object] = lambda *_, **__: None,
 ) -> AutoResult | FleetResult:
-    """Go the whole way from logs to a report: each step is an ordinary command, and is kept in ``steps.sh``.
+    """Go the whole way: recognise, ingest, identify, design, simulate, compare with the measured circle, report.
 
-    What cannot be done says which record is missing; steps whose inputs have not changed are not run again. Of a folder
-    of many machines (``DIR/machine/date/…``) each axis is identified at each date, and what changed is told.
+    Each step is an ordinary command, printed as it is run and kept in DIR/steps.sh. What cannot be done says which
+    record is missing. Steps whose inputs have not changed are not run again.
+
+    A folder of many machines (DIR/machine/date/…) is a fleet: each axis is identified at each date, on all cores or a
+    Dask cluster, and DIR/fleet.html tells which changed beyond their intervals.
 
     Parameters
     ----------
     logs
-        Files and folders: log files, foreign logs, circle tests; or the folder of a fleet.
+        Logs and circle tests, or folders of them. Or the folder of a fleet.
     output
         Folder for all that is made.
     machine
-        The machine file, or the name of a bundled one; made of what was identified where it is not given.
+        The machine; made of what is identified, else. Its file, or the name of a bundled one.
     circles
-        Measured circles to hold the simulation against.
+        A measured circle; repeatable. The simulation is held against it.
     tolerance
-        Glitch that is allowed [m]: the first scheme that surely stays within it is chosen.
+        Glitch that is allowed, as "5 um". The first scheme that surely stays within it is chosen.
     mapping
-        What the columns of foreign logs mean; the bundled one that fits where the header does not say it.
-    workers, scheduler
-        Of a fleet: processes at a time, one a core where not given; or the address of a Dask cluster.
+        What the columns of foreign logs mean. The bundled one that fits where the header does not say it.
+    workers
+        Of a fleet: processes at a time; one a core, else.
+    scheduler
+        Of a fleet: a Dask scheduler, as tcp://host:8786.
     run
-        Makes one step, raising a `FricError` where it fails; of a fleet in other processes, and so a function that can
-        be pickled.
+        Makes one step, raising a `FricError` where it fails; of a fleet in other processes, and so a function that
+        can be pickled.
     say
         Is told each command as it is run.
     advance

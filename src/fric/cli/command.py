@@ -25,7 +25,6 @@ def _lift(given: str) -> str:
 
 
 Json = Annotated[bool, option("Print one JSON object on standard output, nothing else.", "--json")]
-Force = Annotated[bool, option("Replace an output that exists.", "--force")]
 Plot = Annotated[
     Path | None, option("Draw a figure, or that of a name; .png, .svg or .pdf.", "--plot", metavar="[VIEW=]FIG")
 ]
@@ -71,8 +70,9 @@ class Command:
         Module and name of the verb.
     output
         What ``-o`` writes.
-    plot, plausible
-        Whether there is a figure to draw, and whether what is read is held against physics.
+    plot, plausible, replaces
+        Whether there is a figure to draw, whether what is read is held against physics, and whether ``--force``
+        replaces outputs that exist.
     doing
         What a progress bar says meanwhile.
     flags
@@ -103,6 +103,7 @@ class Command:
     output: Output | None = None
     plot: bool = False
     plausible: bool = True
+    replaces: bool = True
     doing: str = ""
     flags: Mapping[str, str] = field(default_factory=dict)
     places: Sequence[str] = ()
@@ -160,11 +161,11 @@ class Command:
         made += [self.output.parameter()] if self.output else []
         made += [self._parameter(one) for one in named]
         made += self.own
-        if self.plot:
-            made.append(parameter("plot", Plot, None))
-        if self.plausible:
-            made.append(parameter("implausible", Implausible, "error"))
-        return [*made, parameter("json", Json, False), parameter("force", Force, False)]
+        made += [parameter("plot", Plot, None)] if self.plot else []
+        made += [parameter("implausible", Implausible, "error")] if self.plausible else []
+        made.append(parameter("json", Json, False))
+        force = option(self.helps.get("force", "Replace an output that exists."), "--force")
+        return [*made, *([parameter("force", Annotated[bool, force], False)] if self.replaces else [])]
 
     def _parameter(self, one: Any, *, place: bool = False) -> Parameter:
         return parameter_of(one, self.flags.get(one.name, ""), self.helps.get(one.name, ""), place=place)
@@ -200,7 +201,7 @@ class Command:
             settings |= {"output": output, "writes": self.output.writes}
         else:
             settings["into"] = output
-        settings |= {"plot": given.get("plot"), "json": given["json"], "force": given["force"]}
+        settings |= {"plot": given.get("plot"), "json": given["json"], "force": given.get("force", False)}
         return finish(make, **settings | beside)
 
 

@@ -9,6 +9,8 @@ import fric
 from fric.cli.command import READ_MACHINE, Command, Output
 from fric.cli.group import Home, group
 from fric.cli.signature import option, parameter
+from fric.cli.special import OF_CIRCLES
+from fric.columns import CIRCLE, KINDS
 
 
 def models_in(*folders: Path | str) -> dict[str, str]:
@@ -114,23 +116,101 @@ SIMULATE: dict[str, Home] = {
     ),
 }  # fmt: skip
 
+INGEST = Command(
+    "fric.results.ingest:ingest", doing="ingesting", plausible=False, optional=["files", "output"],
+    flags={
+        "output": "-o --output", "mapping": "--map", "begin": "--from", "end": "--to",
+        "clockwise": "--clockwise/--counter-clockwise",
+    },
+    helps={"kind": f"What was logged: {', '.join((*KINDS, CIRCLE))}."},
+    further={"fric.results.ingest_circles:ingest_circles": OF_CIRCLES}, run="fric.cli.special:ingest",
+    more="Of kind circle: traces of two axes on a circle, LinuxCNC's sampler text, or angle and deviation of a ball "
+    "bar, into a circle test file for `fric diagnose` and `fric tune`.",
+    own=[
+        parameter("propose", Annotated[
+            Path | None, option("Write the mapping that would be guessed; read nothing in.", metavar="MAP.yaml")
+        ], None),
+        parameter("list_formats", Annotated[
+            bool, option("List the formats that are read, and which libraries are installed.", "--list")
+        ], False),
+    ],
+)  # fmt: skip
+
+PLAN = Command(
+    "fric.results.plan:plan",
+    Output("DIR", "Folder for the plan and its programs.", required=False, writes=""), plot=True, plausible=False,
+    doing="what to expect", places=["last"], optional=["last", "stroke", "feed"], without=["draws"],
+    further={"fric.results.plan:plan_next": ("last", "scheme")}, run="fric.cli.special:plan",
+    text="Plan the records that identify an axis, with the intervals to expect; or the one more record that tells most."
+    "\n\nDIR gets plan.yaml, the motions as CSV, as G-code for LinuxCNC, Fanuc and SINUMERIK and as tables for TwinCAT "
+    "and CODESYS, all inside stroke, feed and acceleration. `fric simulate experiment --plan` runs it on a virtual "
+    "axis.",
+)  # fmt: skip
+
+TUNE = Command(
+    "fric.results.tune:tune", Output("DIR", "Folder for what is written.", writes=""), doing="tuning",
+    run="fric.cli.special:tune",
+    more="Give one fast and one slow circle, as at 100 and 10 mm/s, with reference, position and voltage of both axes. "
+    "DIR gets machine.yaml with the new nominal parameters, a friction and a plant file of each axis, and a figure of "
+    "its reversals. What explains the circles no better than the nominal parameters is refused. With --loop "
+    "machine.yaml gets new gains too, where the loop does not hold friction that falls with speed: at 10 mm/s errors "
+    "would grow whatever is fed forward.",
+)  # fmt: skip
+
+EXPORT = Command(
+    "fric.results.export:export_axis", Output("DIR", "Folder for the files.", writes=""), run="fric.cli.special:export",
+    flags={
+        "single": "--float", "nominal_files": "--friction --with", "known": "--schemes", "circles": "--circle",
+        "drawn": "--run",
+    },
+    without=["trial"], helps={"force": "Replace files that exist, and export what is not to be trusted."},
+    own=[parameter("try_it", Annotated[bool, option(
+        "linuxcnc, from a checkout of fric: run circles in LinuxCNC, beside their simulation.", "--try"
+    )], False)],
+    more="Nothing is exported that the verdict does not trust, unless --force is given. Against it speak a warning of "
+    "severity 'wrong' in the machine's files, a limit cycle, a simulated circle that becomes worse, a measured one "
+    "that is not as predicted; it doubts what no machines were drawn for (--run) and no circle was measured for "
+    "(--circle).",
+)  # fmt: skip
+
 COMMANDS: dict[str, Home] = {
-    "auto": "fric.cli.auto:auto",
-    "ingest": "fric.cli.ingest:ingest",
+    "auto": Command(
+        "fric.automatic.run:auto", replaces=False, without=["run", "say"], run="fric.cli.special:auto",
+        flags={"output": "-o --output", "circles": "--circle", "mapping": "--map"},
+    ),
+    "ingest": INGEST,
     "inspect": Command("fric.results.records:inspect", plot=True, plausible=False),
-    "report": "fric.cli.report:report",
-    "schema": "fric.cli.schema:schema",
-    "reproduce": "fric.cli.reproduce:reproduce",
-    "plan": "fric.cli.plan:plan",
+    "report": Command(
+        "fric.report.summary:make_report", Output("REPORT.html", "The page to write.", writes="HTML"), plausible=False,
+        doing="machines", flags={"circles": "--circle"},
+    ),
+    "schema": "fric.cli.pages:schema",
+    "reproduce": Command(
+        "fric.reproduce.paper:reproduce_paper", plausible=False, replaces=False, doing="reproduce",
+        flags={"folder": "-o --output"},
+        text="Run the paper from end to end: experiments, identification, design, six schemes, and a page beside the "
+        "paper.\n\nSteps whose inputs have not changed are not run again.",
+    ),
+    "plan": PLAN,
     "compare": COMPARE,
-    "diagnose": "fric.cli.diagnose:diagnose",
-    "tune": "fric.cli.tune:tune",
-    "learn": "fric.cli.learn:learn",
+    "diagnose": Command(
+        "fric.results.diagnose:diagnose", plot=True, doing="predicting", flags={"known": "--schemes"},
+        more="With --machine the glitches that the machine file predicts stand beside those measured; a difference is "
+        "told with its likely cause.",
+    ),
+    "tune": TUNE,
+    "learn": Command(
+        "fric.results.learn:learn",
+        Output("OUT.h5", "Run file of the rounds; or feedforward of the next.", required=False, writes="HDF5"),
+        plot=True, doing="circles", flags={"observer": "--observer/--no-observer"}, run="fric.cli.special:learn",
+    ),
     "validate": Command("fric.results.validate:validate", plot=True, doing="replaying"),
-    "export": "fric.cli.export:export",
-    "example": "fric.cli.example:example",
-    "help": "fric.cli.manual:manual",
+    "export": EXPORT,
+    "example": Command(
+        "fric.results.example:example", plausible=False, places=["name"], flags={"output": "-o --output"}
+    ),
+    "help": "fric.cli.pages:manual",
     "design": group("design", "Design controller, disturbance observer and other control blocks of an axis.", DESIGN),
     "identify": group("identify", "Identify friction and plant from logs.", IDENTIFY),
     "simulate": group("simulate", "Virtual experiments, and the circular test.", SIMULATE),
-}
+}  # fmt: skip

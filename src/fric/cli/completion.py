@@ -23,7 +23,7 @@ def _completes(names: Callable[[Words], Iterable[str]]) -> Callable[[typer.Conte
     def complete(ctx: typer.Context, incomplete: str) -> list[str]:
         with suppress(Exception):
             # of a line that ends in an option the other options are parsed, and its words are left as they are
-            words = [*ctx.args, *(("--schemes", str(own)) if (own := ctx.params.get("schemes")) else ())]
+            words = [*ctx.args, *(("--schemes", str(own)) if (own := ctx.params.get("known")) else ())]
             return [name for name in names(words) if name.startswith(incomplete) and _PLAIN.fullmatch(name)]
         return []
 

@@ -59,7 +59,7 @@ def parameter_of(given: Argument, flags: str = "", text: str = "", *, place: boo
         made = option(text or given.help, *names, metavar=metavar, **settings)
     if many:
         read, default = list[read], None if default == () else default  # type: ignore[valid-type]
-    if given.several:
+    if given.several and default is Parameter.empty:
         return parameter(given.name, Annotated[read, made])
     if isinstance(default, str) and read is Path:
         default = Path(default)

@@ -1,15 +1,115 @@
 """What some commands do around their verbs, beside what the table says: by hand, interrupted, or of two verbs."""
 
-from typing import Any
+from __future__ import annotations
+
+import sys
+from contextlib import redirect_stdout
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 import fric
 from fric.cli.command import READ_MACHINE, Command
-from fric.cli.console import ERR, OUT, Interruption, interruption
+from fric.cli.console import ERR, OUT, Interruption, finish, interruption, print_json
+from fric.errors import printable
 from fric.output import refuse_existing
 
+if TYPE_CHECKING:
+    from fric.automatic.steps import Step  # with all that a step runs
+
 READ_IDENTIFIED = "fric.documents.identified:read_identified"
+PLAN_NEXT = "fric.results.plan:plan_next"
+INGEST_CIRCLES = "fric.results.ingest_circles:ingest_circles"
+OF_CIRCLES = ("radius", "feed", "sampling", "instrument", "scheme", "clockwise")
+
+
+def run_here(step: Step) -> None:
+    """Make a step, with its progress; what it prints goes to standard error: standard output is for the end."""
+    with redirect_stdout(sys.stderr):
+        finish(step.make, doing=step.name)
+        OUT.print(f"wrote {' and '.join(printable(str(path)) for path in step.leaves)}", markup=False)
+
+
+def _say(text: str) -> None:
+    ERR.print(text, markup=False)
+
+
+def auto(command: Command, given: dict[str, Any]) -> None:
+    """Go the whole way, each step with its own progress; of a fleet the machines are counted."""
+    logs = given["logs"]
+    doing = "machines" if len(logs) == 1 and logs[0].is_dir() else ""
+    command.end(command.call(given | {"run": run_here, "say": _say}), given, doing=doing)
+
+
+def ingest(command: Command, given: dict[str, Any]) -> None:
+    """Read logs or circles, write the mapping that would be guessed, or list the formats."""
+    from fric.io.memory import keep_freed_memory
+
+    if given["list_formats"]:
+        finish(lambda _: fric.formats(), json=given["json"])
+        return
+    if "files" not in given:
+        raise typer.BadParameter("name the files to read; `fric ingest --list` tells the formats")
+    if "propose" in given:
+        _propose(given)
+        return
+    if "output" not in given:
+        raise typer.BadParameter("say which log file to write: -o LOG.h5")
+    keep_freed_memory()
+    if fric.holds_circles(given.get("mapping"), given.get("kind")):
+        command = replace(command, verb=INGEST_CIRCLES)
+    elif not given.keys().isdisjoint(OF_CIRCLES):
+        misplaced = "--radius, --feed, --sampling, --instrument, --scheme and the direction go with --kind circle"
+        raise typer.BadParameter(misplaced)
+    command.end(command.call(given), given)
+
+
+def _propose(given: dict[str, Any]) -> None:
+    from fric.io.propose import propose
+
+    text, place = propose(given["files"], given["propose"], force=given["force"], join=given["join"]), given["propose"]
+    if given["json"]:
+        print_json({"output": str(place), "mapping": text})
+    else:
+        OUT.print(text, markup=False)
+        OUT.print(f"wrote {printable(str(place))}: look at it, edit it, and give it with --map", markup=False)
+
+
+def plan(command: Command, given: dict[str, Any]) -> None:
+    """Plan all records, or after a last result the one more that tells most."""
+    if "last" in given:
+        command = replace(command, verb=PLAN_NEXT, doing="candidates")
+    elif not {"stroke", "feed"} <= given.keys():
+        raise typer.BadParameter('say what the axis may do: --stroke "300 mm" --feed "100 mm/s"')
+    command.end(command.call(given), given)
+
+
+def tune(command: Command, given: dict[str, Any]) -> None:
+    """Tune, and write what was found before it is reported: the report names the files."""
+    make = command.call(given)
+
+    def run(advance: Any) -> Any:
+        made = make(advance)
+        made.save(given["output"], force=given["force"])
+        return made
+
+    if not command.end(run, given, into=None).found.improves:
+        raise typer.Exit(1)
+
+
+def learn(command: Command, given: dict[str, Any]) -> None:
+    """Learn on a machine in simulation, or from a recorded circle."""
+    simulated, machine = "rounds" in given, "machine" in given
+    if simulated == machine and (simulated or given["given"].suffix != ".h5"):
+        raise typer.BadParameter("give a machine with --rounds, or a circle with --machine")
+    command.end(command.call(given), given)
+
+
+def export(command: Command, given: dict[str, Any]) -> None:
+    """Export, and run circles in LinuxCNC in a folder beside the files."""
+    beside, doing = ({"trial": given["output"] / "trial"}, "LinuxCNC") if given["try_it"] else ({}, "")
+    command.end(command.call(given | beside), given, doing=doing)
 
 
 def gms(command: Command, given: dict[str, Any]) -> None:

@@ -1,10 +1,10 @@
 """A report as a result: the few words of it that a command prints, and its page."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from fric.documents.contours import VerdictPart
 from fric.documents.report_summary import ReportDocument
@@ -19,8 +19,9 @@ from fric.report.page import render_report
 from fric.report.report_input import ReportInput
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, silent
+from fric.results.kinds import CircleFiles, Quantity
 from fric.units import readable
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,26 +65,29 @@ class Report(Result):
 
 @verb
 def make_report(
-    *files: Path | str,
-    circles: Iterable[Path | str] = (),
+    *files: Annotated[Path | str, Kind(metavar="FILE")],
+    circles: CircleFiles = (),
     title: str = "",
-    tolerance: float | str | None = None,
+    tolerance: Annotated[Quantity | None, "position"] = None,
     advance: Advance = silent,
 ) -> Report:
-    """Make one page of what was identified, what a circle shows, what to use, and what drifted.
+    """Make one self-contained HTML page: what to use, what a circle shows, what was identified, and what drifted.
+
+    Where the controllers of a run know exactly what is true of its machine, machines are drawn around it first. A
+    measured circle that is not as predicted is told, and no scheme is recommended until that is explained.
 
     Parameters
     ----------
     files
-        Runs, measured circles, a machine (file, or bundled name) to hold them against, documents, logs to draw points
-        from, or earlier reports: each is recognised by its content. Of two of one kind the earlier is compared with
-        the later.
+        Runs, measured circles, the machine (file, or bundled name) to hold them against, documents of friction,
+        plant, controller and observer, logs to draw points from, or earlier reports: each is recognised by its
+        content; of two of one kind the earlier is compared with the later.
     circles
-        Measured circles besides: also a run file that stands for one.
+        A measured circle, or a run that stands for one; repeatable.
     title
-        Heading of the page; by the machine and its axes where not given.
+        Heading of the page. By the machine and its axes where not given.
     tolerance
-        Glitch that is allowed [m], also as a text.
+        Glitch that is allowed, as "5 um": pass or not.
     advance
         Is told of each machine that is drawn where a run's controllers know exactly what is true of theirs.
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from shutil import copyfile
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from matplotlib.figure import Figure
 
@@ -31,12 +31,13 @@ from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result
 from fric.results.circle import CircleResult
 from fric.results.given import Advance, silent
+from fric.results.kinds import MachineFile, Seed
 from fric.results.text import Piece
 from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.contour_run import pair
 from fric.simulate.machine import Machine
 from fric.simulate.processes import end_with_parent
-from fric.verb import verb
+from fric.verb import Kind, verb
 from fric.verdict.evidence import facts
 
 if TYPE_CHECKING:
@@ -104,20 +105,25 @@ def reproduction_steps(axes: int = 2) -> int:
 
 @verb
 def reproduce_paper(
-    folder: Path | str, machine: Path | str = "xy-table", *, seed: int = 1, advance: Advance = silent
+    folder: Annotated[Path | str, Kind(metavar="DIR")] = "reproduction",
+    machine: MachineFile = "xy-table",
+    *,
+    seed: Seed = 1,
+    advance: Advance = silent,
 ) -> Reproduction:
-    """Run the paper from end to end on a machine: experiments, identification, design, circles, page.
+    """Run the paper from end to end: experiments, identification, design, six schemes, and a page beside the paper.
 
-    The controller of the circles believes what was identified from the virtual experiments, and nothing else; true is
-    what the machine file says. Where the machine file holds published glitches, its plant counts as published too, and
-    the drive's own damping is taken from it (see `learn_axis`).
+    Steps whose inputs have not changed are not run again. The controller of the circles believes what was identified
+    from the virtual experiments, and nothing else; true is what the machine file says. Where the machine file holds
+    published glitches, its plant counts as published too, and the drive's own damping is taken from it (see
+    `learn_axis`).
 
     Parameters
     ----------
     folder
-        Where all files go. Steps whose inputs have not changed are not made again.
+        Folder for logs, YAML, runs, figures and the page. Steps whose inputs have not changed are not made again.
     machine
-        The machine file, or the name of a bundled one; the paper's where not given.
+        A machine of your own; else the paper's. Its file, or the name of a bundled one.
     seed
         Seed of all noise.
     advance

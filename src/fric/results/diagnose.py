@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fric.circles.agreement import CAUSES, Agreement, agreement, circles_to_predict, predict
 from fric.circles.diagnose import Diagnosis, both_directions
@@ -19,8 +19,9 @@ from fric.estimate import Estimate, in_digits
 from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.results.base import Result
-from fric.results.given import Advance, path_of, quantity, silent
+from fric.results.given import Advance, quantity, silent
 from fric.results.given_models import CIRCLES, circles_of
+from fric.results.kinds import CircleLike, KnownSchemes, MachineFile, Quantity, SchemeName
 from fric.results.machine import schemes_of
 from fric.results.text import Piece, Table
 from fric.units import readable
@@ -143,11 +144,11 @@ def _row(label: str, found: Estimate, unit: str, offset: float = 0.0) -> list[st
 
 @verb
 def diagnose(
-    *circles: Any,
-    machine: Any = None,
-    scheme: str | None = None,
-    known: Any = None,
-    feed: float | str | None = None,
+    *circles: CircleLike,
+    machine: MachineFile | None = None,
+    scheme: SchemeName | None = None,
+    known: KnownSchemes | None = None,
+    feed: Annotated[Quantity | None, "velocity"] = None,
     advance: Advance = silent,
 ) -> DiagnosisResult:
     """Take a measured circle apart: geometry, control loops, backlash, friction glitches, and the figures of ISO 230-4.
@@ -157,15 +158,15 @@ def diagnose(
     Parameters
     ----------
     circles
-        Circle test files, run files of a simulated circle, or measured circles.
+        Circle tests, or run files of `fric simulate circle`. Measured circles are taken, too.
     machine
-        Machine file, or the name of a bundled one: what it predicts stands beside what was measured.
+        Predict the circle beside it. The machine file, or the name of a bundled one.
     scheme
         Scheme of a run file; or the one that was on, for the prediction.
     known
-        Schemes of your own by name, or their file.
+        Schemes of your own; else the paper's. By name, or their file.
     feed
-        Of several tests, those at this feed [m/s].
+        Of several tests in a file, those at this feed.
     advance
         Is told of each circle that is simulated for the prediction.
 
@@ -180,7 +181,7 @@ def diagnose(
     if machine is None or (scheme is None and found.test.scheme == LEARNED):  # which no machine file tells
         return DiagnosisResult(found)
     wanted = schemes_of("diagnose", scheme or found.test.scheme or "a", known)[0]
-    subject, identified = machine_to_predict(Path(path_of("diagnose", "a machine file", machine)))
+    subject, identified = machine_to_predict(Path(machine))
     drawn = identified.drawn() if identified else None
     advance(0, total=circles_to_predict(drawn))
     predicted, limits = predict(found, subject, wanted, drawn, done=advance)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from fric.documents.bundled import RIG
 from fric.documents.bundled import example as files_of
@@ -12,7 +12,7 @@ from fric.io.propose import proposal
 from fric.output import write_folder
 from fric.results.base import Result
 from fric.results.text import Piece
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,15 +50,20 @@ class ExampleResult(Result):
 
 
 @verb
-def example(name: str = RIG, *, output: Path | str, force: bool = False) -> ExampleResult:
-    """Copy an example into a folder: logs, a mapping and a machine of the virtual rig, or a bundled document.
+def example(
+    name: Annotated[str, Kind(metavar="NAME", complete="examples")] = "rig",
+    *,
+    output: Annotated[Path | str, Kind(metavar="DIR")],
+    force: bool = False,
+) -> ExampleResult:
+    """Copy an example: logs, mapping and machine of the virtual rig, or a machine, mapping or schemes by name.
 
     Parameters
     ----------
     name
-        ``rig``, or the name of a bundled machine, mapping, schemes or spread file, such as ``xy-table``.
+        rig: logs, mapping, machine; or xy-table, … A bundled machine, mapping, schemes or spread file by its name.
     output
-        The folder, which is made where it is not there.
+        Folder to copy it into. It is made where it is not there.
     force
         Replace files that exist.
 

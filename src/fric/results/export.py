@@ -9,7 +9,7 @@ from importlib.machinery import ModuleSpec
 from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Annotated, Any
 
 import fric
 from fric.circles.prediction import Prediction
@@ -30,11 +30,12 @@ from fric.output import write_folder
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
 from fric.results.given import Advance, path_of, silent
+from fric.results.kinds import AxisName, CircleFiles, KnownSchemes, MachineLike, Quantity, SchemesLike
 from fric.results.machine import schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.machine import Machine
 from fric.units import readable
-from fric.verb import verb
+from fric.verb import Kind, verb
 from fric.verdict.evidence import Candidate, candidates_of, evidence_of
 from fric.verdict.trust import trust_of
 
@@ -149,50 +150,56 @@ class ExportResult(Result):
 
 @verb
 def export_axis(
-    target: str,
-    machine: Any,
+    target: Annotated[str, Kind(metavar="TARGET")],
+    machine: MachineLike,
     *,
-    axis: str,
-    scheme: Any = "f",
+    axis: AxisName,
+    scheme: SchemesLike = "f",
     part: str = "compensation",
     single: bool = False,
-    nominal_files: Sequence[str] = (),
+    nominal_files: Annotated[Sequence[str], Kind(list[str], "AXIS=FILE.yaml")] = (),
     gain: float | None = None,
-    lead: Any = None,
-    known: Any = None,
-    circles: Sequence[Path | str] = (),
-    drawn: Sequence[Path | str] = (),
+    lead: Annotated[Quantity | None, "time"] = None,
+    known: KnownSchemes | None = None,
+    circles: CircleFiles = (),
+    drawn: Annotated[Sequence[Path | str], Kind(list[Path], "RUN.h5")] = (),
     trial: Path | str | None = None,
     force: bool = False,
     advance: Advance = silent,
 ) -> ExportResult:
-    """Write what one scheme does on one axis in the language of a controller.
+    """Write what a controller runs: friction feedforward, observers, and a manifest of all that is in it.
 
     Parameters
     ----------
     target
-        A name of `fric.export.targets`: ``c``, ``linuxcnc``, ``fmi``, ``st``, ….
+        c, linuxcnc, fmi, st, twincat, sinumerik, csv, mat or xlsx.
     machine
-        The machine, its file, or the name of a bundled one.
+        The machine, as in configs/. Itself, its file, or the name of a bundled one.
     axis
-        Name of the axis.
+        The axis.
     scheme
-        The scheme, or its name.
+        The scheme: friction feedforward, and blocks. Its name, or itself.
     part
-        ``compensation``: what the controller does; ``machine``: the axis itself, to try a controller on.
+        compensation; or machine, the axis itself, to try a controller on.
     single
-        Single precision, where the target has it.
-    nominal_files, gain, lead
+        Single precision (c).
+    nominal_files
+        Friction that the controller of an axis believes; or its plant, controller, observer or block; repeatable.
         As in `fric.read_machine`, where a file is given.
+    gain
+        Gain of the friction feedforward, instead of the machine's.
+    lead
+        How far feedforward goes ahead of the reference, as "0.6 ms", or auto for the delay of the plant that is
+        believed; instead of the machine's.
     known
-        Schemes by name, or their file; the paper's where not given.
+        Schemes of your own; else the paper's. By name, or their file.
     circles
-        Measured circles: one that is not as the machine predicts speaks against the export.
+        A measured circle: it must be as the machine predicts. Another speaks against the export.
     drawn
-        Run files with the scheme on machines drawn around this one: the verdict is by them.
+        The scheme on machines drawn around this one: simulate circle. The verdict is by these run files.
     trial
-        A folder in which circles are run in LinuxCNC, beside their simulation (target ``linuxcnc``, as root, and from
-        a checkout of fric: the bench is ``tests/linuxcnc``).
+        A folder in which circles are run in LinuxCNC, beside their simulation. For the target ``linuxcnc``, as
+        root, and from a checkout of fric: the bench is ``tests/linuxcnc``.
     force
         Run the trial also of what the verdict does not trust.
     advance
@@ -221,7 +228,8 @@ def export_axis(
     against, distrust = list[Notice](), list[Notice]()
     if part == "compensation":
         drawings = [_drawing(Path(one), subject, wanted, axis) for one in drawn]
-        held = {str(one): diagnose(one, machine=machine).disagreements(str(one)) for one in circles}
+        named = path_of("export", "a machine file, to hold a circle against it", machine) if circles else None
+        held = {str(one): diagnose(one, machine=named).disagreements(str(one)) for one in circles}
         apart = [text for texts in held.values() for text in texts]
         around = [evidence_of(*one, compared=bool(circles), disagreements=held, notices=notices) for one in drawings]
         against, distrust = trust_of(subject, axis, wanted, notices, apart, compared=bool(circles), drawn=around)

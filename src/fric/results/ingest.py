@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import fric
-from fric.columns import CIRCLE, Kind
+from fric.columns import CIRCLE
 from fric.documents.mapping import MappingDocument
 from fric.documents.records import IngestDocument
 from fric.documents.yaml import read_document
@@ -18,13 +18,13 @@ from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT, THERE_ALREADY
 from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
-from fric.io.ingest_session import BadCells
 from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
+from fric.results.kinds import MappingLike, Quantity, RecordKind
 from fric.results.text import Piece
 from fric.units import Motion
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -79,40 +79,47 @@ class IngestResult(Result):
 
 @verb
 def ingest(
-    *files: Path | str,
-    output: Path | str,
-    mapping: MappingDocument | Path | str | None = None,
-    kind: Kind | None = None,
-    axis: str | None = None,
+    *files: Annotated[Path | str, Kind(metavar="FILE")],
+    output: Annotated[Path | str, Kind(metavar="LOG.h5")],
+    mapping: MappingLike | None = None,
+    kind: RecordKind | None = None,
+    axis: Annotated[str | None, Kind(metavar="NAME")] = None,
     motion: Motion | None = None,
     append: bool = False,
-    bad_cells: BadCells = "error",
-    begin: float | str | None = None,
-    end: float | str | None = None,
+    bad_cells: Literal["error", "drop"] = "error",
+    begin: Annotated[Quantity | None, "time"] = None,
+    end: Annotated[Quantity | None, "time"] = None,
     join: bool = False,
     force: bool = False,
     advance: Advance = silent,
 ) -> IngestResult:
-    """Read foreign logs of one axis into a log file, one record a file, in SI.
+    """Read logs of a drive into one log file, each a record, in SI units.
 
     Parameters
     ----------
     files
-        Text logs (also ``.gz``), MATLAB ``.mat``, Parquet, or log files of fric's own.
+        Logs: text (also .gz), .mat, .mf4, …; --list tells the formats. Log files of fric's own are read, too.
     output
-        The log file that is written, whole or not at all.
+        The log file to write. It is written whole or not at all.
     mapping
-        What the columns mean, or its file. Without it the header must name channels and units: ``time [s]``.
-    kind, axis, motion
-        Kind of the experiment, name and motion of the axis; they go before what mapping and files say.
+        What the columns mean, where the header does not say it. Without it the header must name channels and units:
+        ``time [s]``.
+    kind
+        What was logged. It goes before what mapping and files say.
+    axis
+        Name of the axis, such as x.
+    motion
+        Of the axis, where the units do not tell.
     append
-        Add to the log file. A file that it holds already (by its sha256) is skipped.
+        Add to LOG.h5; what it holds already is skipped. A file is known by its sha256.
     bad_cells
-        ``error``: a cell that is no number is an error; ``drop``: its sample is left out, and counted.
-    begin, end
-        First and last time that is read [s], or as ``"8.5 s"``; all where not given.
+        What a cell that is no number is: an error, or a sample to drop.
+    begin
+        First time to read, as 8.5 s.
+    end
+        Last time to read.
     join
-        Make one record of all files, whose channels were logged by one clock.
+        One record of all files: its channels were logged apart, by one clock.
     force
         Replace an output that exists.
     advance

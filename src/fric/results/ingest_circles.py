@@ -3,20 +3,19 @@
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from fric.documents.mapping import MappingDocument
 from fric.documents.records import IngestCirclesDocument
 from fric.io.ingest import sizes
 from fric.io.ingest_circle import IngestedCircles, StatedCircle
 from fric.io.ingest_circle import ingest_circles as read_circles
-from fric.io.ingest_session import BadCells
 from fric.results.base import Result
 from fric.results.given import Advance, quantity, silent
 from fric.results.ingest import mapping_of
+from fric.results.kinds import MappingLike, Quantity, SchemeName
 from fric.results.text import Piece
 from fric.units import readable
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,17 +49,17 @@ class CirclesResult(Result):
 
 @verb
 def ingest_circles(
-    *files: Path | str,
-    output: Path | str,
-    mapping: MappingDocument | Path | str | None = None,
-    radius: float | str | None = None,
-    feed: float | str | None = None,
-    clockwise: bool | None = None,
-    sampling: float | str | None = None,
+    *files: Annotated[Path | str, Kind(metavar="FILE")],
+    output: Annotated[Path | str, Kind(metavar="LOG.h5")],
+    mapping: MappingLike | None = None,
+    radius: Annotated[Quantity | None, "position"] = None,
+    feed: Annotated[Quantity | None, "velocity"] = None,
+    sampling: Annotated[Quantity | None, "frequency"] = None,
     instrument: Literal["encoders", "grid", "ball-bar"] | None = None,
-    scheme: str = "",
+    scheme: SchemeName | None = None,
+    clockwise: bool | None = None,
     append: bool = False,
-    bad_cells: BadCells = "error",
+    bad_cells: Literal["error", "drop"] = "error",
     force: bool = False,
     advance: Advance = silent,
 ) -> CirclesResult:
@@ -74,14 +73,18 @@ def ingest_circles(
         The circle test file that is written, whole or not at all.
     mapping
         What the columns mean, or its file. Without it the header must name axes and units: ``x_ref [mm]``.
-    radius, feed, clockwise
-        Nominal radius [m], feed [m/s] and direction; found where not given.
+    radius
+        Circle: its nominal radius; else found.
+    feed
+        Circle: its feed; else found.
     sampling
-        Rate of a trace without time [Hz].
+        Circle: rate of a trace without time, as 4 kHz.
     instrument
-        What told the position: ``encoders``, ``grid`` or ``ball-bar``.
+        Circle: what told the position.
     scheme
-        Name of the compensation that was on, which a prediction is then made with; none where not given.
+        Circle: the compensation that was on, as f. A prediction is made with it.
+    clockwise
+        Circle: its direction; else found.
     append, bad_cells, force, advance
         As in `fric.ingest`.
 
@@ -97,7 +100,7 @@ def ingest_circles(
         None if clockwise is None else direction,
         quantity(sampling, "frequency"),
         instrument or "",
-        scheme,
+        scheme or "",
     )
     advance(0, total=sizes(paths))
     given: dict[str, Any] = {"append": append, "bad_cells": bad_cells, "force": force, "progress": advance}

@@ -6,8 +6,10 @@ Importing this loads nothing: a command's help is made of it. What a type stands
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
+from fric.columns import CIRCLE, KINDS
+from fric.columns import Kind as LogKind
 from fric.verb import Kind
 
 if TYPE_CHECKING:  # each brings what a command's help does without
@@ -18,6 +20,7 @@ if TYPE_CHECKING:  # each brings what a command's help does without
     from fric.documents.controller import ControllerDocument
     from fric.documents.friction import FrictionDocument
     from fric.documents.identified import Identified
+    from fric.documents.mapping import MappingDocument
     from fric.documents.plan import PlanDocument
     from fric.documents.plant import PlantDocument
     from fric.drive.plant import Plant
@@ -48,9 +51,12 @@ ControllerLike: TypeAlias = Annotated[
     "Cascade | ControllerDocument | Result | Path | str", Kind(Path, "CONTROLLER.yaml")
 ]
 FrictionLike: TypeAlias = Annotated["StaticMap | FrictionDocument | Result | Path | str", Kind(Path, "FRICTION.yaml")]
+MachineFile: TypeAlias = Annotated[Path | str, Kind(metavar="MACHINE.yaml")]
 MachineLike: TypeAlias = Annotated["Machine | Identified | Path | str", Kind(Path, "MACHINE.yaml")]
+MappingLike: TypeAlias = Annotated["MappingDocument | Path | str", Kind(Path, "MAP.yaml")]
+RecordKind: TypeAlias = Annotated[LogKind, Kind(Literal[(*KINDS, CIRCLE)], "KIND")]
 PlanLike: TypeAlias = Annotated["PlanDocument | Result | Path | str", Kind(Path, "PLAN")]
-CircleLike: TypeAlias = Annotated["MeasuredCircle | Path | str | Sequence[Any]", Kind(Path, "CIRCLE.h5")]
+CircleLike: TypeAlias = Annotated["MeasuredCircle | Path | str | Sequence[MeasuredCircle]", Kind(Path, "CIRCLE.h5")]
 CirclesLike: TypeAlias = Annotated[
     "MeasuredCircle | Path | str | Sequence[MeasuredCircle | Path | str]", Kind(list[Path], "CIRCLE.h5")
 ]
@@ -58,9 +64,9 @@ PathLike: TypeAlias = Annotated["PointPath | RecordedPath | Path | str", Kind(Pa
 ResonancesLike: TypeAlias = Annotated["Iterable[str | Resonance]", Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")]
 SpreadsLike: TypeAlias = Annotated["Mapping[str, Spread] | Path | str", Kind(Path, "SPREAD.yaml")]
 CircleFiles: TypeAlias = Annotated[Sequence[Path | str], Kind(list[Path], "CIRCLE.h5")]
-SchemeName: TypeAlias = Annotated[str, Kind(complete="schemes")]
-SchemesLike: TypeAlias = Annotated["str | Scheme | Iterable[str | Scheme]", Kind(str, complete="schemes")]
+SchemeName: TypeAlias = Annotated[str, Kind(metavar="SCHEME", complete="schemes")]
+SchemesLike: TypeAlias = Annotated["str | Scheme | Iterable[str | Scheme]", Kind(str, "SCHEME", "schemes")]
 KnownSchemes: TypeAlias = Annotated["Mapping[str, Scheme] | Path | str", Kind(Path, "SCHEMES.yaml")]
-AxisName: TypeAlias = Annotated[str, Kind(complete="axes")]
+AxisName: TypeAlias = Annotated[str, Kind(metavar="AXIS", complete="axes")]
 RecordName: TypeAlias = Annotated[str, Kind(metavar="NAME", complete="records")]
 Address: TypeAlias = Annotated[str, Kind(metavar="ADDRESS")]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fric.circles.learn import Learned, circles_to_learn
 from fric.circles.learn import learn as learn_rounds
@@ -24,12 +24,13 @@ from fric.io.run import read_run_provenance, write_runs
 from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, path_of, quantity, silent
+from fric.results.kinds import CircleLike, MachineFile, Quantity, SchemeName
 from fric.results.text import Piece
 from fric.results.text import Table as TextTable
 from fric.simulate.circle import Circle
 from fric.simulate.machine import Machine
 from fric.units import readable
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -120,41 +121,50 @@ class LearnedTable(Result):
 
 @verb
 def learn(
-    given: Any,
+    given: Annotated[CircleLike, Kind(metavar="MACHINE.yaml|CIRCLE.h5")],
     *,
     rounds: int | None = None,
-    machine: Any = None,
-    before: Any = None,
-    scheme: str | None = None,
-    velocity: float | str = "100 mm/s",
-    radius: float | str = "30 mm",
+    velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
+    radius: Annotated[Quantity, "position"] = "30 mm",
     clockwise: bool = False,
-    share: float | None = None,
-    bandwidth: float | str | None = None,
     observer: bool = True,
+    machine: MachineFile | None = None,
+    before: Annotated[Path | str | None, Kind(metavar="TABLE.h5")] = None,
+    scheme: SchemeName | None = None,
+    share: float | None = None,
+    bandwidth: Annotated[Quantity | None, "frequency"] = None,
     advance: Advance = silent,
 ) -> LearnResult | LearnedTable:
-    """Learn a repeated circle: of a machine in simulation, or from a measured circle the feedforward of the next.
+    """Learn a repeated circle: the voltage against friction that the next round feeds forward, without a model of it.
+
+    Of a machine all rounds are simulated, and what was learned is tried on another feed and radius: it does not carry
+    over. From a recorded circle comes the feedforward of the next one.
 
     Parameters
     ----------
     given
-        Machine file, with ``rounds``; or a circle test, or its file, with ``machine``.
+        A machine; or a recorded circle. The machine file goes with ``rounds``; a circle test, or its file, with
+        ``machine``.
     rounds
-        Circles that are learned from, in simulation.
-    machine
-        Machine file whose nominal plants a measured circle is learned with; of a run file that of the run where not
-        given.
-    before
-        File of what a measured circle was run with.
-    scheme
-        Of a run file with several, the scheme that is taken.
-    velocity, radius, clockwise
-        The circle that is simulated.
-    share, bandwidth
-        Share of a round that is taken over [1], and up to what frequency [Hz]; by the feed where not given.
+        In simulation: circles to learn from.
+    velocity
+        In simulation: feed along the circle.
+    radius
+        In simulation: radius of the circle.
+    clockwise
+        In simulation: turn clockwise.
     observer
-        Whether the disturbance observer is on in simulation.
+        In simulation: the disturbance observer is on.
+    machine
+        Of a circle: its machine; a run file tells it. Its nominal plants are what is learned with.
+    before
+        Of a circle: the feedforward it was run with.
+    scheme
+        Of a run file, the scheme that is taken.
+    share
+        Share of a round that is taken over; else by the feed.
+    bandwidth
+        Up to what frequency is learned; else by the feed.
     advance
         Is told of each circle.
 

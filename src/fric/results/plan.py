@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from fric.documents.friction import FrictionDocument
 from fric.documents.plan import SETTINGS, plan_tree
@@ -28,12 +28,13 @@ from fric.planning.prior import TYPICAL, prior_axis
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, in_si, logs_of, silent
 from fric.results.given_models import document_of
+from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
 from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Axis
 from fric.simulate.plan import Expected, Limits, Narrowing, Plan, Planned
 from fric.units import readable, si_unit
-from fric.verb import verb
+from fric.verb import Kind, verb
 
 GOOD_TO = "expected half-widths are those of simulated records, and good to ± 20 %"
 """What is said under half-widths that rest on simulated records, and so on chance."""
@@ -180,38 +181,48 @@ def settings_in_words(one: Planned, motion: Any) -> str:
 @verb
 def plan(
     *,
-    stroke: float | str,
-    feed: float | str,
-    acceleration: float | str = 5.0,
-    machine: Any = None,
+    stroke: Annotated[Quantity, "position"],
+    feed: Annotated[Quantity, "velocity"],
+    acceleration: Annotated[Quantity, "acceleration"] = "5 m/s^2",
+    friction: FrictionLike | None = None,
+    plant: PlantLike | None = None,
+    machine: MachineLike | None = None,
     axis: str = "x",
-    friction: Any = None,
-    plant: Any = None,
-    accuracy: Mapping[str, float | str] | Sequence[str] = (),
-    noise: float | str | None = None,
-    encoder: float | str | None = None,
-    like: Any = None,
+    accuracy: Annotated[Mapping[str, Quantity] | Sequence[str], Kind(list[str], "F_s=2%")] = (),
+    noise: Annotated[Quantity | None, "force"] = None,
+    encoder: Annotated[Quantity | None, "position"] = None,
+    like: LogLike | None = None,
     draws: int = DRAWS,
     advance: Advance = silent,
 ) -> PlanResult:
-    """Plan the records that identify an axis, inside its stroke, feed and acceleration.
+    """Plan the records that identify an axis, with the intervals to expect; or the one more record that tells most.
+
+    The latter is `plan_next`. All motions are inside stroke, feed and acceleration.
 
     Parameters
     ----------
-    stroke, feed, acceleration
-        What the axis may do [m], [m/s], [m/s²], also as texts with units.
-    machine
-        The machine, its file, or the name of a bundled one; a typical one where not given.
-    axis
-        Name of the axis.
+    stroke
+        Travel of the axis, as "300 mm".
+    feed
+        Largest speed, as "100 mm/s".
+    acceleration
+        Largest acceleration.
     friction
-        What is known of its friction: a friction file of this axis, or a result.
+        What is known of its friction. A friction file of this axis, or a result.
     plant
-        What is known of its plant, and how its response scattered: a plant file of this axis, or a result.
+        What is known of its plant, and its scatter. A plant file of this axis, or a result.
+    machine
+        Plant, controller, encoder, noise; else typical. The machine, its file, or the name of a bundled one.
+    axis
+        The axis, where no friction says it.
     accuracy
-        Half-widths that are asked for, by parameter: a share as ``2%``, or a quantity; also as ``F_s=2%``.
-    noise, encoder, like
-        Force noise, rms [N], and encoder step [m] of its logs, or a typical log.
+        Half-width asked for; repeatable. By parameter: a share as ``2%``, or a quantity.
+    noise
+        Noise of a logged force (rms), as "1 N".
+    encoder
+        Encoder step, as "0.25 um".
+    like
+        A typical log, which tells noise and encoder.
     draws
         Times that the plan is run and identified to see what to expect.
     advance
@@ -293,16 +304,16 @@ def _accuracies(given: Mapping[str, float | str] | Sequence[str], axis: Axis) ->
 
 @verb
 def plan_next(
-    last: Any,
+    last: FrictionLike,
     *,
-    stroke: float | str = 0.3,
-    feed: float | str = 0.1,
-    acceleration: float | str = 5.0,
-    machine: Any = None,
-    scheme: Any = "c",
-    noise: float | str | None = None,
-    encoder: float | str | None = None,
-    like: Any = None,
+    stroke: Annotated[Quantity, "position"] = "300 mm",
+    feed: Annotated[Quantity, "velocity"] = "100 mm/s",
+    acceleration: Annotated[Quantity, "acceleration"] = "5 m/s^2",
+    machine: MachineLike | None = None,
+    scheme: SchemesLike = "c",
+    noise: Annotated[Quantity | None, "force"] = None,
+    encoder: Annotated[Quantity | None, "position"] = None,
+    like: LogLike | None = None,
     advance: Advance = silent,
 ) -> NextRecordResult:
     """Tell which one more record would narrow the predicted glitch of an axis most.
@@ -310,13 +321,14 @@ def plan_next(
     Parameters
     ----------
     last
-        The last result: a friction file with a GMS model and its covariance, or a result.
+        The last result: which one more record would narrow the predicted glitch most? A friction file with a GMS
+        model and its covariance, or a result.
     stroke, feed, acceleration
-        What the axis may do [m], [m/s], [m/s²], also as texts with units.
+        What the axis may do.
     machine
         The machine that runs the circle: plant, controller, the other axis; a typical one where not given.
     scheme
-        The compensation whose glitch is predicted.
+        Whose glitch is to be narrowed, after a last result.
     noise, encoder, like
         As in `plan`.
     advance

@@ -18,8 +18,9 @@ from fric.estimate import estimate_rows
 from fric.notice import Notice
 from fric.output import refuse_existing, together
 from fric.results.base import Result
-from fric.results.given import Advance, path_of, silent
+from fric.results.given import Advance, silent
 from fric.results.given_models import CIRCLES, circles_of
+from fric.results.kinds import CircleLike, MachineFile, SchemeName
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Machine
 from fric.threads import one_blas_thread
@@ -126,21 +127,25 @@ class TuneResult(Result):
 
 @verb
 def tune(
-    machine: Any, *circles: Any, scheme: str | None = None, loop: bool = False, advance: Advance = silent
+    machine: MachineFile,
+    *circles: CircleLike,
+    scheme: SchemeName | None = None,
+    loop: bool = False,
+    advance: Advance = silent,
 ) -> TuneResult:
     """Refit what the controllers of a machine believe to recorded circles: friction, plant, delay; with lead.
 
     Parameters
     ----------
     machine
-        Machine file, or the name of a bundled one.
+        The machine, as in configs/. Its file, or the name of a bundled one.
     circles
-        Circle test files, run files of a simulated circle, or measured circles, with reference, position and voltage
-        of both axes; one fast and one slow.
+        Circle tests, or run files of `fric simulate circle`. One fast and one slow, with reference, position and
+        voltage of both axes; measured circles are taken, too.
     scheme
-        Of a run file with several, the scheme that is taken.
+        Of a run file, the scheme that is taken.
     loop
-        Design the gains of loops anew that do not hold the falling branch of the Stribeck curve.
+        Design gains anew where friction that falls with speed makes errors grow.
     advance
         Is told of each step.
 
@@ -149,7 +154,7 @@ def tune(
     FricError
         When a test lacks a channel, or there is no nominal GMS model.
     """
-    source = path_of("tune", "a machine file", machine)
+    source = Path(machine)
     subject = read_machine(source)
     if not (tests := circles_of("tune", circles, scheme)):
         raise refused("tune", CIRCLES, None)

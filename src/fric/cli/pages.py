@@ -1,12 +1,21 @@
-"""`fric help`: the pages of the documentation, in the terminal."""
+"""What is printed as it is: the pages of the documentation, and the JSON Schema of a document type."""
 
 import sys
 from typing import Annotated
 
 import typer
 
-from fric.cli.completion import topics
-from fric.cli.options import argument
+import fric
+from fric.cli.completion import topics, types
+from fric.cli.console import print_json
+from fric.cli.signature import argument
+
+
+def schema(
+    type_name: Annotated[str, argument("friction, mapping, plant, machine, …", metavar="TYPE", autocompletion=types)],
+) -> None:
+    """Print the JSON Schema of a document type."""
+    print_json(fric.document_schema(type_name))
 
 
 def manual(
