@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import pint
 
 Motion = Literal["linear", "rotary"]
+MOTIONS: tuple[Motion, ...] = ("linear", "rotary")
 
 SI_UNITS: dict[str, tuple[str, str]] = {
     # dimension: (linear, rotary)

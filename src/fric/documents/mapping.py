@@ -1,11 +1,13 @@
 """The mapping file, ``fric: mapping/1``: what the columns of a foreign log mean."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from fnmatch import fnmatch
 from functools import cache
-from typing import ClassVar, Literal, Self
+from pathlib import Path
+from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from fric.columns import (
@@ -96,10 +98,46 @@ class MappingDocument(Document):
     record: str = Field(default="{stem}", description="name of the record")
     file: str | None = Field(default=None, description='what the file name says, as "{axis}_{speed}mmps"')
     format: Layout = Layout()
-    columns: dict[str, Channel]
+    columns: dict[str, Channel] = Field(default_factory=dict)
+    files: str | list[str] | None = Field(default=None, description='of a part: names of its files, as "*.csv"')
+    parts: list["MappingDocument"] = Field(
+        default_factory=list, description="a mapping for each axis, or each kind of files, in place of columns"
+    )
+
+    @field_validator("parts", mode="before")
+    @classmethod
+    def _of_a_part(cls, given: Any) -> Any:
+        """Take a part for the mapping that it is."""
+        if not isinstance(given, list):
+            return given
+        return [{"fric": cls.type_name(), **one} if isinstance(one, Mapping) else one for one in given]
+
+    def part(self, path: Path, names: Collection[str], axis: str | None = None) -> "MappingDocument | None":
+        """Return the part for a file that has columns of these names; None where there is none.
+
+        Parameters
+        ----------
+        path
+            The file.
+        names
+            Names of its columns.
+        axis
+            The axis that is asked for; None for that of the first part that fits.
+        """
+        if not self.parts:
+            return self
+        for one in self.parts:
+            patterns = [one.files] if isinstance(one.files, str) else one.files or ["*"]
+            wanted = {c.column for c in one.columns.values() if isinstance(c.column, str)}
+            named = any(fnmatch(path.name, pattern) for pattern in patterns) and wanted <= set(names)
+            if named and axis in {None, one.axis}:
+                return one
+        return None
 
     @model_validator(mode="after")
     def _columns_fit(self) -> Self:
+        if bool(self.columns) == bool(self.parts):
+            raise ValueError("has neither columns nor parts, or both\nGive columns; or parts with columns each.")
         in_time = self.kind != "frequency-response" or "time" in self.columns
         known = CHANNELS if in_time else tuple(RESPONSE_DIMENSIONS)
         known = tuple(FORCE_VELOCITY_DIMENSIONS) if self.kind == FORCE_VELOCITY else known

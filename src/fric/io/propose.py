@@ -1,103 +1,247 @@
 """A mapping as fric would guess it, with comments, to be looked at and edited."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import NamedTuple
-
-import numpy as np
 
 from fric.columns import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, KINDS, channel_dimension
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError, printable
-from fric.io.likely import MOTIONS, axis_of, looking_like, measures, named_as
+from fric.io.likely import axis_of, looking_like, measures, named_as
 from fric.io.readers import tables
 from fric.io.readers.base import Column, Table, plain_name
+from fric.io.roles import SURE, Axis, Role, axes_of, tag
 from fric.io.words import OF_MEANS
 from fric.output import staged
-from fric.units import Motion, converts, si_unit
+from fric.units import MOTIONS, Motion, converts, si_unit
 
 LIKELY = ("time", "reference", "position", "velocity", "force", "input")
-"""Channels in the order in which columns are given to them."""
+"""Channels in the order in which columns are given to them by their names."""
+NEEDED = ("time", "position", "velocity", "force")
+"""Channels that are asked about where they are not sure; of the others what is not sure is left out."""
+MOST_FILES = 16
+"""Files of the same columns whose values are looked at."""
 
 
-def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
-    """Return the text of a mapping that files of one kind may have, with what is uncertain in comments.
+class Question(NamedTuple):
+    """What is open: the channel, what the likeliest answer is, and what else may be."""
+
+    channel: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What is guessed of one axis of files that have the same columns."""
+
+    files: tuple[Path, ...]  # The files
+    table: Table  # One of them, for its columns
+    axis: Axis
+    named: bool  # Whether the names tell the axis
+    kind: str = ""  # The kind of the record, where the columns tell it
+    joined: tuple[tuple[Table, Axis], ...] = ()  # Of files that hold a part of the channels each
+
+    @property
+    def questions(self) -> list[Question]:
+        """What is open of it."""
+        found = []
+        for channel, role in _wanted(self.axis).items():
+            name = "" if role.column is None else f" '{self.table.columns[role.column].name}'"
+            if role.likelihood < SURE:
+                beside = " or ".join(f"'{self.table.columns[n].name}'" for n in role.others)
+                found.append(Question(channel, f"is{name} the {channel}{', or ' + beside if beside else ''}?"))
+            if not _known_unit(role, self.axis.motion):
+                units = ", ".join(one for one in (role.unit, *role.units) if one)
+                what = f"what is{name or ' the sampling'} ({channel}) in"
+                found.append(Question(channel, f"{what}: {units}?" if units else f"{what}?"))
+        missing = [] if {"position", "velocity"} & self.axis.roles.keys() else ["position"]
+        missing += [] if "time" in self.axis.roles or self.kind else ["time"]
+        return [*(Question(one, f"which column is the {one}?") for one in missing), *found]
+
+
+def _known_unit(role: Role, motion: Motion) -> bool:
+    measured = channel_dimension("force" if role.channel in {"deviation", "error"} else role.channel)
+    known = role.unit_likelihood >= SURE and (role.column is None or converts(role.unit, measured, motion))
+    return known or role.channel == "n"
+
+
+def _wanted(axis: Axis) -> dict[str, Role]:
+    """Return the roles that are needed, and of the others those that are sure."""
+    needed = [one for one in NEEDED if one != "velocity" or "position" not in axis.roles]
+    return {
+        channel: role for channel, role in axis.roles.items()
+        if channel in needed or role.likelihood >= SURE or channel in {"deviation", "error", "n"}
+    }  # fmt: skip
+
+
+def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> list[Guess]:
+    """Return what is guessed of files, those of the same columns together, each of their axes apart.
 
     Parameters
     ----------
     paths
-        The files; the first tells the columns, and the others must have the same.
+        The files.
+    files
+        Keeps them open as long as their tables are asked.
     join
         The files hold the channels of one record: each tells those that it has.
 
     Raises
     ------
     FricError
-        When a file does not read, or the files differ in their columns.
+        When a file does not read.
+    """
+    opened = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
+    if join:
+        parts = tuple((table, _chosen(table)) for table in opened)
+        whole = Axis("", _motion([t.columns[r.column] for t, a in parts for r in a.roles.values() if r.column]), 1.0)
+        return [Guess(tuple(paths), opened[0], whole, False, joined=parts)]
+    groups: dict[tuple[str, ...], list[Table]] = {}
+    for table in opened:
+        groups.setdefault(tuple(column.name for column in table.columns), []).append(table)
+    return [guess for members in groups.values() for guess in _of_group(members)]
+
+
+def _of_group(members: Sequence[Table]) -> Iterator[Guess]:
+    """Yield the guess for each axis of tables that have the same columns."""
+    first, names = members[0], tuple(table.path for table in members)
+    by_name = _chosen(first)
+    if _holds_means(first, by_name):
+        yield _with_name(Guess(names, first, _chosen_means(first), False, FORCE_VELOCITY))
+        return
+    axes = axes_of(members[:: max(len(members) // MOST_FILES, 1)][:MOST_FILES])
+    if len(axes) <= 1:
+        axes = [_filled(axes[0], by_name) if axes else by_name]
+    for axis in axes:
+        yield _with_name(Guess(names, first, axis, False), alone=len(axes) == 1)
+
+
+def _filled(axis: Axis, by_name: Axis) -> Axis:
+    """Return what the values tell of an axis, and what they leave open of its names."""
+    taken = {role.column for role in axis.roles.values()}
+    for channel, role in by_name.roles.items():
+        if channel not in axis.roles and role.column not in taken and not (channel == "velocity" or role.others):
+            axis.roles[channel] = role
+    return axis
+
+
+def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
+    """Return a guess with the name of its axis: as columns or files tell it, x where nothing does."""
+    columns = [guess.table.columns[role.column] for role in guess.axis.roles.values() if role.column is not None]
+    name = axis_of(*(column.name.removesuffix(f"_{column.unit}") for column in columns))
+    if name is None and alone:
+        name = axis_of(*(path.name.split(".")[0] for path in guess.files))
+    elif name is None:
+        name = next(filter(None, map(tag, columns[1:])), None)
+    guess.axis.name = name or ("x" if alone else f"axis{guess.axis.name}")
+    return Guess(guess.files, guess.table, guess.axis, name is not None, guess.kind)
+
+
+def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
+    """Return the text of a mapping that files may have, with what is uncertain in comments.
+
+    Parameters
+    ----------
+    paths
+        The files.
+    join
+        The files hold the channels of one record: each tells those that it has.
+
+    Raises
+    ------
+    FricError
+        When a file does not read.
     """
     if not paths:
         raise FricError("there is no file to make a mapping for")
     with ExitStack() as files:  # a table is read as long as its file is open
-        found = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
-        return _text(paths, found, join)
+        return mapping_text(guesses(paths, files, join=join))
 
 
-def _text(paths: Sequence[Path], opened: Sequence[Table], join: bool) -> str:
-    """Return the text of a mapping of tables that are open."""
-    first, *others = opened
-    for other in others:
-        if not join and [c.name for c in other.columns] != [c.name for c in first.columns]:
-            raise FricError(
-                f"has the columns {other.listed(8)}, and {paths[0].name} has {first.listed(8)}", where=str(other.path),
-                hint="Propose a mapping for files of one kind at a time; or say --join, if they hold one record.",
-            )  # fmt: skip
-    found = {table.path: _chosen(table) for table in ([first, *others] if join else [first])}
-    means = not join and _holds_means(first, found[first.path])
-    if means:
-        found[first.path] = _chosen_means(first)
-    columns = [table.columns[n] for table in [first, *others] for n in found.get(table.path, _NONE).taken.values()]
-    motion = _motion(columns)
-    kind = f"kind: {FORCE_VELOCITY}" if means else f"# kind: {KINDS[0]}"
-    axis = _axis(columns, paths)
+def mapping_text(found: Sequence[Guess], *, assume: bool = False) -> str:
+    """Return the text of the mapping of guesses: of several axes, or several kinds of files, in parts.
+
+    Parameters
+    ----------
+    found
+        The guesses.
+    assume
+        Take the likeliest of what is not sure.
+    """
+    names = list(dict.fromkeys(path.name for guess in found for path in guess.files))
+    listed, join = " ".join(names[:3]) + " …" * (len(names) > 3), bool(found[0].joined)
     lines = [
         f"fric: {MappingDocument.type_name()}",
-        f"# Guessed from {', '.join(path.name for path in found)}. Look at every line; lines that say ? are for you to "
-        "fill in. Then",
-        f"#   fric ingest {' '.join(path.name for path in found)}{' …' * (len(paths) > len(found))} "
-        f"{'--join ' * join}--map THIS.yaml -o LOG.h5",
-        f"axis: {axis or 'x'}" + f"                     # {'by the names' if axis else 'guessed'}",
-        f"motion: {motion}                # or {'linear' if motion == 'rotary' else 'rotary'}",
+        f"# Guessed from {listed.replace(' ', ', ')}. Look at every line; lines that say ? are for you to fill in. "
+        "Then",
+        f"#   fric ingest {listed} {'--join ' * join}--map THIS.yaml -o LOG.h5",
+    ]
+    if len(found) == 1:
+        lines += _part(found[0], assume)
+    else:
+        lines.append("parts:")
+        groups = len({guess.files for guess in found})
+        for guess in found:
+            own = _part(guess, assume)
+            if groups > 1:
+                own = [f"files: {json.dumps(_pattern(guess, found), ensure_ascii=False)}", *own]
+            lines += [f"{'  - ' if n == 0 else '    '}{line}" for n, line in enumerate(own)]
+    return "\n".join(printable(line, 10_000) for line in lines) + "\n"
+
+
+def _pattern(guess: Guess, found: Sequence[Guess]) -> str | list[str]:
+    """Return a pattern of the names of files that fits these and none of the others; else their names."""
+    own, others = (
+        {p.name for p in guess.files},
+        {p.name for g in found for p in g.files} - {p.name for p in guess.files},
+    )
+    for pattern in (f"*{guess.files[0].suffix}", f"{_common(sorted(own))}*") if len(own) > 1 else ():
+        if all(fnmatch(name, pattern) for name in own) and not any(fnmatch(name, pattern) for name in others):
+            return pattern
+    return sorted(own) if len(own) > 1 else own.pop()
+
+
+def _common(names: Sequence[str]) -> str:
+    first, last = names[0], names[-1]
+    return first[: next((n for n, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), len(first))]
+
+
+def _part(guess: Guess, assume: bool) -> list[str]:
+    """Return the lines of the mapping of one guess."""
+    axis, other = guess.axis, "linear" if guess.axis.motion == "rotary" else "rotary"
+    kind = f"kind: {guess.kind}" if guess.kind else f"# kind: {KINDS[0]}"
+    lines = [
+        f"axis: {axis.name or 'x'}                     # {'by the names' if guess.named else 'guessed'}",
+        f"motion: {axis.motion}                # or {other}",
         f"{kind}      # the experiment, where all files are of one; there are {', '.join(KINDS)}",
         "columns:",
     ]
     written: set[str] = set()
-    for channel in FORCE_VELOCITY_DIMENSIONS if means else CHANNELS:
-        for table in [first, *others]:
-            if channel in written or channel not in found.get(table.path, _NONE).taken:
+    parts = guess.joined or ((guess.table, axis),)
+    for channel in FORCE_VELOCITY_DIMENSIONS if guess.kind else CHANNELS:
+        for table, own in parts:
+            if channel in written or channel not in (kept := _wanted(own)):
                 continue
             written.add(channel)
-            own = found[table.path]
-            file = table.path.name if join and channel != "time" else ""
-            lines += _line(table, channel, own, motion, file)
-    if "time" not in written and not means:
+            file = table.path.name if guess.joined and channel != "time" else ""
+            lines.append(_line(table, kept[channel], axis.motion, file, assume=assume))
+    if "time" not in written and not guess.kind:
         lines.append('  time: {rate: "? Hz"}      # no column looks like it: say the sampling rate, or the period')
     for channel in ("position", "force"):
         if channel not in written and not (channel == "position" and "velocity" in written):
-            lines.append(f"  # {channel}: {{column: ?, unit: {si_unit(channel_dimension(channel), motion)}}}")
-    if left := [
-        column.name
-        for table in ([first, *others] if join else [first])
-        for n, column in enumerate(table.columns)
-        if n not in found[table.path].taken.values()
-    ]:
+            lines.append(f"  # {channel}: {{column: ?, unit: {si_unit(channel_dimension(channel), axis.motion)}}}")
+    taken = {(table.path, role.column) for table, own in parts for role in _wanted(own).values()}
+    left = [column.name for table, _ in parts for n, column in enumerate(table.columns) if (table.path, n) not in taken]
+    if left:
         lines.append(f"# not read: {', '.join(left)}")
-    if first.constants:
-        lines.append(
-            f"# the file says, for use as {{fields}}: {', '.join(f'{k} = {v}' for k, v in first.constants.items())}"
-        )
-    return "\n".join(printable(line, 10_000) for line in lines) + "\n"
+    if guess.table.constants:
+        said = ", ".join(f"{k} = {v}" for k, v in guess.table.constants.items())
+        lines.append(f"# the file says, for use as {{fields}}: {said}")
+    return lines
 
 
 def propose(paths: Sequence[Path], output: Path, *, force: bool = False, join: bool = False) -> str:
@@ -109,82 +253,66 @@ def propose(paths: Sequence[Path], output: Path, *, force: bool = False, join: b
 
 
 def sure_proposal(path: Path) -> str | None:
-    """Return the text of the mapping that a file must have; None where anything in it would be a guess.
-
-    It is sure of a table of time and position or velocity where one column alone looks like each channel, has a unit of
-    it, and no column looks like a force without one.
-    """
-    with closing(tables(path, None)) as opened:
-        table = next(opened)
-        guess = _chosen(table)
-        if "time" not in guess.taken or not {"position", "velocity"} & guess.taken.keys() or _holds_means(table, guess):
+    """Return the text of the mapping that a file must have; None where anything in it would be a guess."""
+    with ExitStack() as files:
+        found = guesses([path], files)
+        if any(guess.questions or guess.kind or "time" not in guess.axis.roles for guess in found):
             return None
-        for channel, n in guess.taken.items():
-            if guess.others[channel] or not measures(table.columns[n], channel):
-                return None
-        return _text([path], [table], join=False)
+        if any(_unread_force(guess) for guess in found):
+            return None
+        return mapping_text(found)
 
 
-def _axis(columns: Sequence[Column], paths: Sequence[Path]) -> str | None:
-    """Return the axis that the names of columns tell, or else those of the files."""
-    return axis_of(*(column.name for column in columns)) or axis_of(*(path.name.split(".")[0] for path in paths))
+def _unread_force(guess: Guess) -> bool:
+    """Say whether a column is named a force, and none was found."""
+    taken = [role.column for role in guess.axis.roles.values() if role.column is not None]
+    return "force" not in guess.axis.roles and any(
+        named_as(column) == "force" for n, column in enumerate(guess.table.columns) if n not in taken
+    )
 
 
-class _Guess(NamedTuple):
-    """A column for each channel that one looks like, and what else does."""
-
-    taken: dict[str, int]
-    others: dict[str, list[int]]
-
-
-_NONE = _Guess({}, {})
-
-
-def _holds_means(table: Table, guess: _Guess) -> bool:
+def _holds_means(table: Table, guess: Axis) -> bool:
     """Say whether a table looks like mean forces at velocities: both, no time, and a deviation, an error or n."""
     names = {OF_MEANS.get(plain_name(column.name), plain_name(column.name)) for column in table.columns}
-    timed = guess.taken.get("time")
-    named = timed is not None and named_as(table.columns[timed]) == "time"
-    return not named and {"velocity", "force"} <= guess.taken.keys() and bool({"n", "deviation", "error"} & names)
+    timed = guess.roles.get("time")
+    named = timed is not None and timed.column is not None and named_as(table.columns[timed.column]) == "time"
+    return not named and {"velocity", "force"} <= guess.roles.keys() and bool({"n", "deviation", "error"} & names)
 
 
-def _chosen_means(table: Table) -> _Guess:
-    taken: dict[str, int] = {}
+def _chosen_means(table: Table) -> Axis:
     names = [OF_MEANS.get(plain_name(column.name), plain_name(column.name)) for column in table.columns]
-    for column in ("deviation", "error", "n"):
-        if column in names:
-            taken[column] = names.index(column)
-    others: dict[str, list[int]] = {}
+    columns: dict[str, list[int]] = {
+        channel: [names.index(channel)] for channel in ("deviation", "error", "n") if channel in names
+    }
+    taken = [n for found in columns.values() for n in found]
     for channel in ("velocity", "force"):
-        found = [names.index(channel)] if channel in names else looking_like(table, channel, tuple(taken.values()))
+        found = [names.index(channel)] if channel in names else looking_like(table, channel, taken)
         if found:
-            taken[channel], others[channel] = found[0], found[1:]
-    return _Guess(taken, others)
+            columns[channel] = found
+    return _by_names(table, columns)
 
 
-def _chosen(table: Table) -> _Guess:
-    """Return a column for each channel that one looks like, and what else does."""
-    chosen: dict[str, int] = {}
-    others: dict[str, list[int]] = {}
+def _chosen(table: Table) -> Axis:
+    """Return a column for each channel that looks like it by its name or unit, and what else does."""
+    chosen: dict[str, list[int]] = {}
     for channel in LIKELY:
-        found = looking_like(table, channel, tuple(chosen.values()))
-        if channel == "time" and not found:
-            found = _rising(table)
-        if found:
-            chosen[channel], others[channel] = found[0], found[1:]
-    return _Guess(chosen, others)
+        if found := looking_like(table, channel, tuple(one[0] for one in chosen.values())):
+            chosen[channel] = found
+    return _by_names(table, chosen)
 
 
-def _rising(table: Table) -> list[int]:
-    """Return the first column whose values rise evenly from row to row."""
-    for n in range(min(len(table.columns), 3)):
-        block = next(iter(table.blocks([n])), None)
-        if block is None:
-            continue
-        steps = np.diff(block.columns[0][:1000])
-        if len(steps) > 8 and (steps > 0).all() and np.ptp(steps) < 0.01 * np.median(steps):
-            return [n]
-    return []
+def _by_names(table: Table, columns: dict[str, list[int]]) -> Axis:
+    motion = _motion([table.columns[one[0]] for one in columns.values()])
+    roles = {}
+    for channel, (n, *others) in columns.items():
+        column, measured = table.columns[n], "force" if channel in {"deviation", "error"} else channel
+        fits = channel == "n" or converts(column.unit, channel_dimension(measured), motion)
+        why = "by its name" if named_as(column) == measured else "by its unit"
+        sure = 0.5 if others or not (fits or measures(column, measured)) else 0.97
+        roles[channel] = Role(
+            channel, n, (column.unit or "") if fits else "", sure, float(fits), why, others=tuple(others)
+        )
+    return Axis("", motion, 1.0, roles)
 
 
 def _motion(columns: Sequence[Column]) -> Motion:
@@ -203,26 +331,39 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def _line(table: Table, channel: str, guess: _Guess, motion: Motion, file: str) -> list[str]:
-    n, others = guess.taken[channel], guess.others.get(channel, [])
-    column = table.columns[n]
+def _line(table: Table, role: Role, motion: Motion, file: str, *, assume: bool) -> str:
+    """Return the line of a channel, with what speaks for it, and what else may be."""
+    if role.column is None:
+        known = role.unit and (assume or role.unit_likelihood >= SURE)
+        period = role.unit if known else "? ms"
+        why = "by position against velocity" if role.unit else "no column looks like it: say the rate, or the period"
+        return f"  time: {{period: {_quoted(period)}}}      # {why}"
+    column = table.columns[role.column]
     same = [k for k, other in enumerate(table.columns) if other.name == column.name]
-    named = str(n) if len(same) > 1 or not column.name.isprintable() or not column.name else _quoted(column.name)
+    named = (
+        str(role.column) if len(same) > 1 or not column.name.isprintable() or not column.name else _quoted(column.name)
+    )
     said = f", file: {_quoted(file)}" if file else ""
-    if channel == "n":
-        return [f"  n: {{column: {named}}}      # samples of each mean"]
-    measured = "force" if channel in {"deviation", "error"} else channel
+    if role.channel == "n":
+        return f"  n: {{column: {named}}}      # samples of each mean"
+    measured = "force" if role.channel in {"deviation", "error"} else role.channel
     si = si_unit(channel_dimension(measured), motion)
-    if converts(column.unit, channel_dimension(measured), motion):
-        unit, why = (
-            f"unit: {_quoted(column.unit or '')}",
-            "by its name" if named_as(column) == measured else "by its unit",
-        )
-    elif column.unit:
-        unit, why = f'scale: "? {si}"', f'logged in {column.unit}: say what one of these is, as in scale: "0.1 {si}"'
+    why = role.why
+    if _known_unit(role, motion) or (assume and role.unit):
+        unit = f"unit: {_quoted(role.unit)}"
+        why += "" if role.unit_likelihood >= SURE else f"; in {role.unit} by likelihood ({role.unit_likelihood:.0%})"
+    elif column.unit and not converts(column.unit, channel_dimension(measured), motion):
+        unit = f'scale: "? {si}"'
+        why += f'; logged in {column.unit}: say what one of these is, as in scale: "0.1 {si}"'
     else:
-        unit, why = 'unit: "?"', f"the file gives no unit: as {si}"
-    beside = [f"'{table.columns[k].name}'" for k in others]
-    text = why + (f"; or {', '.join(beside)}" if beside else "")
-    text += "; add sign: -1 where it counts the other way" if channel == "force" else ""
-    return [f"  {channel}: {{column: {named}, {unit}{said}}}      # {text}"]
+        likely = ", ".join(one for one in (role.unit, *role.units) if one)
+        unit = 'unit: "?"'
+        why += f"; the file gives no unit: {likely or 'as ' + si}"
+    why += f" ({role.likelihood:.0%})" if role.likelihood < SURE else ""
+    why += "".join(f"; or '{table.columns[k].name}'" for k in role.others)
+    sign = ""
+    if role.sign < 0:
+        sign, why = ", sign: -1", why + "; turned, for it counts the other way"
+    elif measured == "force":
+        why += "; add sign: -1 where it counts the other way"
+    return f"  {role.channel}: {{column: {named}, {unit}{sign}{said}}}      # {why}"

@@ -15,6 +15,17 @@ VELOCITY = ("velocity", "speed", "vel", "velo", "spd", "geschwindigkeit", "drehz
             "velocidad")  # fmt: skip
 FORCE = ("force", "torque", "trq", "frc", "friction", "kraft", "moment", "drehmoment", "reibung", "forza", "coppia",
          "attrito", "fuerza")  # fmt: skip
+CURRENT = ("current", "curr", "iq", "i q", "amp", "amps", "ampere", "strom", "corrente", "courant", "corriente",
+           "intensidad")  # fmt: skip
+LOAD = ("load", "last", "auslastung", "carico", "charge", "carga")
+ACCELERATION = ("acceleration", "accel", "acc", "beschleunigung", "accelerazione", "accélération", "aceleración",
+                "aceleracion", "jerk", "ruck")  # fmt: skip
+BESIDE_MOTION = ("temperature", "temp", "temperatur", "temperatura", "température", "bus", "dc", "supply",
+                 "zwischenkreis", "power", "leistung", "pressure", "druck", "status", "state", "zustand", "mode",
+                 "modus", "flag", "id", "i d", "stato", "estado", "état", "vibration", "batt", "battery")  # fmt: skip
+"""What drives log beside a motion."""
+MEASURED = ("actual", "act", "ist", "istwert", "measured", "meas", "feedback", "fb", "fbk", "encoder", "enc", "real",
+            "effettiva", "réelle", "reelle", "mesurée", "medida", "misurata", "true")  # fmt: skip
 INPUT = ("input", "voltage", "volt", "spannung", "control signal", "tensione")
 
 ASKED = (*REFERENCE, "nominal")

@@ -1,0 +1,247 @@
+"""What the name and the unit of a column say of it, and the units in which position, velocity and clock fit."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from itertools import product
+from math import exp, log
+from typing import NamedTuple
+
+import numpy as np
+
+from fric.arrays import Real
+from fric.io import words
+from fric.io.readers.base import Column, named, plain_name
+from fric.units import MOTIONS, Motion, converts, factor, is_unit
+
+QUANTITIES = {
+    "time": words.TIME,
+    "error": words.ERROR,
+    "acceleration": words.ACCELERATION,
+    "other": words.BESIDE_MOTION,
+    "current": words.CURRENT,
+    "velocity": words.VELOCITY,
+    "force": (*words.FORCE, "par", "couple", "effort"),
+    "position": (*words.POSITION, "posici"),
+    "input": words.INPUT,
+    "load": words.LOAD,
+}
+"""Words of each quantity, in the order in which they are asked."""
+OF_UNITS = {"time": "time", "position": "position", "velocity": "velocity", "force": "force", "input": "input",
+            "acceleration": "acceleration"}  # fmt: skip
+"""Dimensions that a unit can tell, and the quantity that it is of."""
+DRIVE_UNITS = ("A", "mA", "%")
+"""Units of a force that a drive logs in its own."""
+ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
+          "drehzahl", "rpm", "angular", "rotation", "giunto", "articulation")  # fmt: skip
+"""Words that tell that an axis turns."""
+SUFFIX = {"rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "deg_s": "deg/s", "degps": "deg/s", "mm_s": "mm/s",
+          "mmps": "mm/s", "m_s": "m/s", "mps": "m/s", "mm_min": "mm/min", "rpm": "rpm", "nm": "N*m", "deg": "deg",
+          "rad": "rad", "mm": "mm", "um": "um", "a": "A", "ma": "mA", "pct": "%", "percent": "%", "ms": "ms",
+          "us": "us", "sec": "s", "ns": "ns", "mnm": "mN*m"}  # fmt: skip
+"""Units as they stand behind a name, in small letters."""
+
+
+class Spoken(NamedTuple):
+    """What a name and a unit say of a column."""
+
+    quantity: str | None
+    unit: str | None = None
+    commanded: bool = False
+    measured: bool = False
+    rotary: bool = False
+
+
+def spoken(column: Column) -> Spoken:
+    """Return what the name and the unit of a column say."""
+    name = _words(column.name.removesuffix(f"_{column.unit}"))
+    unit = _unit_of(column)
+    by_unit = _quantity_of(unit) if unit else None
+    by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
+    commanded, measured = _has(name, words.REFERENCE), _has(name, words.MEASURED)
+    by_name = words.LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
+    if by_name in {"current", "load"}:
+        by_name = "force"
+    if name in {"index", "row", "sample", "no", "nr", "count", "idx", "counter"}:
+        by_name = "row"
+    quantity = by_name if by_unit is None or by_name in {"error", "other"} else by_unit
+    if by_name == "time" and by_unit in {None, "time"}:
+        quantity = "time"
+    if unit and quantity != by_unit and by_name not in {"error", "other", "row"}:
+        unit = None
+    return Spoken(quantity, unit, commanded, measured, _has(name, ROTARY) and not _has(name, ("linear",)))
+
+
+def _words(name: str) -> str:
+    parted = re.sub(r"(?<=[a-zà-ÿ])(?=[A-Z])|(?<=[A-Za-z])(?=\d)", " ", name)
+    return re.sub(r"[_\W]+", " ", plain_name(parted)).strip()
+
+
+@cache
+def _pattern(known: tuple[str, ...]) -> re.Pattern[str]:
+    """Return the pattern of words: short ones stand alone, long ones begin or end a compound (Istlage, Sollwert)."""
+    return re.compile("|".join(rf"\b{w}\b" if len(w) < 4 else rf"\b{w}|{w}\b" for w in known if w))
+
+
+def _has(name: str, known: tuple[str, ...]) -> bool:
+    return bool(_pattern(known).search(name))
+
+
+def _unit_of(column: Column) -> str | None:
+    """Return the unit of a column that means something: that of the header, or what its name ends in."""
+    unit = (column.unit or "").strip()
+    if unit.endswith("%") or unit in {"A", "mA", "%"}:
+        return "%" if unit.endswith("%") else unit
+    if unit and unit not in {"1", "-"} and is_unit(unit):
+        return unit
+    tail = re.split(r"[\s,;:/(]+|_(?=[a-zA-Z%µ/]+$)|_(?=[a-z]+_[a-z]+$)", named(column.name).name.strip())[-1]
+    low = tail.casefold()
+    if tail != column.name and low in SUFFIX and (len(low) > 1 or tail == "A"):
+        return SUFFIX[low]
+    two = "_".join(column.name.casefold().split("_")[-2:])
+    return SUFFIX.get(two) if two != column.name.casefold() else None
+
+
+@cache
+def _quantity_of(unit: str) -> str | None:
+    """Return the quantity that a unit is of; ``other`` of one that is of no channel."""
+    if unit in DRIVE_UNITS:
+        return "force"
+    for dimension, quantity in OF_UNITS.items():
+        if any(converts(unit, dimension, motion) for motion in MOTIONS):
+            return quantity
+    return "other"
+
+
+# --- units that fit together ------------------------------------------------------------------------------------------
+
+USUAL: dict[Motion, tuple[dict[str, float], dict[str, float], float, float]] = {
+    "linear": (
+        {"mm": 0.5, "m": 0.3, "um": 0.15, "nm": 0.02, "in": 0.003},
+        {"mm/s": 0.4, "m/s": 0.3, "mm/min": 0.12, "m/min": 0.08, "um/s": 0.08, "in/s": 0.003},
+        0.1, 0.05,
+    ),
+    "rotary": (
+        {"rad": 0.4, "deg": 0.4, "rev": 0.15, "mrad": 0.03, "mdeg": 0.02},
+        {"rad/s": 0.4, "deg/s": 0.3, "rpm": 0.25, "rev/s": 0.05},
+        5.0, 5.0,
+    ),
+}  # fmt: skip
+"""Units of position and velocity with how usual they are; a usual travel and a usual speed, in SI."""
+TOLERANCE = 0.02
+"""Deviation of a factor from that of its units, from counts and noise."""
+SIZE = log(12.0)
+"""Spread of usual travels and speeds."""
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Units that a clock, a position and a velocity may have together, and how likely they are."""
+
+    motion: Motion
+    time: str
+    position: str
+    velocity: str
+    weight: float
+
+
+def time_units(step: float, rows: int) -> dict[str, float]:
+    """Return the units that a clock may have by its steps: samplings from 20 µs to 0.2 s are usual."""
+    found = {}
+    for unit, size in TIME_UNITS.items():
+        dt = step * size
+        outside = max(log(2e-5 / dt), log(dt / 0.2), 0.0) if dt > 0 else 99.0
+        long = max(log(max(dt * rows, 1e-12) / 2e4), log(0.3 / max(dt * rows, 1e-12)), 0.0)
+        weight = exp(-1.5 * outside - 1.0 * long) * {"s": 0.5, "ms": 0.35, "us": 0.12, "ns": 0.03}[unit]
+        if unit == "s" and step == 1.0:
+            weight *= 0.3  # a count of rows, or milliseconds
+        found[unit] = weight
+    return found
+
+
+@cache
+def _candidates(unit: str | None, quantity: str) -> tuple[tuple[Motion, str, float, float], ...]:
+    """Return motion, unit, its factor to SI and how usual it is: of what the header says that alone."""
+    found = []
+    for motion, (positions, velocities, *_) in USUAL.items():
+        usual = positions if quantity == "position" else velocities
+        if unit:
+            if converts(unit, quantity, motion):
+                found.append((motion, unit, factor(unit, quantity, motion), 1.0))
+        else:
+            found += [(motion, one, factor(one, quantity, motion), weight) for one, weight in usual.items()]
+    return tuple(found)
+
+
+def readings(
+    first: Spoken,
+    second: Spoken,
+    time: str,
+    ratio: float | None,
+    sizes: tuple[float | None, float | None] = (None, None),
+    with_position: bool = True,
+    with_velocity: bool = True,
+) -> list[Reading]:
+    """Return the units that position, velocity and clock may have.
+
+    Parameters
+    ----------
+    first, second
+        What is said of the position and of the velocity.
+    time
+        Unit of the clock; empty where it is not known, and then any of `TIME_UNITS`.
+    ratio
+        Velocity per slope of the position, as logged; None where there is no such pair.
+    sizes
+        Travel and speed, as logged.
+    with_position, with_velocity
+        Whether there are these channels.
+    """
+    nothing: tuple[tuple[Motion, str, float, float], ...] = (("linear", "", 1.0, 1.0), ("rotary", "", 1.0, 1.0))
+    positions = _candidates(first.unit, "position") if with_position else nothing
+    velocities = _candidates(second.unit, "velocity") if with_velocity else nothing
+    clocks = {time: factor(time, "time")} if time else TIME_UNITS
+    found = []
+    for p, v, (unit, second_of) in product(positions, velocities, clocks.items()):
+        if p[0] != v[0]:
+            continue
+        weight = p[3] * v[3] * _size(p[0], p[2], sizes[0], 2) * _size(v[0], v[2], sizes[1], 3)
+        weight *= (
+            12.0 if (first.rotary or second.rotary) == (p[0] == "rotary") and first.rotary | second.rotary else 1.0
+        )
+        if ratio is not None:
+            off = log(abs(ratio) / (p[2] / (second_of * v[2]))) / TOLERANCE
+            if abs(off) > 3.0 and not (first.unit and second.unit and time):
+                continue
+            weight *= exp(-0.5 * max(min(abs(off), 3.0) - 0.5, 0.0) ** 2)
+            weight *= 3.0 if _family(p[1]) == _family(v[1]) else 1.0
+        found.append(Reading(p[0], unit, p[1], v[1], weight))
+    return found
+
+
+def _family(unit: str) -> str:
+    return {"rpm": "rev"}.get(unit, unit.split("/")[0])
+
+
+def _size(motion: Motion, si: float, logged: float | None, column: int) -> float:
+    """Return how usual a travel or a speed of this size is."""
+    if not logged:
+        return 1.0
+    usual = (0.1, 0.05) if motion == "linear" else (5.0, 5.0)
+    return exp(-0.5 * (log(logged * si / usual[column - 2]) / SIZE) ** 2)
+
+
+def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[str, float, tuple[str, ...]]:
+    """Return the unit of a force or an input, how sure it is, and what else it may be."""
+    if says.unit:
+        return says.unit, 1.0, ()
+    if channel == "input":
+        return "V", 0.9, ()
+    size = float(np.quantile(np.abs(values), 0.98)) if len(values) else 0.0
+    newtons = "N*m" if motion == "rotary" else "N"
+    if says.quantity == "force" and says.measured:
+        return newtons, 0.5, ("A", "%")
+    return ("A", 0.5, (newtons, "%")) if size < 50 else ("%", 0.4, (newtons, "A"))

@@ -1,0 +1,582 @@
+"""Which column of a foreign log is which channel, and in which unit: by physics first, by names second.
+
+A velocity is the derivative of a position at a factor that only certain units give; a force goes with the sign of the
+velocity and with the acceleration; what is exact is a command. Each choice has a likelihood: what is under `SURE` is
+for the user to say.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import log
+
+import numpy as np
+
+from fric.arrays import Mask, Real
+from fric.io.likely import axis_of
+from fric.io.quantities import TOLERANCE, Reading, Spoken, readings, spoken, time_units, usual_units
+from fric.io.readers.base import Column, Table
+from fric.units import Motion
+from fric.units import factor as si_factor
+
+SURE = 0.95
+"""Likelihood from which on a choice is taken without a question."""
+MOST_VALUES = 8_000_000
+"""Numbers of all tables together that are looked at."""
+ROWS = 12_000
+"""Increments that a pair of columns is judged by."""
+WINDOWS = (2, 8, 32, 128, 512)
+"""Rows over which increments are taken: short ones tell lags, long ones see through quantisation and noise."""
+PAIR, NAMED_PAIR = 0.985, 0.8
+"""Share of the variance that makes a column the derivative of another; where names or units say so, too."""
+SAME = 0.97
+"""Correlation of increments from which on two positions are of one axis."""
+EXACT = 0.99999
+"""Share of the variance from which on a derivative is a command's."""
+BRAKED = 0.1
+"""Share that the sign of the velocity explains of a force at least; an acceleration has less."""
+UNUSUAL = 0.01
+"""Weight of units that are none of the usual, beside that of usual ones."""
+MODES = 4
+"""Values that a mode has at most."""
+
+
+@dataclass(frozen=True)
+class Role:
+    """A column that is taken for a channel."""
+
+    channel: str
+    column: int | None  # None for a time that was not logged
+    unit: str  # What it is in; of a time that was not logged, its period; empty where nothing tells
+    likelihood: float  # That the column is the channel
+    unit_likelihood: float  # That the unit is the unit
+    why: str
+    sign: int = 1  # -1 where it counts against the position, or the force against the friction
+    others: tuple[int, ...] = ()  # Columns that it may be instead
+    units: tuple[str, ...] = ()  # Units that it may have instead
+
+
+@dataclass
+class Axis:
+    """The channels of one axis of a table."""
+
+    name: str
+    motion: Motion
+    motion_likelihood: float
+    roles: dict[str, Role] = field(default_factory=dict)
+
+    @property
+    def open(self) -> list[Role]:
+        """Roles of which the column or the unit is not sure."""
+        return [role for role in self.roles.values() if min(role.likelihood, role.unit_likelihood) < SURE]
+
+
+class Samples:
+    """The numbers of tables that have the same columns, one under the other, with what names and units say of them."""
+
+    def __init__(self, tables: Sequence[Table]) -> None:
+        self.columns = tables[0].columns
+        most = max(MOST_VALUES // max(len(self.columns), 1) // len(tables), 64)
+        pieces = [_head(table, most) for table in tables]
+        self.x = np.concatenate(pieces) if pieces else np.empty((0, len(self.columns)))
+        self.starts = np.cumsum([0, *map(len, pieces)])[:-1]
+        self.said = [spoken(column) for column in self.columns]
+        good = np.isfinite(self.x)
+        self.numeric = good.mean(axis=0) > 0.9 if len(self.x) else np.zeros(len(self.columns), bool)
+        for n in np.flatnonzero(self.numeric & ~good.all(axis=0)):
+            rows = np.flatnonzero(good[:, n])
+            self.x[:, n] = self.x[rows[np.maximum(np.searchsorted(rows, np.arange(len(self.x)), "right") - 1, 0)], n]
+        self.x[:, ~self.numeric] = 0.0
+        self.moving = self.numeric & (np.ptp(self.x, axis=0) > 0 if len(self.x) else False)
+        self.levels = np.array([len(np.unique(self.x[:2000:3, n])) for n in range(len(self.columns))])
+
+    def rows(self, window: int) -> np.ndarray:
+        """Return rows from which so many more follow in the same table, `ROWS` at most."""
+        n = len(self.x)
+        inside = np.ones(max(n - window, 0), bool)
+        for start in self.starts[1:]:
+            inside[max(start - window, 0) : start] = False
+        rows = np.flatnonzero(inside)
+        return rows[:: max(len(rows) // ROWS, 1)]
+
+
+def _head(table: Table, most: int) -> Real:
+    """Return the first rows of a table, shape (rows, columns)."""
+    parts, rows = [], 0
+    for block in table.read(range(len(table.columns))):
+        parts.append(np.column_stack([np.asarray(values, "f8") for values in block.columns]))
+        rows += len(parts[-1])
+        if rows >= most:
+            break
+    return np.concatenate(parts)[:most] if parts else np.empty((0, len(table.columns)))
+
+
+def axes_of(tables: Sequence[Table]) -> list[Axis]:
+    """Return the axes of tables that have the same columns, the surest first."""
+    data = Samples(tables)
+    clock = _clock(data)
+    t = data.x[:, clock.column] if clock.column is not None else np.arange(len(data.x), dtype=float)
+    pairs = Pairs(data, t, clock)
+    movements = [_movement(data, t, pairs, members) for members in _clusters(data, pairs)]
+    movements = movements or _by_velocity(data)
+    if not movements:
+        return [Axis("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
+    used = {n for one in movements for n in one.columns} | {clock.column}
+    drives = _drives(data, t, pairs, movements, used)
+    found = []
+    for n, (one, pushed) in enumerate(zip(movements, drives, strict=True), 1):
+        if axis := _in_units(data, t, one, one.roles | pushed, clock):
+            axis.name = str(n)
+            found.append(axis)
+    return found
+
+
+# --- time ---------------------------------------------------------------------------------------------------------
+
+
+def _clock(data: Samples) -> Role:
+    """Return the column that is the time: one that rises; by its name, its unit, and how even its steps are."""
+    best: tuple[float, int] = (0.0, -1)
+    for n in map(int, np.flatnonzero(data.moving)):
+        steps = np.diff(data.x[:, n])
+        steps = np.delete(steps, data.starts[1:] - 1)[1:]  # the first row may be another run's last
+        says = data.said[n]
+        if len(steps) < 3 or (steps < 0).mean() > 0.001 or not np.median(steps) > 0:
+            continue
+        even = 1.0 - min(float(np.subtract(*np.quantile(steps, [0.9, 0.1])) / np.median(steps)), 1.0)
+        score = 3.0 * (says.quantity == "time") + 0.5 * (says.quantity == "row") + even + 0.2 / (1 + n)
+        score -= 2.0 * (says.quantity not in {None, "time", "row"})
+        best = max(best, (score, -n))
+    if best[0] < 0.9:
+        return Role("time", None, "", 1.0, 0.0, "no column rises evenly")
+    n = -best[1]
+    says = data.said[n]
+    sure = 0.99 if says.quantity == "time" else 0.97 if best[0] > 1.05 else 0.9
+    return Role("time", n, says.unit or "", sure, 1.0 if says.unit else 0.0, "it rises evenly")
+
+
+# --- pairs of positions and velocities --------------------------------------------------------------------------------
+
+
+class Pairs:
+    """How well each column (second) is the derivative of each (first), and at which factor.
+
+    Over a window the position grows by the integral of the velocity: no slope is taken, and neither noise nor counts
+    matter. ``share`` is that of the variance of the increments, ``factor`` the velocity per slope.
+    """
+
+    def __init__(self, data: Samples, t: Real, clock: Role) -> None:
+        x, m = data.x, len(data.columns)
+        steps = np.diff(t, prepend=t[:1])
+        sums = np.cumsum(0.5 * (x + np.roll(x, 1, axis=0)) * steps[:, None], axis=0)
+        self.share, self.factor, self.alike = np.full((m, m), -np.inf), np.ones((m, m)), np.zeros((m, m))
+        self.slope = np.ones((m, m))
+        for window in WINDOWS:
+            rows = data.rows(window)
+            if len(rows) < 8:
+                break
+            d, s = x[rows + window] - x[rows], sums[rows + window] - sums[rows]
+            with np.errstate(all="ignore"):
+                cross, dd, ss = d.T @ s, (d * d).sum(0), (s * s).sum(0)
+                spread = np.maximum(dd - len(d) * d.mean(0) ** 2, 1e-12 * dd)
+                share = 1.0 - (dd[:, None] - cross**2 / ss) / spread[:, None]
+                better = np.nan_to_num(share, nan=-np.inf) > self.share
+                self.share[better] = share[better]
+                self.factor[better] = (ss / cross)[better]
+                both = d.T @ d
+                alike = both / np.sqrt(np.outer(dd, dd))
+                closer = np.nan_to_num(alike) > self.alike
+                self.alike[closer] = alike[closer]
+                self.slope[closer] = (both / dd[:, None])[closer]  # of the second per the first
+        np.fill_diagonal(self.share, -np.inf)
+        out = ~data.moving
+        if clock.column is not None:
+            out[clock.column] = True
+        self.share[out], self.share[:, out] = -np.inf, -np.inf
+        self.alike[out], self.alike[:, out] = 0.0, 0.0
+        self.edge = self._edges(data, clock)
+
+    def _edges(self, data: Samples, clock: Role) -> Mask:
+        """Return which pairs are a position and its velocity."""
+        m = len(data.columns)
+        edge = np.zeros((m, m), bool)
+        for p, v in zip(*np.nonzero(self.share > NAMED_PAIR), strict=True):
+            first, second = data.said[p], data.said[v]
+            if _apart(data.columns[p], data.columns[v]) or "error" in {first.quantity, second.quantity}:
+                continue
+            wrong = first.quantity in _NO_POSITION or second.quantity in _NO_VELOCITY
+            speaks = first.quantity == "position" and second.quantity == "velocity"
+            factor = self.factor[p, v]
+            if wrong or (factor < 0 and not speaks) or data.levels[p] <= MODES:
+                continue
+            fits = clock.column is not None and bool(readings(first, second, clock.unit, factor))
+            edge[p, v] = speaks or (self.share[p, v] > PAIR and (fits or self.share[p, v] > 0.9995))
+        return edge
+
+
+_NO_POSITION = {"velocity", "acceleration", "force", "input", "mode", "time", "row", "other"}
+_NO_VELOCITY = {"position", "acceleration", "force", "input", "mode", "time", "row", "other"}
+
+
+def tag(column: Column) -> str | None:
+    """Return what tells the axis in a name: a letter of an axis, or a number."""
+    name = axis_of(column.name.removesuffix(f"_{column.unit}"))
+    numbers = re.findall(r"(?<!\d)\d{1,2}(?!\d)", re.sub(r"\[[^]]*\]|\([^)]*\)$", "", column.name))
+    unnamed = column.name.startswith("column ")
+    return name or (numbers[-1] if numbers and not unnamed else None)
+
+
+def _apart(first: Column, second: Column) -> bool:
+    """Say whether two names are of different axes."""
+    a, b = tag(first), tag(second)
+    return a is not None and b is not None and a != b
+
+
+def _clusters(data: Samples, pairs: Pairs) -> list[list[int]]:
+    """Return the columns that are positions, by axis."""
+    edge = pairs.edge
+    onward = edge & ~edge.T
+    roots = [
+        p for p in range(len(data.columns))
+        if edge[p].any() and not any(onward[q, p] and pairs.share[q, p] > 0.9 * pairs.share[p].max()
+                                     for q in range(len(data.columns)))
+    ]  # fmt: skip
+    free = [
+        n for n in np.flatnonzero(data.moving & (data.levels > MODES))
+        if n not in roots and not onward[:, n].any() and data.said[n].quantity in {None, "position"}
+        and np.isfinite(pairs.share[n]).any()
+        and (data.said[n].quantity or any(_of_an_axis(data, pairs, int(n), k) for k in roots))
+    ]  # fmt: skip
+    found: list[list[int]] = []
+    for n in [*sorted(roots, key=lambda p: -float(pairs.share[p].max())), *map(int, free)]:
+        for members in found:
+            if any(_of_an_axis(data, pairs, n, k) for k in members):
+                members.append(n)
+                break
+        else:
+            found.append([n])
+    if not found and not any(says.quantity == "velocity" for says in data.said):
+        for n in _smooth(data, pairs):
+            like = [members for members in found if any(_of_an_axis(data, pairs, n, k) for k in members)]
+            if like:
+                like[0].append(n)
+            else:
+                found.append([n])
+    return found
+
+
+def _of_an_axis(data: Samples, pairs: Pairs, n: int, k: int) -> bool:
+    """Say whether two positions are of one axis: they move alike, by as much, or by what their names say."""
+    first, second = data.columns[n], data.columns[k]
+    if _apart(first, second) or pairs.alike[n, k] < SAME:
+        return False
+    spoken_both = data.said[n].quantity == data.said[k].quantity == "position"
+    return bool(0.8 < pairs.slope[n, k] < 1.25 or (spoken_both and tag(first) == tag(second)))
+
+
+def _smooth(data: Samples, pairs: Pairs) -> list[int]:
+    """Return columns that may be positions where no pair tells, the smoothest first."""
+    rows = data.rows(1)
+    if len(rows) < 32:
+        return []
+    steps = data.x[rows + 1] - data.x[rows]
+    with np.errstate(all="ignore"):
+        rough = steps.std(0) / data.x.std(0)
+    free = [
+        int(n) for n in np.flatnonzero(data.moving & (data.levels > MODES))
+        if data.said[n].quantity is None and np.isfinite(pairs.share[n]).any() and rough[n] < 0.3
+    ]  # fmt: skip
+    least = min((rough[n] for n in free), default=0.0)
+    return sorted((n for n in free if rough[n] <= 3.0 * least), key=lambda n: rough[n])
+
+
+# --- one axis ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Movement:
+    """Position, reference and velocity of an axis, and all columns that are of its motion."""
+
+    roles: dict[str, Role]
+    columns: frozenset[int]
+    factor: float | None = None  # Velocity per slope of the position
+
+    @property
+    def position(self) -> int | None:
+        return self.roles["position"].column if "position" in self.roles else None
+
+    @property
+    def velocity(self) -> int | None:
+        return self.roles["velocity"].column if "velocity" in self.roles else None
+
+
+def _movement(data: Samples, t: Real, pairs: Pairs, members: list[int]) -> _Movement:
+    """Return the channels of an axis by its positions."""
+    position, reference, sure = _actual(data, t, members)
+    speeds = [int(v) for v in np.flatnonzero(pairs.edge[members].any(axis=0)) if v not in members]
+    speeds = [v for v in speeds if not any(pairs.edge[u, v] and not pairs.edge[v, u] for u in speeds)]
+    speeds = [v for v in speeds if reference is None or not _is_difference(data, v, reference, position)]
+    velocity = _velocity(data, pairs, speeds, position, reference)
+    paired = bool(pairs.edge[position].any())
+    why = "a velocity is its derivative" if paired else "smooth as a position is"
+    roles = {"position": Role("position", position, "", sure, 0.0, why)}
+    if reference is not None:
+        roles["reference"] = Role("reference", reference, "", max(sure, 0.9), 0.0, "the position follows it")
+    factor = None
+    if velocity is not None:
+        share, factor = pairs.share[position, velocity], float(pairs.factor[position, velocity])
+        roles["velocity"] = Role(
+            "velocity", velocity, "", min(0.5 + 0.5 * share, 0.99), 0.0,
+            f"the derivative of the position (R² {share:.3f})", -1 if factor < 0 else 1,
+        )  # fmt: skip
+    return _Movement(roles, frozenset({*members, *speeds}), factor)
+
+
+def _is_difference(data: Samples, n: int, reference: int, position: int) -> bool:
+    """Say whether a column is the following error, which may well go as the velocity does."""
+    rows = data.rows(1)
+    error, y = data.x[rows, reference] - data.x[rows, position], data.x[rows, n]
+    slope, level = np.polyfit(error, y, 1) if np.ptp(error) > 0 else (0.0, 0.0)
+    left = y - slope * error - level
+    decade = abs(slope) and abs(np.log10(abs(slope)) - round(np.log10(abs(slope)))) < 0.02
+    return bool(decade and left.var() < 0.1 * y.var())
+
+
+def _actual(data: Samples, t: Real, members: list[int]) -> tuple[int, int | None, float]:
+    """Return which of the positions of an axis was measured, which was asked for, and how sure that is."""
+    commanded = [n for n in members if data.said[n].commanded]
+    if len(members) > 1 and not commanded and all(data.said[n].quantity == "position" for n in members):
+        return next((n for n in members if data.said[n].measured), members[0]), None, 0.9  # two encoders
+    measured = [n for n in members if data.said[n].measured]
+    rest = [n for n in members if n not in commanded] or members
+    if commanded and rest != members:
+        return (measured or rest)[0], commanded[0], 0.98
+    if len(members) == 1:
+        return members[0], None, 0.97
+    rows = data.rows(16)
+    v = data.x[rows + 16, members[0]] - data.x[rows, members[0]]
+    leads = []
+    for n in members:
+        other = members[0] if n != members[0] else members[1]
+        scale = np.polyfit(data.x[rows, other], data.x[rows, n], 1)
+        ahead = data.x[rows + 8, n] - np.polyval(scale, data.x[rows + 8, other])
+        leads.append(float((ahead * v).sum() / np.sqrt((ahead**2).sum() * (v**2).sum() + 1e-300)))
+    noise = [_noise(data, n) for n in members]
+    score = [lead - 0.2 * log(max(one, 1e-12)) for lead, one in zip(leads, noise, strict=True)]
+    order = np.argsort(score)
+    sure = 0.98 if score[order[-1]] - score[order[0]] > 0.5 else 0.8
+    return members[order[0]], members[order[-1]], sure
+
+
+def _noise(data: Samples, n: int) -> float:
+    """Return the third differences of a column beside its spread: of a command they are nearly nothing."""
+    rows = data.rows(3)
+    x = data.x[:, n]
+    return float(np.abs(x[rows + 3] - 3 * x[rows + 2] + 3 * x[rows + 1] - x[rows]).mean() / (x.std() + 1e-300))
+
+
+def _velocity(data: Samples, pairs: Pairs, speeds: list[int], position: int, reference: int | None) -> int | None:
+    """Return the velocity that was measured; None where there is a commanded one alone."""
+    own = [v for v in speeds if not data.said[v].commanded and not _apart(data.columns[position], data.columns[v])]
+    if reference is not None:
+        exact = [v for v in own if pairs.share[reference, v] > max(EXACT, pairs.share[position, v])]
+        own = [v for v in own if v not in exact]
+    measured = [v for v in own if data.said[v].measured]
+    return max(measured or own, key=lambda v: pairs.share[position, v], default=None)
+
+
+# --- force ------------------------------------------------------------------------------------------------------------
+
+
+def _drives(
+    data: Samples, t: Real, pairs: Pairs, movements: Sequence[_Movement], used: set[int | None]
+) -> list[dict[str, Role]]:
+    """Return force and input of each axis: what goes with the sign of its velocity and with its acceleration."""
+    motions = [_Motion(data, t, one.position, one.velocity) for one in movements]
+    scores: list[dict[int, tuple[float, int]]] = [{} for _ in movements]
+    for n in np.flatnonzero(data.moving):
+        says = data.said[n]
+        if data.levels[n] <= MODES and says.quantity is None:
+            continue
+        if n in used or says.quantity not in {None, "force", "input"}:
+            continue
+        of_axes = []
+        for one, motion in zip(movements, motions, strict=True):
+            main = one.position if one.position is not None else one.velocity
+            apart = main is not None and _apart(data.columns[main], data.columns[n])
+            of_axes.append((0.0, 1) if apart else _weighed(data, pairs, int(n), one, motion))
+        best = max(one[0] for one in of_axes)
+        for of_axis, (score, sign) in zip(scores, of_axes, strict=True):
+            if score >= 0.5 * best and (score > 0.02 or says.quantity == "force"):
+                of_axis[int(n)] = score if score == best else 0.3 * score, sign
+    return [_driven(data, one) for one in scores]
+
+
+def _weighed(data: Samples, pairs: Pairs, n: int, one: _Movement, motion: _Motion) -> tuple[float, int]:
+    """Return how much a column is the force of an axis, and its sign."""
+    says = data.said[n]
+    score, braking, sign = motion.score(data.x[:, n])
+    exact = max((pairs.share[v, n] for v in one.columns), default=0.0)
+    if says.quantity is None and exact > 0.98 and braking < 0.5:
+        score *= 0.05  # the derivative of a velocity: an acceleration
+    elif says.quantity is None and braking < BRAKED:
+        score *= 0.25
+    if says.quantity == "force":
+        score = max(score, 0.02) * (0.6 if says.commanded else 3.0)
+    return score * (1.5 if says.unit in {"N", "N*m", "A"} else 1.0), sign
+
+
+def _driven(data: Samples, scores: dict[int, tuple[float, int]]) -> dict[str, Role]:
+    """Return force and input of an axis by the scores of its columns."""
+    roles = {}
+    for channel in ("force", "input"):
+        kept = {n: one for n, one in scores.items() if (data.said[n].quantity == "input") == (channel == "input")}
+        if channel == "input":
+            kept = {n: one for n, one in kept.items() if one[0] > 0.05 and not data.said[n].commanded}
+        if not kept:
+            continue
+        best = max(kept, key=lambda n: kept[n][0])
+        weights = np.array([one[0] ** 2 for one in kept.values()])
+        sure = float(kept[best][0] ** 2 / max(weights.sum(), 1e-300)) * (
+            0.99 if kept[best][0] > 0.1 or data.said[best].quantity else 0.9
+        )
+        others = sorted((n for n in kept if n != best), key=lambda n: -kept[n][0])[:3]
+        why = f"it goes with the sign of the velocity and the acceleration ({kept[best][0]:.2f})"
+        roles[channel] = Role(channel, best, "", sure, 0.0, why, kept[best][1], tuple(others))
+    return roles
+
+
+class _Motion:
+    """Velocity and acceleration of an axis, at several windows, to hold columns against."""
+
+    def __init__(self, data: Samples, t: Real, position: int | None, velocity: int | None) -> None:
+        self.bases = []
+        for h in (1, 5, 21):
+            rows = data.rows(4 * h)
+            if len(rows) < 40:
+                break
+            if velocity is not None:
+                sums = np.cumsum(data.x[:, velocity])
+                early, late = sums[rows + 2 * h] - sums[rows], sums[rows + 4 * h] - sums[rows + 2 * h]
+                span = np.full(len(rows), 2.0 * h)
+            else:
+                p = data.x[:, position if position is not None else 0]
+                early, late = p[rows + 2 * h] - p[rows], p[rows + 4 * h] - p[rows + 2 * h]
+                span = t[rows + 4 * h] - t[rows]
+            v, a = (early + late) / span, (late - early) / span**2
+            fast = np.abs(v) > 0.1 * np.quantile(np.abs(v), 0.98)
+            if fast.sum() < 30:
+                continue
+            basis = np.column_stack([np.sign(v), v / np.abs(v).max(), a / (np.abs(a).max() or 1.0), np.ones(len(v))])
+            self.bases.append((rows[fast], 4 * h, basis[fast]))
+
+    def score(self, values: Real) -> tuple[float, float, int]:
+        """Return how much of a column goes with sign(v) and a, with sign(v) alone, and the sign by which it brakes."""
+        best, braking, sign = 0.0, 0.0, 1
+        sums = np.concatenate([[0.0], np.cumsum(values)])
+        for rows, width, basis in self.bases:
+            y = (sums[rows + width + 1] - sums[rows]) / (width + 1)
+            whole, weights = _left(basis, y)
+            spread = float(((y - y.mean()) ** 2).sum())
+            if not spread > 0 or whole < 1e-9 * spread:
+                continue  # exactly of the motion itself
+            parts = [1.0 - whole / _left(np.delete(basis, k, 1), y)[0] for k in (0, 2)]
+            joint = 1.0 - whole / _left(basis[:, 2:], y)[0]
+            score = parts[0] + (parts[1] if parts[0] > 0.01 else 0.2 * parts[1]) + 0.2 * joint
+            if score > best:
+                push = weights[0] * parts[0] + weights[2] * parts[1]
+                push = push if parts[0] + parts[1] > 0.05 else weights[0] + weights[1]
+                best, braking, sign = score, parts[0], -1 if push < 0 and score > 0.1 else 1
+        return best, braking, sign
+
+
+def _left(basis: Real, y: Real) -> tuple[float, Real]:
+    weights, *_ = np.linalg.lstsq(basis, y, rcond=1e-9)
+    return float(((y - basis @ weights) ** 2).sum()) + 1e-300, np.asarray(weights, float)
+
+
+def _by_velocity(data: Samples) -> list[_Movement]:
+    """Return axes that tell a velocity and no position, by its name or unit."""
+    speeds = [n for n in range(len(data.columns)) if data.said[n].quantity == "velocity"]
+    found = []
+    for v in [n for n in speeds if not data.said[n].commanded] or speeds[:1]:
+        beside = frozenset(n for n in speeds if not _apart(data.columns[n], data.columns[v]))
+        found.append(_Movement({"velocity": Role("velocity", v, "", 0.97, 0.0, "by its name or unit")}, beside))
+    return found
+
+
+# --- units ------------------------------------------------------------------------------------------------------------
+
+
+def _in_units(data: Samples, t: Real, one: _Movement, roles: dict[str, Role], clock: Role) -> Axis | None:
+    """Return the axis with its units: those of the header, or those that the factor and usual sizes leave."""
+    nothing = Spoken(None)
+    said = {channel: data.said[role.column] for channel, role in roles.items() if role.column is not None}
+    p, v = roles.get("position"), roles.get("velocity")
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
+    sizes = (
+        None if p is None or p.column is None else float(np.ptp(data.x[:, p.column])),
+        None if v is None or v.column is None else float(np.quantile(np.abs(data.x[:, v.column]), 0.98)),
+    )
+    first, second = said.get("position", nothing), said.get("velocity", nothing)
+    logged = clock.column is not None
+    factor = abs(one.factor) if one.factor and logged else None
+    clocks = {clock.unit: 1.0} if clock.unit else time_units(step, len(t)) if logged else {"s": 1.0}
+    found: list[Reading] = []
+    for unit, weight in clocks.items():
+        of_unit = readings(first, second, unit, factor, sizes, bool(p), bool(v))
+        found += [replace(one, weight=one.weight * weight) for one in of_unit]
+    total = sum(one.weight for one in found)
+    if not total:
+        return None
+    other = 0.0 if first.unit or second.unit else UNUSUAL * max(clocks.values())  # counts, a pitch, a gear
+    if factor and other > total:  # the velocity may be an acceleration, and the position its velocity
+        roles = {name: replace(role, likelihood=min(role.likelihood, 0.8)) for name, role in roles.items()}
+    total += other
+
+    def likeliest(of: str) -> tuple[str, float, tuple[str, ...]]:
+        weights: dict[str, float] = {}
+        for one in found:
+            weights[getattr(one, of)] = weights.get(getattr(one, of), 0.0) + one.weight / total
+        order = sorted(weights, key=lambda name: -weights[name])
+        return order[0], weights[order[0]], tuple(name for name in order[1:4] if weights[name] > 0.01)
+
+    motion, motion_sure, _ = likeliest("motion")
+    best = max((one for one in found if one.motion == motion), key=lambda one: one.weight)
+    units = {"time": (best.time, *likeliest("time")[1:])}
+    if not logged:
+        units["time"] = _period(one.factor, best, likeliest("position")[1] * likeliest("velocity")[1])
+    for channel, of in (("position", "position"), ("velocity", "velocity")):
+        units[channel] = (getattr(best, of), *likeliest(of)[1:])
+    units["reference"] = units["position"]
+    if "reference" in said and (stated := said["reference"].unit):
+        units["reference"] = (stated, 1.0, ())
+    for channel in ("force", "input"):
+        if channel in said:
+            units[channel] = usual_units(channel, said[channel], motion, data.x[:, roles[channel].column or 0])
+    whole = {"time": clock} | roles
+    for channel, role in whole.items():
+        unit, sure, others = units[channel]
+        others = tuple(one for one in others if one != unit)
+        whole[channel] = replace(role, unit=unit, unit_likelihood=sure, units=others)
+    return Axis("", "rotary" if motion == "rotary" else "linear", motion_sure, _ordered(whole))
+
+
+def _period(factor: float | None, reading: Reading, sure: float) -> tuple[str, float, tuple[str, ...]]:
+    """Return the sampling period of a log without time: what makes the velocity that of the position."""
+    if not factor:
+        return "", 0.0, ()
+    period = si_factor(reading.position, "position", reading.motion) / (
+        si_factor(reading.velocity, "velocity", reading.motion) * abs(factor)
+    )
+    usual = min((m * 10.0**e for m in (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 6.25, 8.0) for e in range(-7, 2)),
+                key=lambda one: abs(log(one / period)))  # fmt: skip
+    near = abs(log(usual / period)) < TOLERANCE
+    return f"{usual if near else period:.4g} s", 0.98 * sure if near else 0.9 * sure, ()
+
+
+def _ordered(roles: dict[str, Role]) -> dict[str, Role]:
+    known = ("time", "position", "velocity", "force", "input", "reference")
+    return {channel: roles[channel] for channel in known if channel in roles}

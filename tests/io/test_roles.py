@@ -1,0 +1,126 @@
+"""What physics tells of the columns of foreign logs: over generated logs, and where an earlier trial went wrong."""
+
+from collections import Counter
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fric.documents.mapping import MappingDocument
+from fric.documents.yaml import read_document
+from fric.io.hdf5 import read_logs
+from fric.io.ingest import ingest
+from fric.io.propose import propose
+from fric.io.readers import tables
+from fric.io.roles import SURE, Axis, axes_of
+from tests.chance import fewest
+from tests.io.judge import judged
+
+SEEDS = 30
+
+
+def told(path: Path) -> list[Axis]:
+    with closing(tables(path)) as found:
+        return axes_of([next(found)])
+
+
+def write(path: Path, header: str, *columns: np.ndarray) -> Path:
+    np.savetxt(path, np.column_stack(columns), delimiter=";", header=header, comments="", fmt="%.7g")
+    return path
+
+
+def axis_of_a_drive(n: int = 4000, dt: float = 1e-3, seed: int = 0) -> dict[str, np.ndarray]:
+    """Return strokes of an axis that follows its reference with a lag, in rad and A."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(n) * dt
+    speed = np.convolve(3.0 * np.sign(np.sin(2 * np.pi * t / 1.3)), np.hanning(200) / np.hanning(200).sum(), "same")
+    asked = np.cumsum(speed) * dt
+    position = np.interp(t - 0.005, t, asked)
+    velocity = np.gradient(position, dt)
+    current = np.tanh(velocity / 0.02) + 0.01 * np.gradient(velocity, dt) + 0.05 * rng.standard_normal(n)
+    return {
+        "t": t, "position": np.round(position / 1e-4) * 1e-4, "velocity": velocity + 0.01 * rng.standard_normal(n),
+        "current": current, "asked": asked, "speed": speed, "acceleration": np.gradient(speed, dt),
+    }  # fmt: skip
+
+
+def test_roles_and_units_of_generated_logs(tmp_path: Path) -> None:
+    """Of 300 logs 99 % of the roles are right and 0.2 % silently wrong, units never: 30 may be worse by chance."""
+    found = Counter(what for seed in range(SEEDS) for what, _ in judged(seed, tmp_path))
+    roles = found["role right"] + found["role wrong"] + found["role wrong asked"]
+    units = found["unit right"] + found["unit asked"] + found["unit wrong"]
+    assert found["role right"] >= fewest(roles, 0.97)
+    assert found["role wrong"] <= roles - fewest(roles, 0.995)
+    assert found["unit right"] + found["unit asked"] >= fewest(units, 0.99)
+    assert found["unit right"] >= 0.25 * units
+
+
+def test_a_commanded_acceleration_is_no_force(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    names = ("t", "acceleration", "position", "velocity", "current")
+    (axis,) = told(write(tmp_path / "log.csv", "t;alpha;beta;gamma;delta", *(a[name] for name in names)))
+    assert axis.roles["force"].column == 4
+    assert axis.roles["force"].likelihood > SURE
+
+
+def test_a_reference_is_no_axis_of_its_own_and_a_bus_voltage_no_input(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    bus = 560.0 + np.random.default_rng(1).standard_normal(len(a["t"]))
+    columns = [a["t"], a["asked"], bus, a["current"], a["position"]]
+    (axis,) = told(write(tmp_path / "log.csv", "t;alpha;Vdc [V];beta;gamma", *columns))
+    assert axis.roles["reference"].column == 1
+    assert axis.roles["position"].column == 4
+    assert axis.roles["force"].column == 3
+    assert "input" not in axis.roles
+
+
+def test_two_axes_of_a_table_are_two(tmp_path: Path) -> None:
+    a, b = axis_of_a_drive(), axis_of_a_drive(seed=3)
+    other = {name: np.interp(b["t"] * 0.61, b["t"], one) for name, one in b.items()}
+    columns = [a["t"], other["current"], a["position"], 0.61 * other["velocity"], a["current"], other["position"],
+               a["velocity"]]  # fmt: skip
+    first, second = told(write(tmp_path / "log.csv", "t;alpha;beta;gamma;delta;eta;zeta", *columns))
+    found = {(one.roles["position"].column, one.roles["velocity"].column, one.roles["force"].column)
+             for one in (first, second)}  # fmt: skip
+    assert found == {(2, 6, 4), (5, 3, 1)}
+
+
+@pytest.mark.parametrize(("unit", "size"), [("rpm", np.pi / 30), ("deg/s", np.pi / 180), ("rad/s", 1.0)])
+def test_the_factor_between_position_and_velocity_is_their_unit(tmp_path: Path, unit: str, size: float) -> None:
+    a = axis_of_a_drive()
+    head = f"Zeit [ms];Winkel [rad];Drehzahl [{'' if unit != 'rad/s' else unit}];Strom [A]"
+    columns = [1e3 * a["t"], a["position"], a["velocity"] / size, a["current"]]
+    (axis,) = told(write(tmp_path / "log.csv", head, *columns))
+    assert axis.roles["velocity"].unit == unit
+    assert axis.roles["velocity"].unit_likelihood > SURE
+
+
+def test_a_log_without_time_gets_its_rate_from_position_and_velocity(tmp_path: Path) -> None:
+    a = axis_of_a_drive(dt=2e-3)
+    (axis,) = told(write(tmp_path / "log.csv", "w [rad/s];Iq [A];q [rad]", a["velocity"], a["current"], a["position"]))
+    assert axis.roles["time"].unit == "0.002 s"
+    assert axis.roles["time"].unit_likelihood > SURE
+
+
+def test_the_sign_by_which_friction_brakes_is_taken(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    head = "time [ms];position [mm];motor force [N]"
+    path = write(tmp_path / "log.csv", head, 1e3 * a["t"], 1e3 * a["position"], -1e3 * a["current"])
+    text = propose([path], tmp_path / "map.yaml")
+    assert "sign: -1" in text
+    ingest(path, tmp_path / "log.h5", mapping=read_document(tmp_path / "map.yaml", MappingDocument))
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert log.force is not None
+    np.testing.assert_allclose(log.force, 1e3 * a["current"], rtol=1e-5, atol=1e-3)
+
+
+def test_a_wide_table_is_proposed_an_axis_a_part(tmp_path: Path) -> None:
+    a, b = axis_of_a_drive(), axis_of_a_drive(seed=3)
+    head = "time [s];X position [mm];X force [N];Y position [mm];Y force [N]"
+    slow = [np.interp(b["t"] * 0.61, b["t"], b[name]) for name in ("position", "current")]
+    path = write(tmp_path / "log.csv", head, a["t"], a["position"], a["current"], *slow)
+    propose([path], tmp_path / "map.yaml")
+    mapping = read_document(tmp_path / "map.yaml", MappingDocument)
+    assert [part.axis for part in mapping.parts] == ["x", "y"]
+    assert mapping.parts[1].columns["force"].column == "Y force"
