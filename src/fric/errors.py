@@ -6,10 +6,22 @@ MOST = 400
 """Characters of each part of a message at most."""
 
 
+def clean(text: str) -> str:
+    """Return a text that a terminal, a page, a document and a name of a file show as it is.
+
+    Whatever comes from outside goes there through this: its lines stay, and nothing else that does not print, as
+    control characters, escape sequences and halves of a character (lone surrogates), which no encoding holds.
+    """
+    if text.replace("\n", "").isprintable():
+        return str(text)
+    blank = "\N{REPLACEMENT CHARACTER}"
+    return "".join(one if one.isprintable() or one == "\n" else " " if one.isspace() else blank for one in text)
+
+
 def printable(text: str, most: int = MOST) -> str:
-    """Return a text on one line that a terminal shows as it is: without control characters, and cut in its middle."""
-    clean = "".join(one if one.isprintable() else " " if one.isspace() else "\N{REPLACEMENT CHARACTER}" for one in text)
-    return clean if len(clean) <= most else f"{clean[: 2 * most // 3]} … {clean[-(most // 3) :]}"
+    """Return a text as `clean` does, on one line, and cut in its middle."""
+    line = clean(text).replace("\n", " ")
+    return line if len(line) <= most else f"{line[: 2 * most // 3]} … {line[-(most // 3) :]}"
 
 
 class FricError(Exception):

@@ -139,6 +139,8 @@ MOST_LETTERS = 60
 """Letters of a unit at most."""
 _POWER = re.compile(r"(\*\*|\^)[-+]?\d{1,2}(\.\d{1,3})?(?![\d.^]|\*\*)")
 """A small exponent that has none of its own."""
+_SIGNS = re.compile(r"[\w\s*/^().+\-·°%‰²³⁻¹⁺'\"]*")
+"""Signs of a unit; Pint passes over others, and takes $mm for mm."""
 _GERMAN = {"U/min": "rpm", "Upm": "rpm", "RPM": "rpm", "Volt": "V", "Sek": "s", "Sek.": "s", "sek": "s"}
 """Units as headers spell them that Pint does not know."""
 _NEWTON_METRE = re.compile(r"\b([kmuc]?N)([mcu]?m)\b")
@@ -146,7 +148,7 @@ _NEWTON_METRE = re.compile(r"\b([kmuc]?N)([mcu]?m)\b")
 
 def _spelled(unit: str) -> str:
     """Spell a unit as Pint does: ``Nm`` is ``N*m``, ``U/min`` is ``rpm``; Pint works out powers whatever they cost."""
-    if len(unit) > MOST_LETTERS or re.search(r"\*\*|\^", _POWER.sub("", unit)):
+    if len(unit) > MOST_LETTERS or not _SIGNS.fullmatch(unit) or re.search(r"\*\*|\^", _POWER.sub("", unit)):
         raise FricError(f"'{printable(unit, 40)}' is not a unit that is known", hint="Write it as in N*s/m or m/s^2.")
     plain = unit.strip().replace("·", "*").replace("²", "**2").replace("µ", "u").replace("μ", "u").replace("⁻¹", "**-1")
     if re.search(r"\bgrad\b", plain):

@@ -1,6 +1,7 @@
 """Files that lead to other files, small files that would eat the machine, damaged files: a sentence each."""
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -9,9 +10,12 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pyarrow as pa
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nptdms import ChannelObject, TdmsWriter
+from pyarrow import parquet
 
 from fric.documents.machine import MachineDocument
 from fric.documents.mapping import MappingDocument
@@ -276,3 +280,49 @@ def test_a_device_without_end_is_no_log(tmp_path, words):
         capture_output=True, text=True, check=False, timeout=60,
     )  # fmt: skip
     assert (done.returncode, "no regular file" in done.stderr) == (1, True), done.stderr
+
+
+def test_a_virtual_dataset_ends_no_process(tmp_path, log):
+    """As a segmentation fault behind the sentence: HDF5's end, where the dataset's properties were still held."""
+    with h5py.File(log, "a") as file:
+        del file["records/a/force"]
+        layout = h5py.VirtualLayout((400,), "f8")
+        layout[:] = h5py.VirtualSource(str(log), "records/a/position", (400,))
+        file["records/a"].create_virtual_dataset("force", layout)
+    code = f"from pathlib import Path\nfrom fric.io.ingest import ingest\ningest(Path({str(log)!r}), Path('x.h5'))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (done.returncode, "another file" in done.stderr) == (1, True), done.stderr
+
+
+@pytest.mark.parametrize("place", ["records", "records/a"])
+def test_a_dataset_in_place_of_a_group_is_damage(tmp_path, log, place):
+    with h5py.File(log, "a") as file:
+        del file[place]
+        file[place] = np.arange(3.0)
+    shutil.copy(DATA / "strokes" / "constant-velocity-09.csv", tmp_path / "a.csv")
+    for call in (
+        lambda: read_records(log),
+        lambda: ingest(log, tmp_path / "again.h5"),
+        lambda: ingest(tmp_path / "a.csv", log, append=True),
+    ):
+        with pytest.raises(FricError, match=r"holds no record|is no group"):
+            call()
+
+
+@pytest.mark.parametrize("key", ["wf_increment", "wf_start_offset", "wf_start_time"])
+@pytest.mark.parametrize("value", ["text", float("nan"), float("inf"), -1.0, 5.0])
+def test_clocks_of_tdms_of_any_type(tmp_path, key, value):
+    """Text where a number should be: 13 tracebacks of a fuzz."""
+    with TdmsWriter(tmp_path / "a.tdms") as file:
+        about = {"wf_increment": 1e-3, "wf_start_offset": 0.0, "unit_string": "mm"} | {key: value}
+        two = [("position", about), ("force", about | {"unit_string": "N", key: 0.5})]
+        file.write_segment([ChannelObject("g", name, np.arange(50.0), properties) for name, properties in two])
+    assert len(said(lambda: ingest(tmp_path / "a.tdms", tmp_path / "a.h5")).splitlines()) <= 2
+
+
+def test_a_unit_of_parquet_that_is_no_text(tmp_path):
+    """As nine tracebacks of a fuzz."""
+    fields = [pa.field("time", pa.float64(), metadata={b"unit": b"\xff\xfes"}), pa.field("position [m]", pa.float64())]
+    parquet.write_table(pa.table([np.arange(9.0)] * 2, schema=pa.schema(fields)), tmp_path / "a.parquet")
+    with pytest.raises(FricError, match="is not a unit"):
+        ingest(tmp_path / "a.parquet", tmp_path / "a.h5")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -17,14 +18,18 @@ from fric.cli.completion import records
 from fric.cli.main import app
 from fric.documents.machine import MachineDocument
 from fric.documents.schemes import read_schemes
-from fric.documents.yaml import read_document
+from fric.documents.yaml import read_document, write_document
 from fric.errors import FricError
 from fric.export.rendering import remark
 from fric.io.propose import proposal
+from fric.io.report import write_report
 from fric.log import axis_name
+from fric.report.page import environment
 from fric.results.export import export_axis
+from tests.command import fric as run
 
 ROOT = Path(__file__).parents[2]
+DATA = ROOT / "data"
 STROKES = sorted((ROOT / "data" / "strokes").glob("*.csv"))
 WORSE = [
     "../../escaped",
@@ -151,3 +156,24 @@ def test_a_script_holds_names_of_files_as_words(tmp_path: Path) -> None:
     subprocess.run(["sh", str(session.folder / "steps.sh")], cwd=tmp_path, check=True, capture_output=True)
     assert not list(tmp_path.rglob("evil"))
     assert not Path("evil").exists()
+
+
+HOSTILE = ("a\udcff", "b\x1b[31mX\x07", "c\nd", "h\x9b2J", "k\u2028l", "<script>", "*i*)'; rm")
+"""Names of files that no encoding holds, that a terminal obeys, that end a line, a comment or a text."""
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_name_of_a_file_goes_everywhere_as_plain_text(tmp_path, monkeypatch, name):
+    """Terminal, log file, document, report and code: a lone surrogate ended a report, an escape sequence went out."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(DATA / "strokes" / "constant-velocity-09.csv", f"{name}.csv")
+    told = [
+        run("ingest", f"{name}.csv", "-o", f"{name}.h5").output,
+        run("inspect", f"{name}.h5").output,
+        run("inspect", f"{name}.h5", "--json").output,
+    ]
+    write_document(Path("a.yaml"), {"fric": "plant/1", "axis": "x", "provenance": {"command": name}})
+    write_report(Path("a.html"), environment().from_string("<p>{{ title }}</p>").render(title=name))
+    held = [Path("a.yaml").read_text(), Path("a.html").read_text(), *told]
+    assert all(one.isprintable() or one == "\n" for text in held for one in text)
+    assert "<script>" not in held[1]

@@ -23,7 +23,7 @@ from fric.documents.fleet import FleetDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, write_document
-from fric.errors import FricError
+from fric.errors import FricError, clean
 from fric.estimate import Estimate
 from fric.flaws.files import CIRCLE_FAILED, NO_LOG, UNIT_FAILED
 from fric.notice import Notice
@@ -377,7 +377,7 @@ class FleetResult(Result):
             unchanged=[one for one in self.drifts if not one.changed and one.change.verdict == "moved"][:50],
         )  # fmt: skip
         with together(document) as made, staged(target, force=True) as draft:
-            draft.write_text(page, encoding="utf-8")
+            draft.write_text(clean(page), encoding="utf-8")
             write_document(document, self.document, force=True)
             made.append(document)
 

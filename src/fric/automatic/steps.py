@@ -247,7 +247,7 @@ class Session:
     def close(self) -> None:
         """Write the script."""
         with staged(self.folder / "steps.sh", force=True) as draft:
-            draft.write_text("\n".join(self.script) + "\n", encoding="utf-8")
+            draft.write_text("\n".join(self.script) + "\n", encoding="utf-8", errors="surrogateescape")
 
 
 def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> dict[str, AxisOutcome]:

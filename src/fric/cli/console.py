@@ -16,7 +16,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from fric.errors import printable
+from fric.errors import clean, printable
 from fric.output import refuse_ending, refuse_existing, together
 from fric.progress import heard
 
@@ -50,7 +50,7 @@ class Stream:
 
     def print(self, *things: Any, markup: bool = True, end: str = "\n") -> None:
         """Print as Rich does, with its markup or without."""
-        self.console.print(*things, markup=markup, end=end)
+        self.console.print(*(clean(one) if isinstance(one, str) else one for one in things), markup=markup, end=end)
 
 
 SPELLED = str.maketrans({"≤": "<=", "≥": ">=", "−": "-", "Δ": "Delta", "⁻": "-", "¹": "1", "σ": "sigma", "α": "alpha"})
@@ -143,7 +143,7 @@ def finish(
         for piece in result.report():
             OUT.print(printable(piece, 10 * MOST) if isinstance(piece, str) else piece, markup=False)
         if written:
-            OUT.print(f"wrote {' and '.join(printable(str(one)) for one in written)}", markup=False)
+            OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
     print_warnings(result.warnings)
     return result
 
@@ -158,7 +158,8 @@ def print_json(document: Mapping[str, Any]) -> None:
     """Print one JSON object on standard output."""
     import json
 
-    sys.stdout.write(json.dumps(document, ensure_ascii=False, indent=2, allow_nan=False) + "\n")
+    text = json.dumps(document, ensure_ascii=False, indent=2, allow_nan=False)
+    sys.stdout.write("".join(c if c.isprintable() or c == "\n" else json.dumps(c)[1:-1] for c in text) + "\n")
 
 
 def print_warnings(warnings: Iterable[str]) -> None:

@@ -16,7 +16,7 @@ from ruamel.yaml.error import ReusedAnchorWarning, YAMLError
 
 from fric.documents.base import Document
 from fric.documents.bundled import located
-from fric.errors import FricError, near, printable
+from fric.errors import FricError, clean, near, printable
 from fric.estimate import as_filed
 from fric.input import foreign, regular
 from fric.output import staged
@@ -150,7 +150,7 @@ def _styled(tree: Any, depth: int = 0) -> Any:
             styled.fa.set_flow_style()
         return styled
     if isinstance(tree, str):
-        return str(tree)  # also of a notice, which is a text with more to it
+        return clean(tree)
     if isinstance(tree, Sequence):
         sequence = CommentedSeq([_styled(value, depth + 1) for value in tree])
         words = all(isinstance(value, str) and " " not in value for value in sequence)

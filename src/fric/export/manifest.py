@@ -7,6 +7,7 @@ from typing import Any
 
 import fric
 from fric.documents.base import warned
+from fric.errors import clean
 from fric.export.base import Files, Part
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed
@@ -54,7 +55,7 @@ def manifest(
 
 def manifest_text(content: Mapping[str, Any]) -> str:
     """Return a manifest as JSON."""
-    return json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False) + "\n"
+    return clean(json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)) + "\n"
 
 
 def friction_values(model: FrictionModel, motion: str) -> dict[str, Any]:

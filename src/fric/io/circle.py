@@ -8,7 +8,7 @@ import h5py
 
 from fric.circles.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle, measured_from_run
 from fric.columns import BALL_BAR, channel_dimension
-from fric.errors import FricError
+from fric.errors import FricError, clean
 from fric.input import foreign
 from fric.io.run import FORMAT as RUN
 from fric.io.run import read_runs
@@ -44,7 +44,7 @@ def write_circles(path: Path, tests: Sequence[MeasuredCircle], provenance: str =
 
 def _write(group: h5py.Group, test: MeasuredCircle) -> None:
     group.attrs.update({"radius": test.radius, "feed": test.feed, "direction": test.direction})
-    group.attrs.update({key: getattr(test, key) for key in OWN if getattr(test, key)})
+    group.attrs.update({key: clean(getattr(test, key)) for key in OWN if getattr(test, key)})
     for key, unit in BALL_BAR.items():
         if (values := getattr(test, key)) is not None:
             write_column(group, key, values, unit)

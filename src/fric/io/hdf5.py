@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, cast, get_args
 
 import h5py
 
@@ -19,7 +19,7 @@ from fric.columns import (
     RESPONSE_DIMENSIONS,
     channel_dimension,
 )
-from fric.errors import FricError
+from fric.errors import FricError, clean, printable
 from fric.io.chunks import GrowingColumn, compressor
 from fric.io.safe_hdf5 import check_type, open_file, text
 from fric.io.safe_hdf5 import column as safe_column
@@ -29,6 +29,8 @@ from fric.output import alone
 from fric.units import SI_UNITS, Motion, factor, si_unit
 
 FORMAT = "log/1"
+MOST_NAME = 200
+"""Characters of the name of a record at most."""
 
 
 class LogWriter:
@@ -51,10 +53,9 @@ class LogWriter:
     ) -> None:
         self._threads, self._check = threads, check
         if "fric" in file.attrs:
-            if (file.attrs["axis"], file.attrs["motion"]) != (axis, motion):
+            if (held := check_format(file, Path(file.filename))) != (axis, motion):
                 raise FricError(
-                    f"the file holds the {file.attrs['motion']} axis {file.attrs['axis']}, "
-                    f"and the new record is of the {motion} axis {axis}",
+                    f"the file holds the {held[1]} axis {held[0]}, and the new record is of the {motion} axis {axis}",
                     hint="Keep each axis in a file of its own, or say --axis.",
                 )
         else:
@@ -64,18 +65,19 @@ class LogWriter:
 
     def digests(self) -> dict[str, str]:
         """Return the names of the records in the file by their sha256."""
-        found = {str(group.attrs.get("sha256", "")): name for name, group in self._records.items()}
+        found = {text(group.attrs, "sha256"): name for name, group in self._records.items()}
         return {digest: name for digest, name in found.items() if digest}
 
     def create(self, name: str, **attributes: str | int | None) -> RecordWriter:
         """Start a record; a name that is taken gets a number."""
-        name = name.replace("/", "\N{DIVISION SLASH}")  # to HDF5 '20 mm/s' is a group in a group
+        # to HDF5 '20 mm/s' is a group in a group, and '.' the group that holds it
+        name = printable(name.replace("/", "\N{DIVISION SLASH}"), MOST_NAME).strip(" .") or "record"
         unique, n = name, 1
         while unique in self._records:
             n += 1
             unique = f"{name}-{n}"
         group = self._records.create_group(unique)
-        group.attrs.update({key: value for key, value in attributes.items() if value is not None})
+        group.attrs.update(_whole(attributes))
         prefix = f"{FORCE_VELOCITY}." if attributes.get("kind") == FORCE_VELOCITY else ""
         return RecordWriter(group, self._motion, self._threads, self._check, prefix)
 
@@ -123,14 +125,19 @@ class RecordWriter:
         """End the record, with attributes that are known only now; it is in the file from here on."""
         for column in self._columns.values():
             column.close()
-        self._group.attrs.update({key: value for key, value in attributes.items() if value is not None})
+        self._group.attrs.update(_whole(attributes))
+
+
+def _whole(attributes: Mapping[str, str | int | None]) -> dict[str, str | int]:
+    """Return the attributes that there are, as HDF5 takes them."""
+    known = {key: value for key, value in attributes.items() if value is not None}
+    return {key: clean(value) if isinstance(value, str) else value for key, value in known.items()}
 
 
 def header_of(path: Path) -> tuple[str, Motion]:
     """Return name and motion of the axis of a log file."""
     with open_file(path) as file:
-        check_format(file, path)
-        return str(file.attrs["axis"]), cast(Motion, str(file.attrs["motion"]))
+        return check_format(file, path)
 
 
 @contextmanager
@@ -167,9 +174,25 @@ def write_logs(path: Path, logs: Sequence[Record], *, force: bool = False) -> No
             writer.write(log)
 
 
-def check_format(file: h5py.File, path: Path) -> None:
-    """Raise when an open HDF5 file is not a log file."""
+def check_format(file: h5py.File, path: Path) -> tuple[str, Motion]:
+    """Return name and motion of the axis of an open HDF5 file.
+
+    Raises
+    ------
+    FricError
+        When it is not a log file: of records, which are groups, of one axis.
+    """
     check_type(file, path, FORMAT, "Give a log file that `fric ingest` wrote.")
+    axis, motion, records = text(file.attrs, "axis"), text(file.attrs, "motion"), file.get("records")
+    if motion not in get_args(Motion):
+        what = f"is of an axis whose motion is '{motion}', and not linear or rotary"
+        raise FricError(what, where=str(path), hint="Make it again with `fric ingest`.")
+    if not isinstance(records, h5py.Group) or not len(records):
+        raise FricError("holds no record", where=str(path), hint="Add one with `fric ingest --append`.")
+    for name, group in records.items():
+        if not isinstance(group, h5py.Group):
+            raise FricError(f"is damaged: record '{name}' is no group", where=str(path), hint="Make it again.")
+    return axis_name(axis, str(path)), cast(Motion, motion)
 
 
 def read_records(path: Path) -> list[Record]:
@@ -182,14 +205,8 @@ def read_records(path: Path) -> list[Record]:
     """
     path = Path(path)
     with open_file(path) as file:
-        check_format(file, path)
-        motion = cast(Motion, text(file.attrs, "motion"))
-        common = {"axis": text(file.attrs, "axis"), "motion": motion}
-        if motion not in {"linear", "rotary"}:
-            what = f"is of an axis whose motion is '{motion}', and not linear or rotary"
-            raise FricError(what, where=str(path), hint="Make it again with `fric ingest`.")
-        if not isinstance(file.get("records"), h5py.Group) or not file["records"]:
-            raise FricError("holds no record", where=str(path), hint="Add one with `fric ingest --append`.")
+        axis, motion = check_format(file, path)
+        common = {"axis": axis, "motion": motion}
         return [_read(name, group, common, path) for name, group in file["records"].items()]
 
 
@@ -216,8 +233,6 @@ def _read(name: str, group: h5py.Group, common: Mapping[str, Any], path: Path) -
         values, unit = safe_column(group, key), text(group[key].attrs, "unit", si_unit(dimension, motion))
         return values if unit in SI_UNITS[dimension] else values * factor(unit, dimension, motion)
 
-    if not isinstance(group, h5py.Group):
-        raise FricError(f"is damaged: record '{name}' is no group", where=str(path), hint="Make it again.")
     if "frequency" in group:
         table = {key: column(key, dimension) for key, dimension in RESPONSE_DIMENSIONS.items()}
         return FrequencyResponse(**cast(Any, table), **attributes)

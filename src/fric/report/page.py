@@ -9,6 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 import fric
+from fric.errors import clean
 from fric.io.report import REPORT_MARK
 from fric.report.collect import as_data
 from fric.report.report_input import ReportInput
@@ -31,6 +32,7 @@ def environment() -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=_shown,
     )
     made.filters |= {
         "readable": readable,
@@ -43,6 +45,12 @@ def environment() -> Environment:
     made.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
     made.globals["version"] = fric.__version__
     return made
+
+
+def _shown(value: Any) -> Any:
+    if isinstance(value, Markup):
+        return Markup(clean(value))
+    return clean(value) if isinstance(value, str) else value
 
 
 def micrometres(length: float, *, sign: bool = False) -> str:

@@ -70,7 +70,7 @@ def tables(path: Path, layout: Layout | None = None) -> Generator[Table, None, N
         found = iter(reader.tables(path, layout or Layout()))
         try:
             while True:
-                with foreign(path, AGAIN):
+                with foreign(path, AGAIN, lacking=True):
                     table = next(found, None)
                 if table is None:
                     return

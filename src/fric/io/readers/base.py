@@ -180,7 +180,7 @@ class Table(ABC):
         """Yield `blocks`, with what a library raises in them told as damage of the file."""
         found = iter(self.blocks(wanted))
         while True:
-            with foreign(self.path, "Export it again."):
+            with foreign(self.path, "Export it again.", lacking=True):
                 block = next(found, None)
             if block is None:
                 return

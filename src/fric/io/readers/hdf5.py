@@ -21,14 +21,13 @@ def recognises(path: Path, head: bytes) -> float:
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
     """Read the records of a log file, each a table whose columns name the channels."""
     with open_file(path) as file:
-        check_format(file, path)
+        axis, motion = check_format(file, path)
         # a list: h5py's own iterator holds its lock between two records
         for name, group in list(file["records"].items()):
-            yield _table(path, name, group, file)
+            yield _table(path, name, group, {"axis": axis, "motion": motion, "name": name})
 
 
-def _table(path: Path, name: str, group: h5py.Group, file: h5py.File) -> Table:
-    said = {key: text(group.attrs, key) for key in group.attrs}
-    said |= {"axis": text(file.attrs, "axis"), "motion": text(file.attrs, "motion"), "name": name}
+def _table(path: Path, name: str, group: h5py.Group, of_file: dict[str, str]) -> Table:
+    said = {key: text(group.attrs, key) for key in group.attrs} | of_file
     columns = tuple(Column(channel, text(data.attrs, "unit") or None) for channel, data in group.items())
     return Memory(path, columns, [column(group, channel) for channel in group], said=said)

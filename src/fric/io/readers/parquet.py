@@ -42,7 +42,7 @@ class ParquetTable(Table):
 def _column(field: Any) -> Column:
     name, unit = named(field.name)
     said = (field.metadata or {}).get(b"unit")
-    return Column(name, said.decode() if said else "s" if _is_time(field.type) else unit)
+    return Column(name, said.decode("utf-8", "replace") if said else "s" if _is_time(field.type) else unit)
 
 
 def _is_time(kind: Any) -> bool:

@@ -1,6 +1,6 @@
 """National Instruments' TDMS files, through npTDMS (the extra ``tdms``)."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from fric.io.likely import named_as
 from fric.io.readers.base import BLOCK, Block, Column, Format, Table, heard, library, named, numbers, refuse_declared
 from fric.io.readers.joined import Joined, Part
 from fric.notice import Notice
+from fric.series import LARGEST
 from fric.units import factor
 
 FORMAT = Format("TDMS", (".tdms",), "nptdms", "tdms")
@@ -52,9 +53,8 @@ def _table(
     clocks: dict[tuple[Any, ...], list[Any]] = {}
     for name, channels in groups.items():
         for one in channels:
-            about = one.properties
-            step = float(about.get("wf_increment", 0.0))
-            begun = (about.get("wf_start_time"), float(about.get("wf_start_offset", 0.0)))
+            step, offset, start = _clock(one.properties)
+            begun = (start, offset)
             clocks.setdefault((name, len(one), step, *(begun if step > 0 else (None, 0.0))), []).append(one)
     first = min((begun for _, _, _, begun, _ in clocks if begun is not None), default=None)
     parts, without = [], []
@@ -78,6 +78,16 @@ def _table(
     if lost:
         notices.append(CHANNELS_WITHOUT_TIME.found(str(path), channels=lost))
     return Joined(path, parts, constants, said, notices)
+
+
+def _clock(about: Mapping[str, Any]) -> tuple[float, float, np.datetime64 | None]:
+    """Return step and offset of a waveform's clock [s], and when it began; 0 and None where they are no such things."""
+    step, offset = (
+        float(value) if isinstance(value, int | float) and abs(value) < LARGEST["time"] else 0.0
+        for value in (about.get("wf_increment"), about.get("wf_start_offset"))
+    )
+    begun = about.get("wf_start_time")
+    return step, offset, begun if isinstance(begun, np.datetime64) else None
 
 
 class _Channels(Table):
