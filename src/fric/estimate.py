@@ -73,7 +73,7 @@ class Estimate:
 
 
 def as_filed(value: T) -> T:
-    """Return numbers as a file of fric holds them, with six digits; also those of tuples and dataclasses.
+    """Return numbers as a file of fric holds them, with six digits; also those in lists, mappings and dataclasses.
 
     What is simulated begins from these, whether a file is between or not: the last bits of a fit are those of a
     processor, and decide in a closed loop on which side of an encoder count a position falls.
@@ -81,8 +81,8 @@ def as_filed(value: T) -> T:
     found: Any = value
     if isinstance(value, float):
         found = float(f"{value:.6g}")
-    elif isinstance(value, tuple):
-        found = tuple(map(as_filed, value))
+    elif isinstance(value, tuple | list):
+        found = (list if isinstance(value, list) else tuple)(map(as_filed, value))
     elif isinstance(value, Mapping):
         found = {key: as_filed(one) for key, one in value.items()}
     elif is_dataclass(value) and not isinstance(value, type):

@@ -79,7 +79,7 @@ def identified(logs: Sequence[Log], blocks: int | None = None) -> Iterator[Plant
     if "presliding-sine" in of_kind:
         sines = [log for log in logs if log.kind in {"presliding-sine", "sliding-sine"}]
         forward, backward = (None, None) if static is None else static.maps()
-        found = identify_gms(sines, static=forward, negative=backward, plant=known, blocks=blocks)
+        found = identify_gms(sines, static=forward, negative=backward, plant=known, blocks=blocks, places=1)
         yield FrictionDocument.model_validate(gms_tree(found, sines, static))
 
 

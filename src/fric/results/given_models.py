@@ -13,6 +13,7 @@ from fric.documents.quantity import in_units
 from fric.documents.yaml import read_document
 from fric.drive.plant import Plant
 from fric.errors import FricError
+from fric.estimate import as_filed
 from fric.friction.stribeck import StaticMap
 from fric.plausibility.bounds import settled
 from fric.plausibility.findings import of_plant
@@ -56,7 +57,7 @@ def document_of(verb: str, kind: type[D], given: Any, of: tuple[str, Motion] | N
     if isinstance(given, Result):
         if given.document.get("fric") != kind.type_name():
             raise refused(verb, wanted, given)
-        found = kind.model_validate(given.document)
+        found = kind.model_validate(as_filed(given.document))  # as its file would say: digits hang on no way
     else:
         found = given if isinstance(given, kind) else read_document(path_of(verb, wanted, given), kind)
     if of is not None and (found.axis, found.motion) != of:

@@ -38,10 +38,16 @@ CYCLES = 2
 RATE, FILTER = 4000.0, 500.0
 """Sampling of the controller, at least, and corner of the low-pass on its velocity [Hz]."""
 
+PLACES = 3
+"""Places between two counts at which the records are made again, with each cascade: each draws where it hunts."""
+
+FINEST = 1 / 4096
+"""Part of a count in which the reference is given: the last bits of a smoothed record are those of a processor."""
+
 LAGS = (20.0, 12.0)
 """Period of the velocity loop's crossover over all lags in it, of the soft and of the stiff cascade.
 
-Their phase margins are 66° and 54°, their gain margins 14 and 10 dB. Each has its place between two counts.
+Their phase margins are 66° and 54°, their gain margins 14 and 10 dB.
 """
 
 ACCURACY = 1e-10
@@ -73,6 +79,7 @@ class Hunting:
     """What hunting between two counts adds to the covariance of a fit by replay."""
 
     plant: Plant | None  # The plant that drives the axis; None where it is not known, and nothing is added
+    places: int = PLACES  # Places between two counts with each cascade
     _known: dict[int, Real] = field(default_factory=dict)
 
     def __call__(self, search: Search, x: Real, seen: Real) -> Real:
@@ -94,7 +101,9 @@ class Hunting:
             return np.zeros((size, size))
         if size not in self._known:
             rng = np.random.default_rng(0)
-            errors = np.array([_error(search, x, seen, self.plant, lags, rng) for lags in LAGS])
+            errors = np.array(
+                [_error(search, x, seen, self.plant, lags, rng) for lags in LAGS for _ in range(self.places)]
+            )
             self._known[size] = errors.T @ errors / len(errors)
         return self._known[size]
 
@@ -146,9 +155,11 @@ def _made_again(
     interval = float(np.median(np.diff(m.time)))
     divider = max(round(RATE * interval), 1)
     sampling = divider / interval
-    plant = replace(as_filed(plant), T_d=max(plant.T_d, 0.5 / sampling), force_lag=0.0)
+    plant = as_filed(plant)
+    plant = replace(plant, T_d=max(plant.T_d, 0.5 / sampling), force_lag=0.0)
     count = min(int((m.time[end - 1] - m.time[begin]) * sampling), MOST)
-    path, t = cubic_spline(m.time, m.position), m.time[begin] + np.arange(count) / sampling
+    path = cubic_spline(m.time, np.round(m.position / (FINEST * m.step)) * (FINEST * m.step))
+    t = m.time[begin] + np.arange(count) / sampling
     reference = Reference(sampling, path(t) + rng.uniform(0.0, m.step), path(t, 1), path(t, 2))
     cascade = usual_cascade(plant, sampling, lags)
     axis = Axis(record.log.axis, plant, cascade, model, encoder=Encoder(m.step), motion=record.log.motion)

@@ -18,7 +18,7 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.cycles import find_cycles
 from fric.identify.gms.fit import GMSFit
-from fric.identify.gms.hunting import Hunting
+from fric.identify.gms.hunting import PLACES, Hunting
 from fric.identify.gms.knots import (
     MOST_BLOCKS,
     Blocks,
@@ -61,6 +61,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     knots: Sequence[float] | None = None,
     refined: bool = True,
     cycles: tuple[int, int] | None = None,
+    places: int = PLACES,
 ) -> GMSFit:
     """Identify alpha, k and C of the GMS model.
 
@@ -68,7 +69,8 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     GMS step along the measured motion refines them. C is fitted where a ``sliding-sine`` record is among the logs.
 
     The arguments are those of `fric.identify_gms`, in SI; ``negative`` is the static map of the negative direction,
-    where each has its own. Without a log of kind ``presliding-sine``, those of kind ``motion`` or of no kind are used.
+    where each has its own; ``places`` are those of `Hunting`. Without a log of kind ``presliding-sine``, those of kind
+    ``motion`` or of no kind are used.
 
     Raises
     ------
@@ -87,7 +89,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     presliding, left_out = without_clipped(presliding, 0.0)
     ready = prepared([*presliding, *sliding], plant)
     doubtful = settled(of_shares((one.log, one.done.inertia_share, one.done.damping_share) for one in ready))
-    hunting = Hunting(plant)
+    hunting = Hunting(plant, places)
 
     def identified(records: Sequence[Prepared]) -> tuple[GMSFit, Mapping[str, Estimate]]:
         given = static, negative, blocks, most_blocks, knots, refined, cycles, hunting
