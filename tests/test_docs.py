@@ -41,8 +41,9 @@ def _marked(page: Path) -> object:
 
 
 def _commands(group: Any, path: tuple[str, ...] = ("fric",)) -> Iterator[tuple[tuple[str, ...], str]]:
-    for name, command in group.commands.items():
-        if hasattr(command, "commands"):
+    for name in group.list_commands(None):
+        command = group.get_command(None, name)
+        if hasattr(command, "list_commands"):
             yield from _commands(command, (*path, name))
         else:
             yield (*path, name), command.help or ""

@@ -220,9 +220,10 @@ class Form:
         self.module, _, self.name = home.partition(":")
         path = Path(__file__).parent.joinpath(*self.module.split(".")[1:]).with_suffix(".py")
         self._source = path.read_text(encoding="utf-8")
-        head = re.search(rf'^def {self.name}\(.*?^    """.*?"""', self._source, re.MULTILINE | re.DOTALL)
-        assert head is not None, home
-        self._head: str = head[0]
+        begin = self._source.index(f"\ndef {self.name}(") + 1
+        self._quotes = self._source.index('\n    """', begin) + 5
+        self._end = self._source.index('"""', self._quotes + 3) + 3
+        self._head = self._source[begin : self._end]
 
     @cached_property
     def text(self) -> str:
@@ -264,7 +265,7 @@ class Form:
     @cached_property
     def _doc(self) -> list[str]:
         """The docstring, by sections: the text, then each section behind its title."""
-        doc = cleandoc(re.search(r'^    """(.*)"""', self._head, re.MULTILINE | re.DOTALL)[1])  # type: ignore[index]
+        doc = cleandoc(self._source[self._quotes + 3 : self._end - 3])
         return re.split(r"^(\w+)\n-{4,}\n", doc, flags=re.MULTILINE)
 
     @cached_property
@@ -286,10 +287,21 @@ class Form:
         return eval(ast.unparse(expression), {name: value for name, value in known.items() if value is not None})
 
     def _imported(self, name: str) -> Any:
-        here = re.search(rf"^{name}(?::[^=\n]+)? = (.+)$", self._source, re.MULTILINE)
-        if here:
-            return self._value(ast.parse(here[1], mode="eval").body)
-        for module, names in re.findall(r"^from (\S+) import (\([^)]*\)|.+)$", self._source, re.MULTILINE):
-            if re.search(rf"\b{name}\b", names):
-                return getattr(import_module(module), name)
-        return None
+        if name in self._constants:
+            return self._value(ast.parse(self._constants[name], mode="eval").body)
+        return getattr(import_module(self._homes[name]), name) if name in self._homes else None
+
+    @cached_property
+    def _constants(self) -> dict[str, str]:
+        """What the source assigns in a line, by name."""
+        return dict(_CONSTANT.findall(self._source))
+
+    @cached_property
+    def _homes(self) -> dict[str, str]:
+        """The module of each name that the source imports from one."""
+        lines = _IMPORT.findall(self._source)
+        return {name: module for module, *names in lines for name in re.findall(r"\w+", "".join(names))}
+
+
+_CONSTANT = re.compile(r"^(\w+)(?::[^=\n]+)? = (.+)$", re.MULTILINE)
+_IMPORT = re.compile(r"^from (\S+) import (?:\(([^)]*)\)|(.+))$", re.MULTILINE)
