@@ -23,12 +23,9 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / ".venv" / "legs"
 """Where each leg keeps what it compiles, and its environments."""
-NUMERIC = tuple(
-    f"tests/{name}"
-    for name in ("identify", "records", "circles", "planning", "simulate", "paper", "results", "test_docs.py")
-)
-"""Tests whose numbers come from fits and simulations."""
-NUDGED = tuple(f"tests/{name}" for name in ("identify", "circles", "planning", "test_docs.py"))
+NUDGED = ("tests/identify", "tests/circles", "tests/planning", "tests/test_docs.py")
+NUMERIC = ("tests/records", "tests/simulate", "tests/paper", "tests/results", *NUDGED)
+"""Tests whose numbers come from fits and simulations, and those of them that a loop hangs on."""
 NUDGES = range(1, 6)
 
 WIDTHS = {"X86_V3": 2, "AVX2": 2, "FMA3": 2, "FMA4": 2, "AVX": 1, "F16C": 1}
