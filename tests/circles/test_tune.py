@@ -181,6 +181,7 @@ def poor(test: MeasuredCircle, rng: np.random.Generator) -> MeasuredCircle:
     return replace(test, axes=axes)
 
 
+@pytest.mark.long(7)
 def test_a_poor_log_serves_too(drawn, circles):
     rng = np.random.default_rng(0)
     found = tune(drawn, [poor(test, rng) for test in circles])
@@ -254,6 +255,7 @@ def test_what_is_no_better_is_refused(drawn, circles):
     assert refused or glitches(found.machine) <= glitches(drawn)
 
 
+@pytest.mark.long(4)
 def test_directions_with_own_levels_are_found(drawn):
     from fric.friction.directed import Directed
 
@@ -341,6 +343,7 @@ def test_files_of_a_tuning_are_a_machine_again(drawn, tuned, tmp_path):
         write_tuned(tuned, ROOT / "configs/xy-table.yaml", tmp_path / "tuned")
 
 
+@pytest.mark.long(20)
 def test_a_loop_that_does_not_hold_falling_friction_is_designed_anew(tmp_path):
     machine = draw_machine(fric.read_machine(ROOT / "configs/xy-table.yaml"), 13)[0]
     tests = recorded(machine)

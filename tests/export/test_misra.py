@@ -31,11 +31,12 @@ def test_the_checker_finds_what_a_bad_file_does(tmp_path: Path) -> None:
     assert len({line.split()[0] for line in _findings(tmp_path / "bad.c")}) >= 8
 
 
-def test_exported_c_has_no_findings(tmp_path: Path) -> None:
+@pytest.mark.parametrize("names", [["gms"], pytest.param(exportable(), marks=pytest.mark.long(15))], ids=["gms", "all"])
+def test_exported_c_has_no_findings(names: list[str], tmp_path: Path) -> None:
     # in single precision, and as a machine beside the compensation, only one of each kind: the structure is the same
     users = []
     for single in (False, True):
-        named = ["gms"] if single else exportable()
+        named = ["gms"] if single else names
         made = [part(typical(name)) for name in named]
         made += [part(typical(name), "machine") for name in named if name == "gms" or name in DIRECTED]
         for n, one in enumerate([*made, scheme_part("f")]):  # each an axis of its own, for names are compared too

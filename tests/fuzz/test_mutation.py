@@ -9,14 +9,15 @@ import pytest
 
 from tests.fuzz.mutation import READ, judged, run
 
-COUNT = int(os.environ.get("FUZZ_COUNT", "220"))
+COUNTS = [60, pytest.param(int(os.environ.get("FUZZ_COUNT", "600")), marks=pytest.mark.long(60))]
 SEED = int(os.environ.get("FUZZ_SEED", datetime.now(UTC).strftime("%Y%m%d")))
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*-*"))
 
 
-def test_mutated_files_end_well_or_in_a_sentence():
+@pytest.mark.parametrize("count", COUNTS)
+def test_mutated_files_end_well_or_in_a_sentence(count):
     print(f"seed {SEED}")
-    failed = [(kind, source.name, n, told) for kind, source, n, told in run(COUNT, SEED) if told]
+    failed = [(kind, source.name, n, told) for kind, source, n, told in run(count, SEED) if told]
     assert not failed, f"seed {SEED}: {failed[:3]}"
 
 

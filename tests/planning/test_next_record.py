@@ -65,6 +65,7 @@ def test_a_record_is_blind_for_what_it_does_not_show() -> None:
     assert told[names.index("k_1")] < 1e-6 * told[names.index("C")]
 
 
+@pytest.mark.long(9)
 def test_the_record_that_is_said_to_narrow_most_narrows_a_file_that_lacks_it(tmp_path: Path) -> None:
     """Without a sine in sliding C is assumed, to a factor of ten: that sine comes first, and does what is said."""
     _, _, logs, (plant, static, _) = first()
