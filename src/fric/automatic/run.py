@@ -33,8 +33,8 @@ from fric.report.summary import Report, make_report
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
 from fric.results.given import bounded
+from fric.results.given_models import machine_of
 from fric.results.kinds import Address, CircleFiles, Count, MachineFile, Quantity
-from fric.results.machine import machine_of
 from fric.results.text import Piece
 from fric.verb import Kind, verb
 from fric.verdict.decide import decide

@@ -18,7 +18,7 @@ from fric.errors import FricError
 from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, in_si, silent
-from fric.results.given_models import circles_of
+from fric.results.given_models import circles_of, machine_of, schemes_of
 from fric.results.kinds import (
     Address,
     AxisName,
@@ -31,7 +31,6 @@ from fric.results.kinds import (
     Seed,
     SpreadsLike,
 )
-from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.circle import Circle, CircleRun, run_circle
 from fric.simulate.contour_run import reduction

@@ -15,8 +15,8 @@ from fric.flaws.prediction import INTERRUPTED, SCHEME_FAILED
 from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, in_si, silent
+from fric.results.given_models import machine_of, schemes_of
 from fric.results.kinds import Address, Count, KnownSchemes, MachineLike, Quantities, Quantity, SchemesLike
-from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import pair
 from fric.simulate.over_circles import CircleMap, Grid

@@ -20,9 +20,8 @@ from fric.flaws.prediction import NOT_AS_PREDICTED
 from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, quantity, silent
-from fric.results.given_models import CIRCLES, circles_of
+from fric.results.given_models import CIRCLES, circles_of, schemes_of
 from fric.results.kinds import CircleLike, KnownSchemes, MachineFile, Quantity, SchemeName
-from fric.results.machine import schemes_of
 from fric.results.text import Piece, Table
 from fric.units import readable
 from fric.verb import refused, verb

@@ -30,8 +30,8 @@ from fric.output import write_folder
 from fric.results.base import Result
 from fric.results.diagnose import diagnose
 from fric.results.given import Advance, path_of, silent
+from fric.results.given_models import schemes_of
 from fric.results.kinds import AxisName, CircleFiles, KnownSchemes, MachineLike, Quantity, SchemesLike
-from fric.results.machine import schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.machine import Machine
 from fric.units import readable

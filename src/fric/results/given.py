@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from fric.errors import FricError
 from fric.flaws.unit import BOUNDS
@@ -11,9 +11,6 @@ from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.plausibility.bounds import Finding, settled
 from fric.units import Motion, likely, parse
 from fric.verb import refused
-
-if TYPE_CHECKING:
-    pass
 
 
 class Advance(Protocol):

@@ -1,7 +1,7 @@
 """What verbs take, as annotations: what Python checks, and how a command reads, completes and names it.
 
 Importing this loads nothing: a command's help is made of it. What a type stands for is read where the verb is run
-(`given`, `given_models`, `machine`).
+(`given`, `given_models`).
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -12,8 +12,8 @@ from fric.io.path import read_path
 from fric.notice import Notice, once
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, path_of, silent
+from fric.results.given_models import machine_of, schemes_of
 from fric.results.kinds import KnownSchemes, MachineLike, PathLike, Quantity, SchemesLike
-from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table
 from fric.simulate.contour_run import reduction
 from fric.simulate.machine import Machine

@@ -27,9 +27,8 @@ from fric.planning.next_record import narrowing
 from fric.planning.prior import TYPICAL, prior_axis
 from fric.results.base import Result
 from fric.results.given import Advance, bounded, in_si, logs_of, silent
-from fric.results.given_models import document_of
+from fric.results.given_models import document_of, machine_of, schemes_of
 from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Quantity, SchemesLike
-from fric.results.machine import machine_of, schemes_of
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Axis
 from fric.simulate.plan import Expected, Limits, Narrowing, Plan, Planned
