@@ -18,10 +18,18 @@ __all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    home = _HOMES.get(name) or ("" if name.startswith("_") else _verb(name))
+    if not home:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    found = globals()[name] = getattr(import_module(_HOMES[name], __name__), name)
+    found = globals()[name] = getattr(import_module(home, __name__), name)
     return found
+
+
+def _verb(name: str) -> str:
+    """Return the module of a verb of `fric.results` that the stub does not name; nothing where there is none."""
+    from fric.verb import verbs_in
+
+    return verbs_in("fric.results").get(name, "").partition(":")[0]
 
 
 def __dir__() -> list[str]:

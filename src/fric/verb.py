@@ -2,6 +2,7 @@
 
 import ast
 import re
+import sys
 from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property, wraps
@@ -204,6 +205,19 @@ class Argument:
     help: str
 
 
+def folders(room: str) -> list[str]:
+    """Return the folders of a room of fric, which need not be imported for it: ``fric.results``."""
+    known = sys.modules.get(room)
+    return list(known.__path__) if known else [str(Path(__file__).parent.joinpath(*room.split(".")[1:]))]
+
+
+def verbs_in(room: str) -> dict[str, str]:
+    """Return module and name of each verb in the files of a room, by name; the files are read, not imported."""
+    files = sorted(path for folder in folders(room) for path in Path(folder).glob("*.py"))
+    named = ((path.stem, re.findall(r"^@verb\ndef (\w+)", path.read_text("utf-8"), re.MULTILINE)) for path in files)
+    return {name: f"{room}.{stem}:{name}" for stem, names in named for name in names}
+
+
 class Form:
     """What the source of a verb says of it: its text, and its arguments in their order.
 
@@ -218,8 +232,9 @@ class Form:
 
     def __init__(self, home: str) -> None:
         self.module, _, self.name = home.partition(":")
-        path = Path(__file__).parent.joinpath(*self.module.split(".")[1:]).with_suffix(".py")
-        self._source = path.read_text(encoding="utf-8")
+        room, _, file = self.module.rpartition(".")
+        places = (Path(folder) / f"{file}.py" for folder in folders(room))
+        self._source = next(place for place in places if place.is_file()).read_text(encoding="utf-8")
         begin = self._source.index(f"\ndef {self.name}(") + 1
         self._quotes = self._source.index('\n    """', begin) + 5
         self._end = self._source.index('"""', self._quotes + 3) + 3

@@ -1,7 +1,6 @@
 """The commands: of each its verb, and what a terminal adds to it."""
 
 import re
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +10,7 @@ from fric.cli.group import Home, group
 from fric.cli.signature import option, parameter
 from fric.cli.special import OF_CIRCLES
 from fric.columns import CIRCLE, KINDS
+from fric.verb import folders, verbs_in
 
 
 def models_in(*folders: Path | str) -> dict[str, str]:
@@ -27,8 +27,7 @@ def models_in(*folders: Path | str) -> dict[str, str]:
     return found
 
 
-_ROOM = sys.modules.get("fric.friction")
-MODELS = models_in(*(_ROOM.__path__ if _ROOM else [Path(fric.__file__).parent / "friction"]))
+MODELS = models_in(*folders("fric.friction"))
 """Every model that can be identified, and what it is."""
 
 FRICTION = Output("FRICTION.yaml", "Friction file to write.")
@@ -214,3 +213,9 @@ COMMANDS: dict[str, Home] = {
     "identify": group("identify", "Identify friction and plant from logs.", IDENTIFY),
     "simulate": group("simulate", "Virtual experiments, and the circular test.", SIMULATE),
 }  # fmt: skip
+COMMANDS |= {
+    name.replace("_", "-"): Command(home, plot=True)
+    for name, home in verbs_in("fric.results").items()
+    if name not in dir(fric)
+}
+"""A verb that neither `fric` nor this table names, in a file of its own, is a command as it is."""
