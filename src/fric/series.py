@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from fric.errors import FricError
-from fric.units import Motion, si_unit
+from fric.units import Motion, rotates, si_unit
 from fric.verb import refused
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ CLOSEST = 1e-9
 
 def largest(dimension: str, motion: Motion = "linear") -> float:
     """Return the magnitude in SI that no value of a dimension reaches on a machine."""
-    return LINEAR if (dimension, motion) == ("position", "linear") else LARGEST.get(dimension, OTHERWISE)
+    return LINEAR if dimension == "position" and not rotates(motion) else LARGEST.get(dimension, OTHERWISE)
 
 
 def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Motion = "linear", least: int = 2) -> None:

@@ -1,7 +1,9 @@
 """Units, parsed at the edge: every number inside fric is a float in SI (rad and N·m for a rotary axis).
 
 A *dimension* is what a number measures (``force``, ``velocity``, …). Its SI unit depends on the motion of the
-axis: a force is in N on a linear axis and a torque in N·m on a rotary one.
+axis: a force is in N on a linear axis and a torque in N·m on a rotary one. Where a drive tells it in a unit of its own
+(A, % of rated, V, counts), that is the unit of all forces of the axis, and nothing makes newtons of it: the mass is in
+A·s²/m, the force constant in A/V.
 """
 
 from __future__ import annotations
@@ -9,15 +11,19 @@ from __future__ import annotations
 import re
 from functools import cache
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from fric.errors import FricError, printable
 
 if TYPE_CHECKING:
     import pint
 
-Motion = Literal["linear", "rotary"]
-MOTIONS: tuple[Motion, ...] = ("linear", "rotary")
+Motion = Literal[
+    "linear", "rotary", "linear/A", "rotary/A", "linear/%", "rotary/%", "linear/V", "rotary/V", "linear/count",
+    "rotary/count",
+]  # fmt: skip
+"""What an axis does, and behind a slash the unit of its forces where they are in the drive's own."""
+MOTIONS: tuple[Motion, ...] = get_args(Motion)
 
 SI_UNITS: dict[str, tuple[str, str]] = {
     # dimension: (linear, rotary)
@@ -43,9 +49,46 @@ SI_UNITS: dict[str, tuple[str, str]] = {
 }
 
 
+PLAIN: tuple[Motion, ...] = ("linear", "rotary")
+"""Motions with forces in SI."""
+OF_FORCE = {"force": "", "mass": "*s^2/{m}", "viscous": "*s/{m}", "stiffness": "/{m}", "force rate": "/s",
+            "force per input": "/V"}  # fmt: skip
+"""Dimensions that a force is in: what stands behind its unit."""
+
+
+def rotates(motion: str) -> bool:
+    """Say whether an axis turns."""
+    return motion.startswith("rotary")
+
+
+def drive_unit(motion: str) -> str:
+    """Return the unit of the drive's own in which forces are; empty where they are in N or N·m."""
+    return motion.partition("/")[2]
+
+
+def kinds_of(motion: Motion | None) -> tuple[Motion, ...]:
+    """Return the motions that an axis may have of which one is said: those in the drive's units, where none is."""
+    return tuple(one for one in MOTIONS if motion is None or one == motion or one.partition("/")[0] == motion)
+
+
+def in_units_of(motion: Motion, unit: str | None) -> Motion:
+    """Return a motion with forces in the drive's own unit, where a unit of a force is that."""
+    return next((one for one in kinds_of(motion) if converts(unit, "force", one)), motion)
+
+
+def words_of(motion: str) -> str:
+    """Return a motion for people: ``rotary/A`` is a rotary axis with forces in A."""
+    plain, _, unit = motion.partition("/")
+    return f"{plain} (force in {unit})" if unit else plain
+
+
+@cache
 def si_unit(dimension: str, motion: Motion = "linear") -> str:
     """Return the SI unit of a dimension on a linear or rotary axis, as it is written in files."""
-    return SI_UNITS[dimension][motion == "rotary"]
+    drive = drive_unit(motion)
+    if drive and dimension in OF_FORCE:
+        return drive + OF_FORCE[dimension].format(m="rad" if rotates(motion) else "m")
+    return SI_UNITS[dimension][rotates(motion)]
 
 
 @cache
@@ -89,6 +132,11 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     si = si_unit(dimension, motion)
     if unit.strip() == si:
         return 1.0
+    if dimension in OF_FORCE and drive_unit(motion) in {"%", "count"}:  # a share, or a number, is of any dimension
+        if dimension == "force" and unit.strip() in {"percent", "counts"}:
+            return 1.0
+        raise FricError(f"{dimension} cannot be in '{unit}' where it is logged in {drive_unit(motion)}",
+                        hint=f"Give it in {si}.")  # fmt: skip
     if (unit.strip(), si) in _EVERYDAY:
         return _EVERYDAY[unit.strip(), si]
     registry = _registry()
@@ -101,7 +149,7 @@ def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
         quantity = registry.Quantity(1.0, spelled)
         return float(quantity.to(si).magnitude)
     except pint.DimensionalityError:
-        other: Motion = "linear" if motion == "rotary" else "rotary"
+        other: Motion = "linear" if rotates(motion) else "rotary"
         asked = f" (the axis is {motion}; is it {other}? Then say `motion: {other}`)"
         hint = asked if _fits(spelled, dimension, other) else ""
         raise FricError(
@@ -228,7 +276,7 @@ _LIKELY: dict[tuple[str, Motion], tuple[tuple[str, float], ...]] = {
 
 def likely(number: float | str, dimension: str, motion: Motion = "linear") -> str:
     """Return a number with the unit that the size of machines makes likely: 100 of a velocity is ``100 mm/s``."""
-    units = _LIKELY.get((dimension, motion), ((si_unit(dimension, motion), inf),))
+    units = _LIKELY.get((dimension, "rotary" if rotates(motion) else "linear"), ((si_unit(dimension, motion), inf),))
     return f"{number} {next(unit for unit, most in units if abs(float(number)) <= most)}"
 
 
@@ -254,7 +302,29 @@ def parse_gain(text: str | float) -> float:
 
 
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-_PREFIXED = {"m", "N", "V", "s", "Hz", "m/s", "m/V", "N*m", "J", "N/m", "N*m/rad", "N/s", "N*m/s", "N*m*s/rad"}
+_PREFIXED = {
+    "m",
+    "N",
+    "V",
+    "s",
+    "Hz",
+    "m/s",
+    "m/V",
+    "N*m",
+    "J",
+    "N/m",
+    "N*m/rad",
+    "N/s",
+    "N*m/s",
+    "N*m*s/rad",
+    "A",
+    "A/m",
+    "A/rad",
+    "A/s",
+    "A*s/m",
+    "A*s/rad",
+    "A/V",
+}
 """Units that people read with a prefix; of the others (rad, kg, N·s/m, …) they do not."""
 
 

@@ -106,8 +106,8 @@ def test_a_proposal_says_what_it_does_not_know(tmp_path: Path) -> None:
     rows = "".join(f"{n * 0.5}; {n}; {n % 4}\n" for n in range(50))
     (file,) = written(tmp_path, drive="t; Speed [rpm]; Torque [%]\n" + rows)
     text = proposal([file])
-    assert "motion: rotary" in text
-    assert 'scale: "? N*m"' in text
+    assert "motion: rotary/%" in text
+    assert 'unit: "%"' in text
     assert 'unit: "?"' in text
     other, *_ = written(tmp_path, other="a; b\n1; 2\n2; 3\n3; 4\n")
     both = proposal([file, other])

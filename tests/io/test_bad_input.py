@@ -148,10 +148,10 @@ def test_unit_of_the_wrong_kind(tmp_path):
     assert "converts to N" in told
 
 
-def test_per_cent_of_a_turning_drive_asks_for_a_scale_and_not_for_another_speed(tmp_path):
-    log = "time [ms],velocity [rpm],torque [%]\n" + "".join(f"{n},60,30\n" for n in range(50))
+def test_kelvins_of_a_turning_drive_ask_for_a_scale_and_not_for_another_speed(tmp_path):
+    log = "time [ms],velocity [rpm],torque [K]\n" + "".join(f"{n},60,30\n" for n in range(50))
     told = refused(tmp_path, log)
-    assert "column 'torque': force cannot be in '%'" in told
+    assert "column 'torque': force cannot be in 'K'" in told
     assert 'as in scale: "12.5 N*m"' in told
 
 

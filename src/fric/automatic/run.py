@@ -36,6 +36,7 @@ from fric.results.given import bounded
 from fric.results.given_models import machine_of
 from fric.results.kinds import Address, CircleFiles, Count, MachineFile, Quantity
 from fric.results.text import Piece
+from fric.units import rotates
 from fric.verb import Kind, verb
 from fric.verdict.decide import decide
 from fric.verdict.evidence import Evidence, Verdict
@@ -189,7 +190,7 @@ def auto(
         if name.partition(":")[0] not in axes:
             found.description.append(STEP_FAILED.found(name, why=str(failure)))
     described = list(once(found.description))
-    rotary = bool(axes) and all(one.motion == "rotary" for one in axes.values())
+    rotary = bool(axes) and all(rotates(one.motion) for one in axes.values())
     return AutoResult(folder, axes, described, session.steps, session.made, page, rotary)
 
 
@@ -197,7 +198,7 @@ def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None)
     """Return the machine file: the one that is given, or one made of what was identified."""
     if given is not None:
         return given
-    whole = {name: one.files for name, one in axes.items() if one.motion == "linear" and one.whole}
+    whole = {name: one.files for name, one in axes.items() if not rotates(one.motion) and one.whole}
     if not whole or any(read_document(files["plant"], PlantDocument).K_f is None for files in whole.values()):
         return None
     path = session.folder / "machine.yaml"

@@ -14,6 +14,7 @@ from fric.cli.command import READ_MACHINE, Command
 from fric.cli.console import ERR, OUT, Interruption, finish, interruption, print_json
 from fric.errors import printable
 from fric.output import refuse_existing
+from fric.units import rotates
 
 if TYPE_CHECKING:
     from fric.automatic.steps import Step  # with all that a step runs
@@ -133,7 +134,7 @@ def _by_hand(given: dict[str, Any]) -> str:
 
     page = KnotPage(start, again)
     ERR.print(f"move the knots at {page.address} ; Ctrl-C ends without writing", markup=False)
-    unit = "um" if start.fit.motion == "linear" else "urad"
+    unit = "um" if not rotates(start.fit.motion) else "urad"
     chosen = ", ".join(f"{knot * 1e6:.6g} {unit}" for knot in page.serve())
     ERR.print(f"the same again: --knots '{chosen}'", markup=False)
     return chosen

@@ -5,9 +5,9 @@ from collections.abc import Collection, Mapping
 from fnmatch import fnmatch
 from functools import cache
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from fric.columns import (
@@ -23,7 +23,7 @@ from fric.columns import (
 from fric.documents.base import Document
 from fric.documents.quantity import Part
 from fric.errors import FricError
-from fric.units import Motion, factor, parse
+from fric.units import Motion, factor, kinds_of, parse
 
 FIELD = re.compile(r"\{([^{}]+)\}")
 
@@ -87,10 +87,8 @@ class Channel(Part):
         return self
 
 
-class MappingDocument(Document):
-    """A mapping: format of a foreign log, and where each channel comes from."""
-
-    type: ClassVar[str] = "mapping"
+class FileMapping(Part):
+    """What files of one kind are: format of a foreign log, and where each channel comes from."""
 
     axis: str | None = None
     motion: Motion | None = None
@@ -100,44 +98,17 @@ class MappingDocument(Document):
     format: Layout = Layout()
     columns: dict[str, Channel] = Field(default_factory=dict)
     files: str | list[str] | None = Field(default=None, description='of a part: names of its files, as "*.csv"')
-    parts: list["MappingDocument"] = Field(
-        default_factory=list, description="a mapping for each axis, or each kind of files, in place of columns"
-    )
 
-    @field_validator("parts", mode="before")
-    @classmethod
-    def _of_a_part(cls, given: Any) -> Any:
-        """Take a part for the mapping that it is."""
-        if not isinstance(given, list):
-            return given
-        return [{"fric": cls.type_name(), **one} if isinstance(one, Mapping) else one for one in given]
-
-    def part(self, path: Path, names: Collection[str], axis: str | None = None) -> "MappingDocument | None":
-        """Return the part for a file that has columns of these names; None where there is none.
-
-        Parameters
-        ----------
-        path
-            The file.
-        names
-            Names of its columns.
-        axis
-            The axis that is asked for; None for that of the first part that fits.
-        """
-        if not self.parts:
-            return self
-        for one in self.parts:
-            patterns = [one.files] if isinstance(one.files, str) else one.files or ["*"]
-            wanted = {c.column for c in one.columns.values() if isinstance(c.column, str)}
-            named = any(fnmatch(path.name, pattern) for pattern in patterns) and wanted <= set(names)
-            if named and axis in {None, one.axis}:
-                return one
-        return None
+    def fits(self, path: Path, names: Collection[str]) -> bool:
+        """Say whether the mapping is of a file: by the patterns of names, and by its columns where there are such."""
+        if self.files is None:
+            return True
+        wanted = {one.column for one in self.columns.values() if isinstance(one.column, str)}
+        patterns = [self.files] if isinstance(self.files, str) else self.files
+        return any(fnmatch(path.name, pattern) for pattern in patterns) and wanted <= set(names)
 
     @model_validator(mode="after")
     def _columns_fit(self) -> Self:
-        if bool(self.columns) == bool(self.parts):
-            raise ValueError("has neither columns nor parts, or both\nGive columns; or parts with columns each.")
         in_time = self.kind != "frequency-response" or "time" in self.columns
         known = CHANNELS if in_time else tuple(RESPONSE_DIMENSIONS)
         known = tuple(FORCE_VELOCITY_DIMENSIONS) if self.kind == FORCE_VELOCITY else known
@@ -165,7 +136,7 @@ class MappingDocument(Document):
             raise FricError("rate and period are of the time", hint="Name a column, or give a value.")
         if name == "time" and (channel.value or channel.sign):
             raise FricError("has no sign and no single value", hint="Name its column, or give rate or period.")
-        motions: tuple[Motion, ...] = (self.motion,) if self.motion else ("linear", "rotary")
+        motions = kinds_of(self.motion)
         full = "ball-bar.deviation" if (self.kind, name) == (CIRCLE, "deviation") else name
         dimension = channel_dimension(f"{FORCE_VELOCITY}.{name}" if self.kind == FORCE_VELOCITY else full)
         checks = (
@@ -203,6 +174,38 @@ class MappingDocument(Document):
                 hint="Mend `file:` in the mapping, or ingest such files on their own.",
             )
         return {**own, **dict(zip(names, found, strict=True))}
+
+
+class MappingDocument(Document, FileMapping):
+    """A mapping of foreign logs: of one axis; or in parts, one for each axis or each kind of files."""
+
+    type: ClassVar[str] = "mapping"
+
+    parts: list[FileMapping] = Field(default_factory=list, description="a mapping each, in place of columns")
+
+    @model_validator(mode="after")
+    def _columns_or_parts(self) -> Self:
+        if bool(self.columns) == bool(self.parts):
+            raise ValueError("has neither columns nor parts, or both\nGive columns; or parts with columns each.")
+        return self
+
+    def of(self, path: Path, names: Collection[str], axis: str | None = None) -> FileMapping | None:
+        """Return the mapping of a file that has columns of these names; None where none is.
+
+        Parameters
+        ----------
+        path
+            The file.
+        names
+            Names of its columns.
+        axis
+            The axis that is asked for; None for that of the first part that fits.
+        """
+        return next(iter(self.all_of(path, names, axis)), None)
+
+    def all_of(self, path: Path, names: Collection[str], axis: str | None = None) -> list[FileMapping]:
+        """Return the mappings of a file, one for each of its axes."""
+        return [one for one in self.parts or [self] if axis in {None, one.axis} and one.fits(path, names)]
 
 
 def _taken_apart(stem: str, literals: list[str]) -> tuple[str, ...] | None:

@@ -13,6 +13,7 @@ from fric.export.translate.program import Program
 from fric.export.translate.reader import Entry, read_program
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed
+from fric.units import Motion
 
 LARGEST = {
     "position": 1e4, "velocity": 1e3, "acceleration": 1e6, "time": 1.0, "force": 1e9, "voltage": 1e6, "gain": 1e3,
@@ -70,7 +71,7 @@ class Part:
     role: Role
     machine: str
     axis: str
-    motion: str
+    motion: Motion
     scheme: str
     friction: FrictionModel | None
     K_f: float

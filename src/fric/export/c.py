@@ -11,6 +11,7 @@ from fric.export.base import LARGEST, Files, Part, Target
 from fric.export.rendering import identifier, render
 from fric.export.translate.c_code import c_routines
 from fric.export.translate.c_dialect import Dialect
+from fric.units import si_unit
 
 EQUATIONS = {
     "compensation": (
@@ -33,7 +34,7 @@ def name_of(part: Part) -> str:
 def values_of(part: Part, number: Callable[[float], str]) -> dict[str, Any]:
     """Return what templates need to know of a part, with numbers as the language writes them."""
     model = part.model
-    unit, force_unit = ("rad", "N*m") if part.motion == "rotary" else ("m", "N")
+    unit, force_unit = (si_unit(one, part.motion) for one in ("position", "force"))
     what = f"Friction compensation of axis {part.axis}, scheme {part.scheme}"
     return {
         "part": part,

@@ -5,6 +5,7 @@ from math import pi
 from fric.export.base import Files, Part, Target
 from fric.export.c import c_files, c_values
 from fric.export.rendering import identifier, render
+from fric.units import rotates
 
 COMPONENTS = {"compensation": "ff", "machine": "plant"}
 """Ends of the components' names; halcompile makes a C file of that name, which must not be the part's own."""
@@ -19,7 +20,7 @@ def linuxcnc_files(part: Part) -> Files:
     more = values | {
         "component": component,
         "joint": JOINTS.get(part.axis.lower(), 0),
-        "scale": repr(pi / 180 if part.motion == "rotary" else 1e-3),
+        "scale": repr(pi / 180 if rotates(part.motion) else 1e-3),
     }
     files = dict(c_files(part)) | {f"{component}.comp": render(f"{part.role}.comp.j2", **more)}
     if part.role == "compensation":

@@ -12,23 +12,23 @@ from fric.export.base import Files, Part
 from fric.friction import FrictionModel
 from fric.friction.directed import Directed
 from fric.notice import Notice
-from fric.units import Motion, si_unit
+from fric.units import Motion, rotates, si_unit
 
 
 def manifest(
     target: str, part: Part, files: Files, *, notices: Iterable[Notice], sources: Iterable[Mapping[str, str]]
 ) -> dict[str, Any]:
     """Return the content of manifest.json: SI values with their units, a digest of each file and of each source."""
-    unit = "rad" if part.motion == "rotary" else "m"
+    unit = "rad" if rotates(part.motion) else "m"
     values = {
         "sampling": (part.sampling, "Hz"), "limit": (part.limit, "V"), "lead": (part.lead, "s"),
-        "gain": (part.gain, "1"), "K_f": (part.K_f, "N/V" if unit == "m" else "N*m/V"), "A": (part.A, "1/s"),
+        "gain": (part.gain, "1"), "K_f": (part.K_f, si_unit("force per input", part.motion)), "A": (part.A, "1/s"),
         "B": (part.B, f"{unit}/(s^2*V)"), "resolution": (part.resolution, unit),
     }  # fmt: skip
     if part.role == "machine":
         values |= {
             "delay": (part.delay, "s"),
-            "load": (part.load, "N"),
+            "load": (part.load, si_unit("force", part.motion)),
             "velocity_filter": (part.velocity_filter, "Hz"),
         }
     digests = {
@@ -58,7 +58,7 @@ def manifest_text(content: Mapping[str, Any]) -> str:
     return clean(json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)) + "\n"
 
 
-def friction_values(model: FrictionModel, motion: str) -> dict[str, Any]:
+def friction_values(model: FrictionModel, motion: Motion) -> dict[str, Any]:
     """Return the parameters of a model by section and name, each with its unit."""
     if isinstance(model, Directed):
         backwards = friction_values(model.negative, motion)["static"]
@@ -66,10 +66,9 @@ def friction_values(model: FrictionModel, motion: str) -> dict[str, Any]:
     found: dict[str, Any] = {"model": model.name}
     parts = {name: value for name, value in vars(model).items() if isinstance(value, FrictionModel)}
     holders: dict[str, Any] = {model.name: model} | parts
-    kind: Motion = "rotary" if motion == "rotary" else "linear"
     for section, parameters in type(model).declared().items():
         holder = holders.get(section, model)
-        found[section] = {p.name: _quantity(getattr(holder, p.name), si_unit(p.dimension, kind)) for p in parameters}
+        found[section] = {p.name: _quantity(getattr(holder, p.name), si_unit(p.dimension, motion)) for p in parameters}
     return found
 
 

@@ -27,6 +27,7 @@ from fric.reference import Reference, circle
 from fric.simulate.axis import run_axis
 from fric.simulate.chance import PLACES, SLOW, Chance
 from fric.simulate.machine import Axis, Machine
+from fric.units import rotates
 
 RADIUS = 0.03
 """Of the circles whose reversals the pulse is fitted to [m]."""
@@ -173,7 +174,7 @@ def sinumerik_files(part: Part, *, machine: Machine) -> Files:
     FricError
         When the axis is not linear: the circle that is simulated is of two linear axes.
     """
-    if part.motion != "linear":
+    if rotates(part.motion):
         raise FricError("the target sinumerik is for linear axes", hint="Export to c or st.")
     axis = machine.axis(part.axis)
     pulse, alone = fitted(axis, part)

@@ -12,6 +12,7 @@ from fric.errors import FricError
 from fric.export.base import Files, Part, Target
 from fric.export.c import name_of
 from fric.export.manifest import friction_values
+from fric.units import si_unit
 
 SPEEDS = 61
 """Speeds of the table of steady friction, both directions and rest."""
@@ -48,7 +49,7 @@ def csv_files(part: Part) -> Files:
     writer.writerow(["section", "parameter", "value", "unit"])
     writer.writerows([section, name, repr(value), unit] for section, name, value, unit in parameter_rows(part))
     writer = csv.writer(table, lineterminator="\n")
-    unit, force = ("rad", "N*m") if part.motion == "rotary" else ("m", "N")
+    unit, force = (si_unit(one, part.motion) for one in ("position", "force"))
     writer.writerow([f"velocity [{unit}/s]", f"friction [{force}]", "feedforward [V]"])
     writer.writerows([repr(float(value)) for value in row] for row in steady_table(part))
     return {f"{name_of(part)}-parameters.csv": parameters.getvalue(), f"{name_of(part)}-steady.csv": table.getvalue()}

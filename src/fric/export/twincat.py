@@ -10,6 +10,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.export.base import Files, Part, Target
 from fric.export.c import name_of
+from fric.units import rotates, si_unit
 
 POINTS = 20
 """Points of the list at most."""
@@ -73,8 +74,8 @@ def _error(v: Real, force: Real, first: int, last: int) -> float:
 def twincat_files(part: Part) -> Files:
     """Return the list as text, and a page that says what it leaves."""
     velocity, volts, error = list_of(part)
-    unit, force = ("rad", "N*m") if part.motion == "rotary" else ("mm", "N")
-    per = 1.0 if part.motion == "rotary" else 1e3
+    unit, force = ("rad" if rotates(part.motion) else "mm"), si_unit("force", part.motion)
+    per = 1.0 if rotates(part.motion) else 1e3
     lines = [f"velocity [{unit}/s];feedforward [V]"]
     lines += [f"{per * v:.9g};{u:.9g}" for v, u in zip(velocity, volts, strict=True)]
     page = (

@@ -11,9 +11,9 @@ from fric.arrays import Real
 from fric.figures.style import BLACK, BLUE, GREY, VERMILION, Band, new_figure, shade
 from fric.figures.views import view
 from fric.identify.static_map.identify import StaticFit
-from fric.units import Motion, prefixed, si_unit
+from fric.units import Motion, prefixed, rotates, si_unit
 
-_VELOCITY_SCALES = {"linear": (1e3, "mm/s"), "rotary": (1.0, "rad/s")}
+_VELOCITY_SCALES = ((1e3, "mm/s"), (1.0, "rad/s"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class FrictionMap:
         """Return factor and unit of velocity and of force, in which people read them."""
         ends = [np.max(np.abs(branch.y)) for one in self.maps for branch in one.branches]
         peak = np.max(np.abs(self.force)) if self.force.size else max(ends)
-        return *_VELOCITY_SCALES[self.motion], *prefixed(float(peak), si_unit("force", self.motion))
+        return *_VELOCITY_SCALES[rotates(self.motion)], *prefixed(float(peak), si_unit("force", self.motion))
 
 
 @view("map", of="StaticFit", usual=True)

@@ -25,7 +25,7 @@ from fric.io.likely import refuse_left_out
 from fric.io.readers.base import Table, plain_name
 from fric.io.words import EXACT, OF_MEANS
 from fric.series import CLOSEST, largest, require_plausible
-from fric.units import Motion, factor, parse, si_unit
+from fric.units import Motion, factor, kinds_of, parse, si_unit
 
 Form = Literal["time", "response", "means"]
 """What a table holds: samples in time, a frequency response, or mean forces at velocities."""
@@ -147,7 +147,7 @@ def plan(
         kind = mapping.kind
     channels = _of_file(table, mapping.columns, part) if mapping else _by_header(table, kind)
     form = _form(channels, kind)
-    motions: tuple[Motion, ...] = (motion,) if motion else ("linear", "rotary")
+    motions = kinds_of(motion)
     refusals: list[tuple[int, FricError]] = []
     for chosen in motions:
         origins: dict[str, Origin] = {}

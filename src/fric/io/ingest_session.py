@@ -21,7 +21,7 @@ from fric.io.join import joined
 from fric.io.readers.base import Table
 from fric.io.rows import WholeRows
 from fric.notice import Notice
-from fric.units import Motion
+from fric.units import Motion, drive_unit, words_of
 
 KIND_OF_FORM: dict[Form, Kind] = {"response": "frequency-response", "means": FORCE_VELOCITY}
 """Kinds that the columns tell."""
@@ -86,9 +86,12 @@ class Session:
         if axis is None and mapping and mapping.axis:
             axis = filled(mapping.axis, self._fields(table), str(table.path))
         motion = self._about.motion or (mapping.motion if mapping else None) or said.get("motion")
-        if motion is None:
-            motion = held[1] if held else self._plan(table, None).motion
-        return axis or (held[0] if held else "x"), cast(Motion, motion)
+        if motion is None and held:
+            motion = held[1]
+        known = cast("Motion | None", motion)
+        if known is None or not (drive_unit(known) or self._about.join):  # in which unit are forces?
+            known = self._plan(table, known).motion
+        return axis or (held[0] if held else "x"), known
 
     def read(self, path: Path, found: Iterable[Table], writer: LogWriter, axis: str, motion: Motion) -> None:
         """Add the records of one file, which are its tables."""
@@ -103,7 +106,8 @@ class Session:
             own = self.of_axis(table, (axis, motion))
             if own != (axis, motion):
                 raise FricError(
-                    f"is of the {own[1]} axis {own[0]}, and the log file of the {motion} axis {axis}", where=str(path),
+                    f"is of the {words_of(own[1])} axis {own[0]}, and the log file of the {words_of(motion)} {axis}",
+                    where=str(path),
                     hint="Keep each axis in a file of its own, or say --axis.",
                 )  # fmt: skip
             if "name" in table.said and (same := _digest(table, digest)) in self.known:
@@ -160,6 +164,9 @@ class Session:
             chosen = self._plan(table, motion)
             if chosen.form != "time":
                 raise FricError("has no time", where=str(path), hint="Files are joined by their time.")
+            if chosen.motion != motion:
+                raise FricError(f"has a force in {drive_unit(chosen.motion)}", where=str(path),
+                                hint=f"Say --motion {chosen.motion}.")  # fmt: skip
             files.append((table, chosen))
         self.records.append(self._add(*joined(files), writer, source, lambda: sha256))
 

@@ -8,11 +8,10 @@ from fric.columns import channel_dimension
 from fric.errors import FricError
 from fric.io import words
 from fric.io.readers.base import Column, Table, plain_name
-from fric.units import Motion, converts, is_unit
+from fric.units import PLAIN, converts, is_unit
 
 ASKED = ("force", "position", "velocity")
 """Channels that are asked about, where a column that looks like one would be left out."""
-MOTIONS: tuple[Motion, ...] = ("linear", "rotary")
 AXES = "xyzabcuvw"
 """Letters that name axes of machine tools."""
 
@@ -55,7 +54,7 @@ def measures(column: Column, channel: str) -> bool:
     unit = (column.unit or "").strip()
     if unit in {"", "1", "%", "-"} or not is_unit(unit):
         return False
-    return any(converts(unit, channel_dimension(channel), motion) for motion in MOTIONS)
+    return any(converts(unit, channel_dimension(channel), motion) for motion in PLAIN)
 
 
 def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int]:

@@ -17,7 +17,7 @@ from fric.io.readers.base import Column, Table, plain_name
 from fric.io.roles import SURE, Axis, Role, axes_of, tag
 from fric.io.words import OF_MEANS
 from fric.output import staged
-from fric.units import MOTIONS, Motion, converts, si_unit
+from fric.units import MOTIONS, Motion, converts, rotates, si_unit
 
 LIKELY = ("time", "reference", "position", "velocity", "force", "input")
 """Channels in the order in which columns are given to them by their names."""
@@ -212,7 +212,7 @@ def _common(names: Sequence[str]) -> str:
 
 def _part(guess: Guess, assume: bool) -> list[str]:
     """Return the lines of the mapping of one guess."""
-    axis, other = guess.axis, "linear" if guess.axis.motion == "rotary" else "rotary"
+    axis, other = guess.axis, "linear" if rotates(guess.axis.motion) else "rotary"
     kind = f"kind: {guess.kind}" if guess.kind else f"# kind: {KINDS[0]}"
     lines = [
         f"axis: {axis.name or 'x'}                     # {'by the names' if guess.named else 'guessed'}",

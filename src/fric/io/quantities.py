@@ -14,7 +14,7 @@ import numpy as np
 from fric.arrays import Real
 from fric.io import words
 from fric.io.readers.base import Column, named, plain_name
-from fric.units import MOTIONS, Motion, converts, factor, is_unit
+from fric.units import PLAIN, Motion, converts, factor, is_unit
 
 QUANTITIES = {
     "time": words.TIME,
@@ -32,8 +32,8 @@ QUANTITIES = {
 OF_UNITS = {"time": "time", "position": "position", "velocity": "velocity", "force": "force", "input": "input",
             "acceleration": "acceleration"}  # fmt: skip
 """Dimensions that a unit can tell, and the quantity that it is of."""
-DRIVE_UNITS = ("A", "mA", "%")
-"""Units of a force that a drive logs in its own."""
+DRIVE_UNITS = ("A", "mA", "%", "count")
+"""Units of a force that a drive logs in its own; what is in V is an input first."""
 ROTARY = ("angle", "winkel", "angolo", "ángulo", "angulo", "joint", "gelenk", "rotor", "theta", "phi", "omega",
           "drehzahl", "rpm", "angular", "rotation", "giunto", "articulation")  # fmt: skip
 """Words that tell that an axis turns."""
@@ -110,7 +110,7 @@ def _quantity_of(unit: str) -> str | None:
     if unit in DRIVE_UNITS:
         return "force"
     for dimension, quantity in OF_UNITS.items():
-        if any(converts(unit, dimension, motion) for motion in MOTIONS):
+        if any(converts(unit, dimension, motion) for motion in PLAIN):
             return quantity
     return "other"
 

@@ -18,7 +18,7 @@ from fric.arrays import Mask, Real
 from fric.io.likely import axis_of
 from fric.io.quantities import TOLERANCE, Reading, Spoken, readings, spoken, time_units, usual_units
 from fric.io.readers.base import Column, Table
-from fric.units import Motion
+from fric.units import Motion, in_units_of
 from fric.units import factor as si_factor
 
 SURE = 0.95
@@ -561,7 +561,10 @@ def _in_units(data: Samples, t: Real, one: _Movement, roles: dict[str, Role], cl
         unit, sure, others = units[channel]
         others = tuple(one for one in others if one != unit)
         whole[channel] = replace(role, unit=unit, unit_likelihood=sure, units=others)
-    return Axis("", "rotary" if motion == "rotary" else "linear", motion_sure, _ordered(whole))
+    kind: Motion = "rotary" if motion == "rotary" else "linear"
+    if "force" in whole:
+        kind = in_units_of(kind, whole["force"].unit)
+    return Axis("", kind, motion_sure, _ordered(whole))
 
 
 def _period(factor: float | None, reading: Reading, sure: float) -> tuple[str, float, tuple[str, ...]]:

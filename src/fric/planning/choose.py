@@ -11,7 +11,7 @@ from fric.friction.stribeck import OnStaticMap, StaticMap
 from fric.reference import multisine
 from fric.simulate.machine import Axis
 from fric.simulate.plan import Limits, Planned, Setting
-from fric.units import readable, si_unit
+from fric.units import readable, rotates, si_unit
 
 MARGIN = 0.99
 """Share of stroke, feed and acceleration that a plan uses: what rounding in a program may add stays inside."""
@@ -117,7 +117,7 @@ def _strokes(axis: Axis, limits: Limits, times: int) -> Planned:
             "encoder resolves and the feed", hint="Allow a higher feed, or give another prior.",
         )  # fmt: skip
     speeds = [*np.geomspace(slow, fall, 10), *(np.geomspace(fall, top, 6)[1:] if top > 1.2 * fall else ())]
-    distance = min(max(SLIPS * slip, 0.5e-3 if axis.motion == "linear" else SLIPS * slip), 0.5 * stroke)
+    distance = min(max(SLIPS * slip, 0.5e-3 if not rotates(axis.motion) else SLIPS * slip), 0.5 * stroke)
     settings: dict[str, Setting] = {
         "speeds": tuple(_rounded(float(v)) for v in speeds), "distance": _rounded(distance),
         "lasting": _rounded(lasting), "ramp": ramp, "repeats": times,
@@ -157,7 +157,7 @@ def _response(axis: Axis, limits: Limits, times: int) -> Planned:
     lowest, periods, sampling = 2.0, 10, axis.cascade.sampling
     highest = _rounded(min(500.0, sampling / 8))
     lasting = 1.1 + (periods + 1) / lowest
-    mean = min(0.3 * limits.feed, MARGIN * limits.stroke / (lasting + 0.2), 30e-3 if axis.motion == "linear" else 3.0)
+    mean = min(0.3 * limits.feed, MARGIN * limits.stroke / (lasting + 0.2), 30e-3 if not rotates(axis.motion) else 3.0)
     ramp = _ramp(mean, limits)
     mean = min(mean, MARGIN * limits.stroke / (lasting + ramp))
     lines = lowest * np.unique(np.rint(np.geomspace(1, highest / lowest, 60)))

@@ -17,7 +17,7 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.unit import BOUNDS, IMPLAUSIBLE, UNUSUAL
 from fric.notice import Notice, once
-from fric.units import Motion, si_unit
+from fric.units import OF_FORCE, Motion, drive_unit, rotates, si_unit
 
 _lifted: ContextVar[bool] = ContextVar("implausible", default=False)
 
@@ -53,12 +53,17 @@ class Finding:
     def beyond(self) -> bool:
         """Say whether it is beyond what a drive can be; a value that is not known is not."""
         bound = BOUNDS[self.name]
-        low, high = bound.rotary if self.motion == "rotary" else bound.linear
-        return isfinite(self.value) and not low <= self.value <= high
+        low, high = bound.rotary if rotates(self.motion) else bound.linear
+        return isfinite(self.value) and not low <= self.value <= high and not self._of_drive
+
+    @property
+    def _of_drive(self) -> bool:
+        """Whether it is in a unit of the drive's own, of which nothing is known."""
+        return bool(drive_unit(self.motion)) and BOUNDS[self.name].dimension in OF_FORCE
 
     def unusual(self) -> bool:
         """Say whether few machines have it."""
-        return self.motion == "linear" and 0.0 < self.value < self.usual
+        return not rotates(self.motion) and not self._of_drive and 0.0 < self.value < self.usual
 
     def notice(self) -> Notice:
         """Return what is told of it."""

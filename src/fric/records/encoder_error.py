@@ -14,6 +14,7 @@ from scipy.ndimage import median_filter
 from fric.log import Log
 from fric.records.resolution import lattice_step
 from fric.records.segments import Segment
+from fric.units import rotates
 
 SAMPLES = 256
 """Samples that a segment has at least."""
@@ -30,7 +31,7 @@ SEGMENTS = 3
 FASTER = 1.4
 """Ratio of the greatest to the least of their speeds, at least."""
 
-LONGEST = {"linear": 0.5e-3, "rotary": 0.02}
+LONGEST = (0.5e-3, 0.02)
 """Pitch of a scale [m, rad] at most; what ripples with a longer one is a screw or a motor, and moves."""
 SMALLEST = 0.5
 """Amplitude, in steps of the encoder, from which on it is told."""
@@ -76,7 +77,7 @@ def encoder_error(strokes: Sequence[tuple[Log, Segment]]) -> EncoderError | None
     logs = {id(log): log for log, _ in strokes}.values()
     step = max((lattice_step(log.position) or 0.0 for log in logs if log.position is not None), default=0.0)
     amplitude = float(np.median([line.amplitude for line in best]))
-    if amplitude <= SMALLEST * step or 1.0 / number > LONGEST[strokes[0][0].motion]:
+    if amplitude <= SMALLEST * step or 1.0 / number > LONGEST[rotates(strokes[0][0].motion)]:
         return None
     return EncoderError(1.0 / number, amplitude, step)
 

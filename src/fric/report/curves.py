@@ -23,6 +23,7 @@ from fric.identify.static_map.points import SpeedPoint, stroke_points
 from fric.log import ForceVelocity, Log
 from fric.records.prepared import prepared
 from fric.report.report_input import Item, ReportInput
+from fric.units import rotates
 
 CYCLE_POINTS = 1500
 """Points of a cycle that are drawn."""
@@ -225,6 +226,6 @@ def presliding(inputs: ReportInput) -> float | None:
     displacements = []
     for item in inputs.items:
         sections = item.sections() if item.kind == "friction" else {}
-        if "gms" in sections and "static" in sections and item.motion == "linear":
+        if "gms" in sections and "static" in sections and not rotates(item.motion):
             displacements.append(float(GMS.from_sections(sections).slip_displacements.max()))
     return max(displacements, default=None)

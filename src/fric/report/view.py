@@ -33,7 +33,7 @@ from fric.report.plots import (
 )
 from fric.report.report_input import Contour, ContourTest, Item, ReportInput
 from fric.results.design import perturbation_of
-from fric.units import readable
+from fric.units import readable, rotates
 from fric.verdict.evidence import Verdict
 
 
@@ -264,7 +264,7 @@ def _next_step(inputs: ReportInput) -> str:
     if not frictions:
         return "No friction and no run was given. Begin with `fric identify static` on strokes at constant velocity."
     step = "" if has_gms else "The friction has no pre-sliding part yet; `fric identify gms` finds it from slow sines. "
-    if all(item.motion == "rotary" for item in frictions):
+    if all(rotates(item.motion) for item in frictions):
         return step + "What a compensation leaves is told by a circle of two linear axes, and this axis is rotary."
     return (
         step + "To see which compensation leaves how large a glitch, run `fric simulate circle MACHINE.yaml --friction "

@@ -23,7 +23,7 @@ from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
 from fric.results.kinds import MappingLike, Quantity, RecordKind
 from fric.results.text import Piece
-from fric.units import Motion
+from fric.units import Motion, words_of
 from fric.verb import Kind, verb
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class IngestResult(Result):
     def report(self) -> list[Piece]:
         """Return how much was read."""
         done, count = self.done, len(self.done.records)
-        of = f"{count} record{'s' * (count != 1)} of the {done.motion} axis {done.axis}"
+        of = f"{count} record{'s' * (count != 1)} of the {words_of(done.motion)} axis {done.axis}"
         return [f"{of}, {done.samples} samples, in {done.output}"]
 
     def figure(self) -> Figure:

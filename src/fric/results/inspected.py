@@ -6,7 +6,7 @@ from fric.estimate import estimate_rows
 from fric.records.inspected import Channel, Inspection, ResponseInspection, TableInspection
 from fric.records.inspection import Inspected
 from fric.results.text import Piece, Table
-from fric.units import readable
+from fric.units import readable, si_unit
 
 FEW = 4
 """Records that are told one by one; more are told in a table, a line each."""
@@ -36,7 +36,7 @@ def _whole(found: Inspected) -> list[Piece]:
 
 
 def _table_rows(found: TableInspection) -> list[tuple[str, str]]:
-    length, force = ("rad/s", "N*m") if found.motion == "rotary" else ("m/s", "N")
+    length, force = (si_unit(one, found.motion) for one in ("velocity", "force"))
     return [
         ("source", found.source),
         ("means", f"{found.points} in {'both directions' if found.directions == 2 else 'one direction'}"),
@@ -48,7 +48,7 @@ def _table_rows(found: TableInspection) -> list[tuple[str, str]]:
 
 def _log_rows(found: Inspection) -> list[tuple[str, str]]:
     """Return what is told of a record in time, by name; empty where there is nothing to tell."""
-    length, speed = ("rad", "rad/s") if found.motion == "rotary" else ("m", "m/s")
+    length, speed = (si_unit(one, found.motion) for one in ("position", "velocity"))
     rows = [
         ("source", found.source),
         ("samples", f"{found.samples} in {found.duration:.4g} s"),
@@ -114,7 +114,7 @@ def _briefly(found: Sequence[Inspected]) -> list[Piece]:
         if isinstance(one, TableInspection):
             rows.append((one.name, one.kind, "", "", f"{one.points} means", "", good))
             continue
-        speed = "rad/s" if one.motion == "rotary" else "m/s"
+        speed = si_unit("velocity", one.motion)
         flaws = [f"{len(one.gaps)} gaps"] if one.gaps else []
         flaws += [warning.code for warning in one.warnings]
         flaws += [f"{name} clipped" for name, channel in one.channels.items() if channel.clipped]

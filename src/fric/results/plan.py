@@ -32,7 +32,7 @@ from fric.results.kinds import FrictionLike, LogLike, MachineLike, PlantLike, Qu
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Axis
 from fric.simulate.plan import Expected, Limits, Narrowing, Plan, Planned
-from fric.units import readable, si_unit
+from fric.units import readable, rotates, si_unit
 from fric.verb import Kind, verb
 
 GOOD_TO = "expected half-widths are those of simulated records, and good to ± 20 %"
@@ -240,7 +240,7 @@ def plan(
     named = TYPICAL if machine is None else str(machine) if isinstance(machine, str | Path) else "a machine"
     prior = f"axis {subject.name} of {named}"
     prior += f" with the friction of {friction}" if isinstance(friction, str | Path) else ""
-    if subject.motion == "rotary":
+    if rotates(subject.motion):
         planned = tuple(one for one in planned if one.kind != "circle")
     prior += f" and the plant of {plant}" if isinstance(plant, str | Path) else ""
     made = Plan(subject, limits, planned, list(durations(subject, planned)), found.parameters)

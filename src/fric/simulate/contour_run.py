@@ -17,6 +17,7 @@ from fric.reference import Reference
 from fric.simulate.axis import Trace, run_axis
 from fric.simulate.chance import ACCURACY, SLOW, Chance
 from fric.simulate.machine import Axis, Machine
+from fric.units import rotates
 
 Left = TypeVar("Left", bound=Circularity | ContourError)
 
@@ -153,7 +154,7 @@ def pair(machine: Machine) -> tuple[str, str]:
     FricError
         When there are no two linear axes with controllers at one rate.
     """
-    linear = [name for name, axis in machine.axes.items() if axis.motion == "linear"]
+    linear = [name for name, axis in machine.axes.items() if not rotates(axis.motion)]
     names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])
     if len(names) < 2:
         raise FricError(

@@ -8,7 +8,7 @@ from math import sqrt
 from fric.arrays import Real
 from fric.planning.waypoints import Waypoints, waypoints
 from fric.reference import Reference
-from fric.units import Motion
+from fric.units import Motion, rotates
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,4 +72,4 @@ class Dialect:
 
 def shown_scale(motion: Motion) -> tuple[float, str]:
     """Return what a position in SI is multiplied by for people and machine tools, and the unit: mm, or degrees."""
-    return (1e3, "mm") if motion == "linear" else (57.29577951308232, "deg")
+    return (1e3, "mm") if not rotates(motion) else (57.29577951308232, "deg")

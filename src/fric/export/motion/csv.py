@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fric.export.motion.base import Dialect, Move
+from fric.units import rotates
 
 ROWS = 2048
 """Rows of a motion at most; of a longer one, one sample in so many is taken."""
@@ -12,7 +13,7 @@ ROWS = 2048
 
 def csv_files(move: Move) -> Mapping[str, str]:
     """Return the motion in SI, from 0 on as the plan has it; and the voltage at the controller's own rate."""
-    m, unit = move.reference, "m" if move.motion == "linear" else "rad"
+    m, unit = move.reference, "m" if not rotates(move.motion) else "rad"
     every = -(-len(m) // ROWS)
     head = f"time [s],position [{unit}],velocity [{unit}/s],acceleration [{unit}/s^2]"
     columns = np.column_stack([m.time, m.position, m.velocity, m.acceleration])[::every]

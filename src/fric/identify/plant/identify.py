@@ -26,6 +26,7 @@ from fric.notice import Notice
 from fric.records.flaws import record_flaws
 from fric.records.timing import evened
 from fric.threads import one_blas_thread
+from fric.units import rotates
 
 APART = 0.05
 """Share by which the friction's gain must differ between two records for their amplitudes to be compared."""
@@ -194,7 +195,7 @@ def _joined(fits: Sequence[ResponseFit], sets: Sequence[Lines]) -> tuple[Solutio
     rest[1:3] = np.polyfit(gains, [fit.solution.values[1:3] for fit in fits], 1)[1] - split.values[1:3]
     split = replace(split, covariance=split.covariance * alike + np.outer(rest, rest) / quantile**2)
     half_width = quantile * deviation * float(np.sqrt(alike))
-    length = "rad" if fits[0].measured.table.motion == "rotary" else "m"
+    length = "rad" if rotates(fits[0].measured.table.motion) else "m"
     coulomb = Estimate.around(value, f"{length}/s^2", half_width)
     differs = abs(value) > float(stdtrit(split.freedom, (1 + SURE) / 2)) * deviation
     found = FrictionInfluence(gains, seen, half, differs=differs, compared=True, coulomb=coulomb)
