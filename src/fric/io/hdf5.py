@@ -26,7 +26,7 @@ from fric.io.safe_hdf5 import column as safe_column
 from fric.io.staged_hdf5 import staged_hdf5
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record, axis_name
 from fric.output import alone
-from fric.units import MOTIONS, SI_UNITS, Motion, factor, si_unit
+from fric.units import SI_UNITS, Motion, factor, si_unit
 
 FORMAT = "log/1"
 MOST_NAME = 200
