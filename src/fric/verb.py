@@ -79,16 +79,34 @@ def _checked(function: Callable[P, R], called: str) -> Callable[P, R]:
                 raise refused(called, f"{name} as {_words(hint)}", given)
             if not _within(given, hint):
                 raise FricError(f"{called} takes {name} as {_words(hint)}, and was given {given}")
-        return function(*args, **kwargs)
+        try:
+            return function(*args, **kwargs)
+        except UnfitError as error:
+            raise FricError(f"{called} {error.what}") from None
 
     return checked
 
 
+class UnfitError(FricError):
+    """What a verb was given is of no type that it takes; its name is put before this.
+
+    Parameters
+    ----------
+    wanted
+        What it takes.
+    given
+        What it was given.
+    """
+
+    def __init__(self, wanted: str, given: Any) -> None:
+        kind = type(given).__name__
+        what = "None" if given is None else f"{'an' if kind[0].lower() in 'aeiou' else 'a'} {kind}"
+        super().__init__(f"takes {wanted}, and was given {what}")
+
+
 def refused(name: str, wanted: str, given: Any) -> FricError:
     """Return the error of an argument of a wrong type, in a sentence."""
-    kind = type(given).__name__
-    what = "None" if given is None else f"{'an' if kind[0].lower() in 'aeiou' else 'a'} {kind}"
-    return FricError(f"{name} takes {wanted}, and was given {what}")
+    return FricError(f"{name} {UnfitError(wanted, given).what}")
 
 
 def require_numbers(holder: Any, names: Iterable[str], several: Container[str] = ()) -> None:

@@ -125,7 +125,7 @@ def test_a_machine_believes_models_plants_and_designs(plant):
         (lambda r: fric.identify_gms(ROOT / "configs/xy-table.yaml"), "is no log file of fric's"),
         (lambda r: fric.identify_gms(42), "identify_gms takes log files, or records that fric.read returns.*an int"),
         (lambda r: fric.identify_gms(None), "was given None"),
-        (lambda r: fric.identify_gms(), "was given no record"),
+        (lambda r: fric.identify_gms(), "no record was given"),
         (lambda r: fric.identify_static(STROKES, plant=r), "takes a plant file.*a StaticResult"),
         (lambda r: fric.identify_gms(SINES, static=3.0), "takes a friction file.*a float"),
         (lambda r: fric.identify_gms(SINES, blocks="six"), "'six' is not a number of blocks"),

@@ -213,7 +213,7 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
     options: dict[str, Any] = {}
     reads, whole = [path for one in axes.values() for path in one.there], [n for n, one in axes.items() if one.whole]
     if given:
-        names = machine_of("auto", machine).axes
+        names = machine_of(machine).axes
         parts = [
             (name, axes[name].files[part]) for name in axes if name in names for part in ("friction", "plant")
         ]  # fmt: skip

@@ -137,21 +137,21 @@ def design_block(
     if name in {"cascade", "inverse-model"}:
         other = "controller" if name == "cascade" else "observer"
         raise FricError(f"'{name}' has a design of its own", hint=f"Use fric design {other}.")
-    document = document_of("design_block", PlantDocument, plant)
+    document = document_of(PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
     warnings: list[Notice] = []
-    cascade = cascade_of("design_block", controller, axis, motion, "plant")
+    cascade = cascade_of(controller, axis, motion, "plant")
     if cascade is None:
         cascade = design_cascade(linear).cascade
         warnings.append(CONTROLLER_BY_DEFAULT.found())
     models: Mapping[str, FrictionModel] = {}
     K_f, spans = float("nan"), dict[str, tuple[float, float]]()
-    if (given := friction_of("design_block", friction, axis, motion)) is not None:
+    if (given := friction_of(friction, axis, motion)) is not None:
         models, K_f = nominal_models(given), document.plant(motion).K_f
         spans = _spans(given.tree())
     logs, Delta = [], None
     if log is not None:
-        logs = [measured_record("design_block", log, record, (axis, motion))]
+        logs = [measured_record(log, record, (axis, motion))]
         Delta, seen = perturbation_of(logs[0], document)
         warnings += seen
     allowed = parse_gain(peak_sensitivity)

@@ -242,10 +242,10 @@ def circle(
     FricError
         When the machine has no two axes for a circle, a scheme is not known, or a loop is not stable.
     """
-    subject = machine_of("circle", machine)
+    subject = machine_of(machine)
     sense = -1 if clockwise else 1
     test = Circle(bounded("radius", radius), bounded("speed", velocity), revolutions, sense)
-    chosen = schemes_of("circle", schemes, known)
+    chosen = schemes_of(schemes, known)
     spreads = read_spreads(Path(spread)) if isinstance(spread, str | Path) else spread
     advance(0, total=len(chosen) + (machines or 0))
     runs = []
@@ -265,7 +265,7 @@ def circle(
     if identified:
         from fric.verdict.known_machine import KnownMachine  # with SciPy's signal processing, which a table needs not
 
-        tests = circles_of("circle", [measured])
+        tests = circles_of([measured])
         evidence = KnownMachine.of(identified, tests, [axis] if axis else None, seed)
         given |= evidence.drawn()
     given["accuracy"] = in_si(accuracy, "position")

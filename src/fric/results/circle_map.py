@@ -166,9 +166,9 @@ def circle_map(
     FricError
         When the machine has no two axes for a circle, or no circle was done.
     """
-    subject = machine_of("circle_map", machine)
+    subject = machine_of(machine)
     pair(subject)
-    chosen = tuple(schemes_of("circle_map", schemes, known))
+    chosen = tuple(schemes_of(schemes, known))
     over = values_of(feeds, "velocity", points), values_of(radii, "position", points)
     for name, values in zip(("speed", "radius"), over, strict=True):
         bounded(name, max(values))

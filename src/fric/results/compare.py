@@ -126,10 +126,10 @@ def compare(
         names = [name.strip() for name in (models.split(",") if isinstance(models, str) else models)]
     if fit_on and cycles:
         raise FricError("--fit-on and --cycles are two ways to split", hint="Give one of them.")
-    records = logs_of("compare", logs)
+    records = logs_of(logs)
     axis, motion = records[0].axis, records[0].motion
-    kept = friction_of("compare", static, axis, motion)
-    ready = prepared(records, plant_of("compare", plant, axis, motion))
+    kept = friction_of(static, axis, motion)
+    ready = prepared(records, plant_of(plant, axis, motion))
     if fit_on:
         splits = split_by_record(ready, [fit_on] if isinstance(fit_on, str) else list(fit_on))
     else:

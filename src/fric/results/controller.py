@@ -130,7 +130,7 @@ def design_controller(
     FricError
         When a design is unstable or misses its margins: with the nearest that holds.
     """
-    document = document_of("design_controller", PlantDocument, plant)
+    document = document_of(PlantDocument, plant)
     motion, linear = document.motion, document.linear(document.motion)
     asked = Requirement(in_si(phase_margin, "angle"), parse_gain(gain_margin))
     rate, low_pass = in_si(sampling, "frequency"), in_si(velocity_filter, "frequency")

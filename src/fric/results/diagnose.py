@@ -24,7 +24,7 @@ from fric.results.given_models import CIRCLES, circles_of, schemes_of
 from fric.results.kinds import CircleLike, KnownSchemes, MachineFile, Quantity, SchemeName
 from fric.results.text import Piece, Table
 from fric.units import readable
-from fric.verb import refused, verb
+from fric.verb import UnfitError, verb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -174,12 +174,12 @@ def diagnose(
     FricError
         When a file is no circle test, or the tests are not of one circle.
     """
-    if not (measured := circles_of("diagnose", circles, scheme)):
-        raise refused("diagnose", CIRCLES, None)
+    if not (measured := circles_of(circles, scheme)):
+        raise UnfitError(CIRCLES, None)
     found = take_apart(both_directions(measured, quantity(feed, "velocity")))
     if machine is None or (scheme is None and found.test.scheme == LEARNED):  # which no machine file tells
         return DiagnosisResult(found)
-    wanted = schemes_of("diagnose", scheme or found.test.scheme or "a", known)[0]
+    wanted = schemes_of(scheme or found.test.scheme or "a", known)[0]
     subject, identified = machine_to_predict(Path(machine))
     drawn = identified.drawn() if identified else None
     advance(0, total=circles_to_predict(drawn))

@@ -72,8 +72,8 @@ def experiment(
     FricError
         When there is no such axis or kind, or the axis cannot follow.
     """
-    named = str(machine) if isinstance(machine, str | Path) else machine_of("experiment", machine).name
-    subject = machine_of("experiment", machine).axis(axis)
+    named = str(machine) if isinstance(machine, str | Path) else machine_of(machine).name
+    subject = machine_of(machine).axis(axis)
     motion = subject.motion
     if encoder is not None:
         subject = replace(subject, encoder=Encoder(in_si(encoder, "position", motion)))
@@ -109,5 +109,5 @@ def _trials(plan: Any, axis: Axis) -> list[Trial]:
         plan = Path(plan) / "plan.yaml"
     from fric.documents.plan import PlanDocument  # it loads what plans and simulates
 
-    document = document_of("experiment", PlanDocument, plan, (axis.name, axis.motion), "machine")
+    document = document_of(PlanDocument, plan, (axis.name, axis.motion), "machine")
     return [trial for one in document.planned() for trial in one.trials(axis)]

@@ -211,13 +211,13 @@ def export_axis(
         When there is no such target, axis or scheme, or something cannot be exported.
     """
     chosen = one_target(target, part, single=single)
-    (wanted,) = schemes_of("export", scheme, known)[:1]
+    (wanted,) = schemes_of(scheme, known)[:1]
     notices: tuple[Notice, ...] = ()
     made_from: list[dict[str, str]] = []
     if isinstance(machine, Machine):
         subject = machine
     else:
-        file = located(path_of("export", "a machine, or its file", machine), "machine")
+        file = located(path_of("a machine, or its file", machine), "machine")
         subject = read_machine(file, nominal_files=nominal_files, gain=gain, lead=lead)
         notices = axis_notices(read_machine_document(file, nominal_files), axis)
         made_from = sources([file, *(Path(one.partition("=")[2]) for one in nominal_files)])
@@ -228,7 +228,7 @@ def export_axis(
     against, distrust = list[Notice](), list[Notice]()
     if part == "compensation":
         drawings = [_drawing(Path(one), subject, wanted, axis) for one in drawn]
-        named = path_of("export", "a machine file, to hold a circle against it", machine) if circles else None
+        named = path_of("a machine file, to hold a circle against it", machine) if circles else None
         held = {str(one): diagnose(one, machine=named).disagreements(str(one)) for one in circles}
         apart = [text for texts in held.values() for text in texts]
         around = [evidence_of(*one, compared=bool(circles), disagreements=held, notices=notices) for one in drawings]

@@ -10,7 +10,7 @@ from fric.flaws.unit import BOUNDS
 from fric.log import ForceVelocity, FrequencyResponse, Log, Record
 from fric.plausibility.bounds import Finding, settled
 from fric.units import Motion, likely, parse
-from fric.verb import refused
+from fric.verb import UnfitError, refused
 
 
 class Advance(Protocol):
@@ -24,7 +24,7 @@ def silent(steps: int = 1, *, total: int | None = None) -> None:
     """Tell nobody."""
 
 
-def records_of(verb: str, given: Iterable[Any], *, one_axis: bool = True) -> list[Record]:
+def records_of(given: Iterable[Any], *, one_axis: bool = True) -> list[Record]:
     """Return the records (of one axis) that are given: records, log files, or lists of them.
 
     Raises
@@ -32,9 +32,9 @@ def records_of(verb: str, given: Iterable[Any], *, one_axis: bool = True) -> lis
     FricError
         When something else is given, a file is no log file, or the records are of different axes.
     """
-    found = list(_flat(verb, given))
+    found = list(_flat(given))
     if not found:
-        raise FricError(f"{verb} was given no record", hint="Give log files, or what fric.read returns.")
+        raise FricError("no record was given", hint="Give log files, or what fric.read returns.")
     axes = {(record.axis, record.motion) for record in found}
     if one_axis and len(axes) > 1:
         text = ", ".join(f"{axis} ({motion})" for axis, motion in sorted(axes))
@@ -42,16 +42,16 @@ def records_of(verb: str, given: Iterable[Any], *, one_axis: bool = True) -> lis
     return found
 
 
-def logs_of(verb: str, given: Iterable[Any]) -> list[Log]:
+def logs_of(given: Iterable[Any]) -> list[Log]:
     """Return the records in time of one axis that are given, as `records_of`."""
-    records = records_of(verb, given)
+    records = records_of(given)
     logs = [record for record in records if isinstance(record, Log)]
     if not logs:
         raise FricError("there is no record in time", where=records[0].where)
     return logs
 
 
-def _flat(verb: str, given: Iterable[Any]) -> Iterable[Record]:
+def _flat(given: Iterable[Any]) -> Iterable[Record]:
     for one in given:
         if isinstance(one, Log | FrequencyResponse | ForceVelocity):
             yield one
@@ -60,15 +60,15 @@ def _flat(verb: str, given: Iterable[Any]) -> Iterable[Record]:
 
             yield from read_records(Path(one))
         elif isinstance(one, Iterable) and not isinstance(one, bytes | dict):
-            yield from _flat(verb, one)
+            yield from _flat(one)
         else:
-            raise refused(verb, "log files, or records that fric.read returns", one)
+            raise UnfitError("log files, or records that fric.read returns", one)
 
 
-def path_of(verb: str, wanted: str, given: Any) -> Path:
+def path_of(wanted: str, given: Any) -> Path:
     """Return what is given as a path, or raise the error of a wrong type."""
     if not isinstance(given, str | Path):
-        raise refused(verb, wanted, given)
+        raise UnfitError(wanted, given)
     return Path(given)
 
 

@@ -26,7 +26,7 @@ from fric.results.base import Result
 from fric.results.given import path_of, where_of
 from fric.simulate.machine import Machine
 from fric.units import Motion
-from fric.verb import refused
+from fric.verb import UnfitError
 
 if TYPE_CHECKING:
     from fric.circles.measured import MeasuredCircle
@@ -38,13 +38,11 @@ CIRCLES = "circle tests, or their files"
 """What verbs take that are of measured circles."""
 
 
-def document_of(verb: str, kind: type[D], given: Any, of: tuple[str, Motion] | None = None, to: str = "log") -> D:
+def document_of(kind: type[D], given: Any, of: tuple[str, Motion] | None = None, to: str = "log") -> D:
     """Return the document that is given as itself, as its file or as a result.
 
     Parameters
     ----------
-    verb
-        What it is for, in the words of an error.
     kind
         The type of document.
     given
@@ -62,10 +60,10 @@ def document_of(verb: str, kind: type[D], given: Any, of: tuple[str, Motion] | N
     wanted = f"a {kind.type} file, or a result that holds one"
     if isinstance(given, Result):
         if given.document.get("fric") != kind.type_name():
-            raise refused(verb, wanted, given)
+            raise UnfitError(wanted, given)
         found = kind.model_validate(as_filed(given.document))  # as its file would say: digits hang on no way
     else:
-        found = given if isinstance(given, kind) else read_document(path_of(verb, wanted, given), kind)
+        found = given if isinstance(given, kind) else read_document(path_of(wanted, given), kind)
     if of is not None and (found.axis, found.motion) != of:
         raise FricError(
             f"is the {kind.type} of the {found.motion} axis {found.axis}, and the {to} is of the {of[1]} axis {of[0]}",
@@ -75,11 +73,11 @@ def document_of(verb: str, kind: type[D], given: Any, of: tuple[str, Motion] | N
     return found
 
 
-def plant_of(verb: str, given: Any, axis: str, motion: Motion) -> Plant | None:
+def plant_of(given: Any, axis: str, motion: Motion) -> Plant | None:
     """Return the plant that is given as itself, as its file or as a result; None where none is."""
     if given is None or isinstance(given, Plant):
         return given
-    document = document_of(verb, PlantDocument, given, (axis, motion))
+    document = document_of(PlantDocument, given, (axis, motion))
     try:
         plant = document.plant(motion)
         settled(of_plant(plant, motion))
@@ -88,29 +86,29 @@ def plant_of(verb: str, given: Any, axis: str, motion: Motion) -> Plant | None:
         raise error.at(where_of(given)) if where_of(given) else error from None
 
 
-def cascade_of(verb: str, given: Any, axis: str, motion: Motion, to: str = "log") -> Cascade | None:
+def cascade_of(given: Any, axis: str, motion: Motion, to: str = "log") -> Cascade | None:
     """Return the controller that is given as itself, as its file or as a result; None where none is."""
     if given is None or isinstance(given, Cascade):
         return given
-    return document_of(verb, ControllerDocument, given, (axis, motion), to).in_si(motion)
+    return document_of(ControllerDocument, given, (axis, motion), to).in_si(motion)
 
 
-def friction_of(verb: str, given: Any, axis: str, motion: Motion) -> FrictionDocument | None:
+def friction_of(given: Any, axis: str, motion: Motion) -> FrictionDocument | None:
     """Return the friction that is given as a static map, as its file or as a result; None where none is."""
     if isinstance(given, StaticMap):
         static = in_units(vars(given), {p.name: p.dimension for p in StaticMap.parameters}, motion)
         head = {"fric": FrictionDocument.type_name(), "axis": axis, "motion": motion}
         return FrictionDocument.model_validate(head | {"static": static})
-    return None if given is None else document_of(verb, FrictionDocument, given, (axis, motion))
+    return None if given is None else document_of(FrictionDocument, given, (axis, motion))
 
 
-def circles_of(verb: str, given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:
+def circles_of(given: Iterable[Any], scheme: str | None = None) -> list[MeasuredCircle]:
     """Return measured circles that are given as such, as files or in lists; of a run file those of a scheme."""
     from fric.circles.measured import MeasuredCircle
 
     ones = [one for part in given for one in (part if isinstance(part, list | tuple) else [part])]
     tests = [one for one in ones if isinstance(one, MeasuredCircle)]
-    files = [path_of(verb, CIRCLES, one) for one in ones if not isinstance(one, MeasuredCircle)]
+    files = [path_of(CIRCLES, one) for one in ones if not isinstance(one, MeasuredCircle)]
     if files:
         from fric.io.circle import choose_circles  # with HDF5, which a table needs not
 
@@ -118,22 +116,20 @@ def circles_of(verb: str, given: Iterable[Any], scheme: str | None = None) -> li
     return tests
 
 
-def machine_of(verb: str, given: Any) -> Machine:
+def machine_of(given: Any) -> Machine:
     """Return the machine that is given as itself, as identified, as its file, or by the name of a bundled one."""
     if isinstance(given, Identified):
         return given.machine
     if isinstance(given, Machine):
         return given
-    return read_machine(path_of(verb, "a machine, or its file", given))
+    return read_machine(path_of("a machine, or its file", given))
 
 
-def schemes_of(verb: str, asked: Any, known: Any = None) -> list[Scheme]:
+def schemes_of(asked: Any, known: Any = None) -> list[Scheme]:
     """Return the schemes that are asked for by their names, or given as themselves.
 
     Parameters
     ----------
-    verb
-        What they are for, in the words of an error.
     asked
         A scheme, several, or names as in ``a,c,f`` or ``all``.
     known
@@ -146,12 +142,12 @@ def schemes_of(verb: str, asked: Any, known: Any = None) -> list[Scheme]:
     if known is not None and not (
         isinstance(known, Mapping) and all(isinstance(one, Scheme) for one in known.values())
     ):
-        raise refused(verb, "schemes by name, or their file", known)
+        raise UnfitError("schemes by name, or their file", known)
     if isinstance(asked, str):
         return choose_schemes(asked, known)
     if not isinstance(asked, Iterable):
-        raise refused(verb, "names of schemes, as a,c,f or all", asked)
+        raise UnfitError("names of schemes, as a,c,f or all", asked)
     found: list[Scheme] = []
     for one in asked:
-        found += schemes_of(verb, one, known)
+        found += schemes_of(one, known)
     return found

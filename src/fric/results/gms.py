@@ -107,12 +107,12 @@ def identify_gms(
     FricError
         When no record has whole cycles, an amplitude is under three encoder steps, or the knots do not suit the curve.
     """
-    records = logs_of("identify_gms", logs)
+    records = logs_of(logs)
     axis, motion = records[0].axis, records[0].motion
-    kept = friction_of("identify_gms", static, axis, motion)
+    kept = friction_of(static, axis, motion)
     forward, backward = (None, None) if kept is None else kept.maps()
     count, most = _blocks(blocks)
-    known = plant_of("identify_gms", plant, axis, motion)
+    known = plant_of(plant, axis, motion)
     doubtful = settled([*of_logs(records, known), *of_amplitudes(records)])
     if forward is not None:
         doubtful += settled(of_friction(forward, motion, known.M if known else None, where_of(static)))

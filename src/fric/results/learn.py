@@ -175,26 +175,22 @@ def learn(
     """
     corner = quantity(bandwidth, "frequency")
     if rounds is not None:
-        subject = read_machine(path_of("learn", "a machine file", given))
+        subject = read_machine(path_of("a machine file", given))
         feed = bounded("speed", velocity)
         test = Circle(bounded("radius", radius), feed, direction=-1 if clockwise else 1)
         how = Learning.at(feed, share, corner)
         advance(0, total=circles_to_learn(rounds))
         return LearnResult(learn_rounds(subject, test, rounds, how, observer=observer, done=advance))
-    subject = (
-        _ran_on(given) if machine is None else read_machine(path_of("learn", "a machine file (machine=…)", machine))
-    )
-    circle = (
-        given if isinstance(given, MeasuredCircle) else choose_circles([path_of("learn", "a circle", given)], scheme)[0]
-    )
+    subject = _ran_on(given) if machine is None else read_machine(machine)
+    circle = given if isinstance(given, MeasuredCircle) else choose_circles([path_of("a circle", given)], scheme)[0]
     how = Learning.at(circle.feed, share, corner)
-    last = None if before is None else read_feedforward(path_of("learn", "a feedforward file", before))
+    last = None if before is None else read_feedforward(Path(before))
     return LearnedTable(learn_from(circle, subject, how, last))
 
 
 def _ran_on(given: Any) -> Machine:
     """Return the machine that a run file was simulated on; raise where the circle does not say, or it is gone."""
-    made = {} if isinstance(given, MeasuredCircle) else read_run_provenance(path_of("learn", "a circle", given))
+    made = {} if isinstance(given, MeasuredCircle) else read_run_provenance(path_of("a circle", given))
     origin = made.get("origin")
     path, files = (origin.get("path"), origin.get("nominal_files")) if isinstance(origin, dict) else ("", ())
     if not (path and isinstance(path, str) and isinstance(files, list)):

@@ -19,7 +19,7 @@ from fric.results.given_models import friction_of, plant_of
 from fric.results.kinds import Count, FrictionLike, LogLike, PlantLike, Seed
 from fric.results.text import Piece, parameters
 from fric.units import Motion, parse, readable, si_unit
-from fric.verb import Kind, refused, verb
+from fric.verb import Kind, verb
 
 CLIPPED = 0.1
 """Share of a record whose force may be clipped: those samples are not compared."""
@@ -92,18 +92,16 @@ def identify_model(
     FricError
         When there is no such model or parameter, or no sample to compare.
     """
-    if not isinstance(model, str):
-        raise refused("identify_model", "the name of a friction model", model)
     known = {name for name, one in models().items() if one.identified}
     if model not in known:
         raise FricError(
             f"there is no friction model '{model}' to fit",
             hint=f"{near(model, known)}There are {', '.join(sorted(known))}.",
         )
-    records = logs_of("identify_model", logs)
+    records = logs_of(logs)
     axis, motion = records[0].axis, records[0].motion
-    kept = friction_of("identify_model", static, axis, motion)
-    taken_off = plant_of("identify_model", plant, axis, motion)
+    kept = friction_of(static, axis, motion)
+    taken_off = plant_of(plant, axis, motion)
     doubtful = settled([*of_logs(records, taken_off), *of_amplitudes(records)])
     records, cut = without_clipped(records, CLIPPED)
     doubtful += cut

@@ -165,10 +165,10 @@ def design_observer(
     FricError
         When no Q holds, or the log has no frequency response.
     """
-    document = document_of("design_observer", PlantDocument, plant)
+    document = document_of(PlantDocument, plant)
     axis, motion, linear = document.axis, document.motion, document.linear(document.motion)
     warnings: list[Notice] = [*document.passed_on()]
-    cascade = cascade_of("design_observer", controller, axis, motion, "plant")
+    cascade = cascade_of(controller, axis, motion, "plant")
     if cascade is None:
         cascade = design_cascade(linear).cascade
         warnings.append(CONTROLLER_BY_DEFAULT.found())
@@ -182,7 +182,7 @@ def design_observer(
             raise FricError(
                 "a measured response has its resonances", hint="Leave LOG.h5, or --resonance and --first-mode, out."
             )
-        logs = [measured_record("design_observer", log, record, (axis, motion))]
+        logs = [measured_record(log, record, (axis, motion))]
         Delta, seen = perturbation_of(logs[0], document, averages)
         warnings += seen
     if cutoff and bandwidth:
@@ -232,9 +232,9 @@ def _below_a_mode(design: ObserverDesign, frequency: float, Delta: Perturbation)
     return replace(held, reason=reason, assumed=True)
 
 
-def measured_record(verb: str, given: Any, name: str | None, of: tuple[str, Motion]) -> Log | FrequencyResponse:
+def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log | FrequencyResponse:
     """Return the record with the measured response or its excitation, by name where there are several."""
-    records = records_of(verb, [given])
+    records = records_of([given])
     where = str(given) if isinstance(given, str) or hasattr(given, "suffix") else records[0].source
     if (records[0].axis, records[0].motion) != of:
         raise FricError(

@@ -122,13 +122,13 @@ def path(
     FricError
         When the path has a corner, or the machine cannot follow it.
     """
-    subject = machine_of("path", machine)
+    subject = machine_of(machine)
     if isinstance(points, PointPath | RecordedPath):
         name, followed = "path", points
     else:
-        file = path_of("path", "points, or their file", points)
+        file = path_of("points, or their file", points)
         name, followed = file.name, read_path(file, bounded("speed", velocity))
-    chosen = schemes_of("path", schemes, known)
+    chosen = schemes_of(schemes, known)
     advance(0, total=len(chosen))
     runs = []
     for wanted in chosen:

@@ -232,9 +232,7 @@ def plan(
     FricError
         When the limits leave no room, or an accuracy is of no parameter.
     """
-    subject, notices, known, responded = _prior(
-        "plan", machine, axis, friction, plant, noise=noise, encoder=encoder, like=like
-    )
+    subject, notices, known, responded = _prior(machine, axis, friction, plant, noise=noise, encoder=encoder, like=like)
     limits = _limits(stroke, feed, acceleration, subject)
     planned, found = planned_for(subject, limits, _accuracies(accuracy, subject), advance, draws, known, responded)
     named = TYPICAL if machine is None else str(machine) if isinstance(machine, str | Path) else "a machine"
@@ -248,7 +246,6 @@ def plan(
 
 
 def _prior(
-    verb: str,
     machine: Any,
     axis: str,
     friction: Any,
@@ -259,11 +256,11 @@ def _prior(
     like: Any,
 ) -> tuple[Axis, list[Notice], FrictionDocument | None, PlantDocument | None]:
     """Return the axis as it is known beforehand, what stands in for what is not, and its friction and plant."""
-    known = None if friction is None else document_of(verb, FrictionDocument, friction)
+    known = None if friction is None else document_of(FrictionDocument, friction)
     of = None if known is None else (known.axis, known.motion)
-    responded = None if plant is None else document_of(verb, PlantDocument, plant, of, "friction")
-    logs = () if like is None else logs_of(verb, [like])
-    subject = None if machine is None else machine_of(verb, machine)
+    responded = None if plant is None else document_of(PlantDocument, plant, of, "friction")
+    logs = () if like is None else logs_of([like])
+    subject = None if machine is None else machine_of(machine)
     found, notices = prior_axis(subject, axis, known, responded, logs)
     if encoder is not None:
         found = replace(found, encoder=Encoder(in_si(encoder, "position", found.motion)))
@@ -338,16 +335,16 @@ def plan_next(
     FricError
         When the file has no GMS model with covariance, or the machine no two axes.
     """
-    document = document_of("plan_next", FrictionDocument, last)
-    axis, notices, _, _ = _prior("plan_next", machine, "", document, noise=noise, encoder=encoder, like=like)
+    document = document_of(FrictionDocument, last)
+    axis, notices, _, _ = _prior(machine, "", document, noise=noise, encoder=encoder, like=like)
     described = [document.fit_of(section).covariance for section in ("static", "gms") if section in document.sections()]
     if len(described) < 2 or not all(described):
         raise FricError(
             "the friction file does not tell how static map and GMS model err",
             hint="It takes one of `fric identify gms --static`; `fric plan --friction` says which records that takes.",
         )
-    (chosen,) = schemes_of("plan_next", scheme)
-    subject = machine_of("plan_next", TYPICAL if machine is None else machine)
+    (chosen,) = schemes_of(scheme)
+    subject = machine_of(TYPICAL if machine is None else machine)
     if axis.name not in subject.axes:
         axis = replace(axis, name="x")
     limits = _limits(stroke, feed, acceleration, axis)

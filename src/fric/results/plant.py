@@ -145,7 +145,7 @@ def identify_plant(
     FricError
         When no record serves, too few lines are sure, or a motion does not separate the terms.
     """
-    given = records_of("identify_plant", logs)
+    given = records_of(logs)
     wanted, records = plant_records(given, None if method == "auto" else method)
     motion, in_time = records[0].motion, [record for record in records if isinstance(record, Log)]
     doubtful = settled(of_logs(in_time))

@@ -124,7 +124,7 @@ def read(
     FricError
         When one is no log file, or they are of different axes.
     """
-    return Records(records_of("read", files))
+    return Records(records_of(files))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -181,5 +181,5 @@ def inspect(
     logs
         Log files of one axis. Records are taken, too.
     """
-    records = records_of("inspect", logs, one_axis=False)
+    records = records_of(logs, one_axis=False)
     return InspectionResult(records, [inspect_record(record) for record in records])

@@ -96,11 +96,11 @@ def identify_static(
     FricError
         When there is no steady stroke, or there are too few speeds for the parameters.
     """
-    records = [one for one in records_of("identify_static", logs) if not isinstance(one, FrequencyResponse)]
+    records = [one for one in records_of(logs) if not isinstance(one, FrequencyResponse)]
     if not records:
         raise FricError("there is neither a record in time nor a table of forces and velocities")
-    given = None if plant is None or isinstance(plant, Plant) else document_of("identify_static", PlantDocument, plant)
-    known = plant_of("identify_static", plant, records[0].axis, records[0].motion)
+    given = None if plant is None or isinstance(plant, Plant) else document_of(PlantDocument, plant)
+    known = plant_of(plant, records[0].axis, records[0].motion)
     in_time = [one for one in records if isinstance(one, Log)]
     doubtful = settled([*of_logs(in_time, known), *of_strokes(in_time)])
     found = fit_static(

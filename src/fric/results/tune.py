@@ -24,7 +24,7 @@ from fric.results.kinds import CircleLike, MachineFile, SchemeName
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Machine
 from fric.threads import one_blas_thread
-from fric.verb import refused, verb
+from fric.verb import UnfitError, verb
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -156,8 +156,8 @@ def tune(
     """
     source = Path(machine)
     subject = read_machine(source)
-    if not (tests := circles_of("tune", circles, scheme)):
-        raise refused("tune", CIRCLES, None)
+    if not (tests := circles_of(circles, scheme)):
+        raise UnfitError(CIRCLES, None)
     advance(0, total=steps_of_tuning(tests))
     with one_blas_thread():  # products of small matrices between compiled replays
         found = refit(subject, tests, advance, loop=loop)

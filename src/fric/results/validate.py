@@ -114,14 +114,14 @@ def validate(
     FricError
         When a channel is missing, a file is of another axis, or the friction is not told apart.
     """
-    records = logs_of("validate", logs)
+    records = logs_of(logs)
     axis, motion = records[0].axis, records[0].motion
     if model and friction is None:
         raise FricError("--model names a model of a friction file", hint="Give that file with --friction.")
-    document = document_of("validate", PlantDocument, plant, (axis, motion))
+    document = document_of(PlantDocument, plant, (axis, motion))
     identified = document.plant(motion)
-    cascade = cascade_of("validate", controller, axis, motion)
-    text = friction_of("validate", friction, axis, motion)
+    cascade = cascade_of(controller, axis, motion)
+    text = friction_of(friction, axis, motion)
     done, short = list[Validation](), list[Notice]()
     measured = replace(identified, T_d=0.0) if document.T_d.assumed else identified
     for log in records:
