@@ -10,9 +10,11 @@ from scipy.optimize import nnls
 from fric.arrays import Real
 
 _unchecked: Any = None
-"""What SciPy's own function calls, behind checks that take twice the time of so small a problem."""
+"""What SciPy's own function calls, behind checks that take twice the time of so small a problem: 8 % of `identify gms`.
 
-with suppress(ImportError):  # SciPy before 1.16, or another that has it elsewhere
+Where another SciPy has it elsewhere, its public function is called."""
+
+with suppress(ImportError):
     from scipy.optimize._slsqplib import nnls as _unchecked
 
 

@@ -101,11 +101,11 @@ def design_controller(
     plant
         The plant, eq. (1): A, B, T_d. Its file or its result.
     phase_margin
-        That velocity and position loop have at least.
+        Phase margin that velocity and position loop have at least.
     gain_margin
-        That velocity and position loop have at least. A number is a factor.
+        Gain margin that velocity and position loop have at least. A number is a factor.
     sampling
-        Of the controller.
+        Sampling rate of the controller.
     velocity_filter
         Corner of the low-pass on the velocity.
     limit
@@ -115,13 +115,13 @@ def design_controller(
     separation
         Crossover of the velocity loop over K_v/2π, at least.
     crossover
-        Of the velocity loop; the highest where not given.
+        Crossover of the velocity loop; the highest where not given.
     K_p
-        With K_i and K_v: check gains, do not seek them.
+        Velocity gain: with K_i and K_v the gains are checked, not sought.
     K_i
-        As in '3156 V/m'.
+        Integral gain of the velocity loop, as '3156 V/m'.
     K_v
-        As in '126 1/s'.
+        Position gain, as '126 1/s'.
     view
         The figure that --plot draws. Or `figure` of the result.
 

@@ -109,7 +109,7 @@ def ingest(
     axis
         Name of the axis, such as x.
     motion
-        Of the axis, where the units do not tell.
+        Motion of the axis, where the units do not tell it.
     append
         Add to LOG.h5; what it holds already is skipped. A file is known by its sha256.
     bad_cells

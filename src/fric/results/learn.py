@@ -160,7 +160,7 @@ def learn(
     before
         Of a circle: the feedforward it was run with.
     scheme
-        Of a run file, the scheme that is taken.
+        Scheme that is taken of a run file.
     share
         Share of a round that is taken over; else by the feed.
     bandwidth

@@ -143,9 +143,9 @@ def design_observer(
     controller
         The controller; by `fric design controller` where not given. A `Cascade`, its file or its result.
     cutoff
-        Of Q, 1/(2πτ), where it is given; the largest allowed where not.
+        Corner of Q, 1/(2πτ); the largest that is allowed where not given.
     bandwidth
-        Of Q, −3 dB, where that is given instead of the cutoff.
+        Bandwidth of Q (−3 dB), in place of its corner.
     peak_sensitivity
         Ms that the whole loop may have at most. A number is a factor.
     resonances

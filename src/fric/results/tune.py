@@ -143,7 +143,7 @@ def tune(
         Circle tests, or run files of `fric simulate circle`. One fast and one slow, with reference, position and
         voltage of both axes; measured circles are taken, too.
     scheme
-        Of a run file, the scheme that is taken.
+        Scheme that is taken of a run file.
     loop
         Design gains anew where friction that falls with speed makes errors grow.
     advance
