@@ -10,6 +10,7 @@ from pathlib import Path
 
 from fric.errors import FricError
 
+REPLACE = "Name another file, or replace it with `force=True`."
 WAIT = 30.0
 """How long a file that another process adds to is waited for [s]."""
 
@@ -59,7 +60,7 @@ def refuse_existing(*paths: Path | None, force: bool = False) -> None:
             what = "a folder" if stat.S_ISDIR(mode) else "no regular file"
             raise FricError(f"cannot be written: it is {what}", where=str(path), hint="Name a file.")
         if mode is not None and not force:
-            raise FricError("the output exists", where=str(path), hint="Name another file, or replace it with --force.")
+            raise FricError("the output exists", where=str(path), hint=REPLACE)
 
 
 def _target(path: Path) -> Path:
@@ -100,7 +101,7 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
     except FileExistsError:
         raise FricError(
             "the output came to be while this one was made", where=str(path),
-            hint="Another process wrote it. Name another file, or replace it with --force.",
+            hint=f"Another process wrote it. {REPLACE}",
         ) from None  # fmt: skip
     except OSError as error:
         raise _refused(path, error) from None

@@ -3,10 +3,12 @@
 from inspect import Parameter, signature
 
 import pytest
+from typer.testing import CliRunner
 
 import fric
 from fric.cli.command import GIVEN, Command, found
 from fric.cli.commands import COMMANDS, DESIGN, IDENTIFY, SIMULATE
+from fric.cli.main import app
 from fric.errors import FricError
 from fric.verb import Form
 
@@ -64,3 +66,25 @@ def test_a_lead_is_a_text_with_its_unit_too():
 def test_a_path_of_a_wrong_type_ends_in_a_sentence():
     with pytest.raises(FricError, match="path takes points, or their file, and was given an int"):
         fric.path("xy-table", 3)
+
+
+@pytest.mark.parametrize(("name", "text", "words"), [
+    ("static", "use `direction='both'`.", "use --direction both."),
+    ("static", "leave `over_position=` out", "leave --over-position out"),
+    ("diagnose", "as in `feed='100 mm/s'`", "as in --feed '100 mm/s'"),
+    ("export", "`force=True`, `drawn=`, `single=`", "--force, --run, --float"),
+    ("circle", "`nominal_files='x=FRICTION.yaml'`", "--friction x=FRICTION.yaml"),
+    ("controller", "`K_p=`", "--K_p"),
+    ("plan", "`fric plan --friction` says", "`fric plan --friction` says"),
+])  # fmt: skip
+def test_errors_name_options_on_the_line_and_arguments_in_python(name, text, words):
+    assert MADE[name].worded(text) == words
+
+
+def test_an_output_that_exists_is_replaced_as_the_interface_says(tmp_path):
+    made = tmp_path / "log.h5"
+    words = ["simulate", "experiment", "xy-table", "--kind", "sliding-sine", "--samples", "200", "-o", str(made)]
+    assert CliRunner().invoke(app, words).exit_code == 0
+    assert CliRunner().invoke(app, words).exception.hint.endswith("replace it with --force.")
+    with pytest.raises(FricError, match=r"replace it with `force=True`\."):
+        fric.read(made).save(made)

@@ -190,7 +190,7 @@ def both_directions(tests: Sequence[MeasuredCircle], feed: float | None = None) 
         known = ", ".join(sorted({f"{test.feed * 1e3:g} mm/s" for test in tests}))
         raise FricError(f"there is no circle at {(feed or 0) * 1e3:g} mm/s", hint=f"There are {known}.")
     if len(circles) > 1:
-        raise FricError(f"the tests are of several circles: {text}", hint='Say which, as in --feed "100 mm/s".')
+        raise FricError(f"the tests are of several circles: {text}", hint="Say which, as in `feed='100 mm/s'`.")
     found: dict[int, MeasuredCircle] = {}
     for test in asked:
         found.setdefault(test.direction, test)

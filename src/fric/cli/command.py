@@ -1,5 +1,6 @@
 """A command, made from its verb: what a terminal adds to it, and what is done around it."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 from fric.cli.console import finish
 from fric.cli.signature import option, parameter, parameter_of, values_of
+from fric.errors import FricError
 from fric.verb import Form
 
 READ_MACHINE = "fric.documents.machine_files:read_machine"
@@ -132,10 +134,11 @@ class Command:
         """Return the function that Typer makes the command of."""
 
         def command(**given: Any) -> None:
-            if self.run:
-                found(self.run)(self, values_of(given))
-            else:
-                self.end(self.call(values_of(given)), values_of(given))
+            values = values_of(given)
+            try:
+                found(self.run)(self, values) if self.run else self.end(self.call(values), values)
+            except FricError as error:
+                raise FricError(self.worded(error.what), where=error.where, hint=self.worded(error.hint)) from None
 
         command.__doc__ = self.help
         taken = self.parameters()
@@ -193,10 +196,22 @@ class Command:
 
         return make
 
+    def worded(self, text: str) -> str:
+        """Return an error's text, which names arguments as ```load='5 N'```, with the options that they are here."""
+
+        def option_of(found: re.Match[str]) -> str:
+            flag = self.flags.get(found[1], f"--{found[1].replace('_', '-')}")
+            flag = next(one for one in flag.split() if one.startswith("--"))
+            value = found[2].strip("'")
+            shown = "" if value in {"", "True"} else f" '{value}'" if " " in value else f" {value}"
+            return flag + shown
+
+        return re.sub(r"`([A-Za-z]\w*)=([^`]*)`", option_of, text)
+
     def end(self, make: Callable[[Any], Any], given: Mapping[str, Any], **beside: Any) -> Any:
         """Make the result, write, plot and print it, as `fric.cli.console.finish`; return the result."""
         output = given.get("output") if self.output else None
-        settings: dict[str, Any] = {"doing": self.doing}
+        settings: dict[str, Any] = {"doing": self.doing, "worded": self.worded}
         if self.output and self.output.writes:
             settings |= {"output": output, "writes": self.output.writes}
         else:

@@ -91,6 +91,7 @@ def finish(
     also: Mapping[Path | None, Callable[[Any], Any]] | None = None,
     into: Path | None = None,
     writes: str = "YAML",
+    worded: Callable[[str], str] = str,
 ) -> Any:
     """End a command: make its result, write, plot, and print report or JSON, and the warnings; return the result.
 
@@ -112,6 +113,8 @@ def finish(
         A folder that the result is saved into, in place of a file; the result looks after what is there.
     writes
         Format of ``output``, as `fric.output.FORMATS` calls it.
+    worded
+        Puts options in the place of arguments that a warning names.
     """
     figures = {path: draw for path, draw in (also or {}).items() if path is not None}
     view, plot = named(plot)
@@ -144,7 +147,7 @@ def finish(
             OUT.print(printable(piece, 10 * MOST) if isinstance(piece, str) else piece, markup=False)
         if written:
             OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
-    print_warnings(result.warnings)
+    print_warnings(map(worded, result.warnings))
     return result
 
 

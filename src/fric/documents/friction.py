@@ -138,7 +138,7 @@ class FrictionDocument(OfAxis):
         if not self.section("static"):
             raise FricError(
                 f"the friction of axis {self.axis} holds no static map",
-                hint="Make one with `fric identify static`, or leave --static out.",
+                hint="Make one with `fric identify static`, or leave `static=` out.",
             )
         try:
             return StaticMap.from_sections({"static": self.estimates("static")}), self.backward()
@@ -159,7 +159,7 @@ class FrictionDocument(OfAxis):
         if model is None:
             model = found[0] if len(found) == 1 else "static" if not found else None
         if model is None:
-            raise FricError(f"the friction file holds {', '.join(found)}", hint="Name one with --model.")
+            raise FricError(f"the friction file holds {', '.join(found)}", hint="Name one with `model=`.")
         friction = self.friction(model)
         own = next((one.offset for one in self.fit_of(model).records or () if one.record == record), None)
         return friction, self.load() if own is None else float(own.si("force", self.motion))

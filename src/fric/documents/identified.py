@@ -99,7 +99,7 @@ def read_identified(path: Path | str, *, nominal_files: Iterable[str] = (), **in
         raise FricError(
             NO_INTERVAL,
             where=str(path),
-            hint="Give the files that `fric identify` wrote: --friction x=FRICTION.yaml, or in the machine file.",
+            hint="Give files that `fric identify` wrote: `nominal_files='x=FRICTION.yaml'`, or in the machine file.",
         )
     return Identified(replace(machine, axes=axes), intervals, covariances, beyond, widened, tuple(warnings))
 

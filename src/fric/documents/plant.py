@@ -56,7 +56,7 @@ class PlantPart(Physical):
         if "B" not in values:
             raise FricError(
                 "the acceleration per volt B is not given",
-                hint="Identify the plant again from a log with input, or with --force-constant.",
+                hint="Identify the plant again from a log with input, or with `force_constant=`.",
             )
         return values
 
@@ -182,7 +182,7 @@ class PlantDocument(AxisDocument, PlantPart):
         if not levels:
             raise FricError(
                 "the plant file holds no Coulomb friction",
-                hint="Give a friction file with --friction, or identify the plant from an ordinary motion.",
+                hint="Give a friction file with `friction=`, or identify the plant from an ordinary motion.",
             )
         level = sum(levels) / len(levels)
         load = values.get("offset", 0.0)

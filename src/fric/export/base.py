@@ -108,7 +108,7 @@ class Part:
         if self.friction is None:
             raise FricError(
                 f"scheme {self.scheme} feeds no friction forward, and there is nothing to export",
-                hint="Choose a scheme with friction: --scheme c or --scheme f.",
+                hint="Choose a scheme with friction: `scheme='c'` or `scheme='f'`.",
             )
         return self.friction
 

@@ -62,7 +62,7 @@ def prior_axis(
     if friction is not None:
         if friction.motion != found.motion:
             raise FricError(f"the friction is of a {friction.motion} axis, and axis {name} of the machine is not",
-                            hint="Give the machine with --machine.")  # fmt: skip
+                            hint="Give the machine with `machine=`.")  # fmt: skip
         found = replace(found, friction=_friction(friction, found))
     if plant is not None:
         found = replace(found, plant=plant.plant(found.motion))

@@ -67,7 +67,7 @@ def filtered_motion(log: Log, settings: Conditioning) -> Motion:
     if len(log) < settings.border + 30 * settings.decimation:
         raise FricError(
             f"{len(log)} samples are too few for a border of {settings.border} and a decimation of "
-            f"{settings.decimation}", where=log.where, hint="Log a longer motion, or give a smaller --decimation.",
+            f"{settings.decimation}", where=log.where, hint="Log a longer motion, or give a smaller `decimation=`.",
         )  # fmt: skip
     dt = float(log.time[-1] - log.time[0]) / (len(log) - 1)
     sos = butterworth(settings.cutoff, 1 / dt)

@@ -256,7 +256,7 @@ def circle(
     if measured and (identified is None or machines is None):
         raise FricError(
             "measured circles were given, and no machines to make agree with them",
-            hint="Draw machines from what was identified: --monte-carlo N --from-intervals.",
+            hint="Give what fric.read_identified returns, and `machines=`.",
         )
     if machines is None:
         return CircleResult(subject, runs, axis, None, identified)

@@ -125,7 +125,7 @@ def compare(
     else:
         names = [name.strip() for name in (models.split(",") if isinstance(models, str) else models)]
     if fit_on and cycles:
-        raise FricError("--fit-on and --cycles are two ways to split", hint="Give one of them.")
+        raise FricError("`fit_on=` and `cycles=` are two ways to split", hint="Give one of them.")
     records = logs_of(logs)
     axis, motion = records[0].axis, records[0].motion
     kept = friction_of(static, axis, motion)

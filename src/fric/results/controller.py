@@ -138,7 +138,7 @@ def design_controller(
     gains = {"rate": K_v, "velocity gain": K_p, "position gain": K_i}
     if any(gain is not None for gain in gains.values()):
         if None in gains.values() or crossover is not None:
-            raise FricError("gains are checked all together", hint="Give --K_p, --K_i and --K_v, and no --crossover.")
+            raise FricError("gains are checked all together", hint="Give `K_p=`, `K_i=`, `K_v=`, and no `crossover=`.")
         v, p, i = (in_si(gain or 0.0, kind, motion) for kind, gain in gains.items())
         design = check_cascade(linear, Cascade(v, p, i, low_pass, rate, largest), asked)
     else:

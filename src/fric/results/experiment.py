@@ -89,7 +89,7 @@ def experiment(
     }
     given = {name: value for name, value in settings.items() if value is not None}
     if (plan is None) == (kind is None):
-        raise FricError("an experiment is of a kind or of a plan", hint="Give --kind, or --plan.")
+        raise FricError("an experiment is of a kind or of a plan", hint="Give `kind=`, or `plan=`.")
     if plan is None:
         logs = run_experiment(subject, str(kind), seed=seed, **given)
     elif given:

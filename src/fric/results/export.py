@@ -272,13 +272,13 @@ def require_trust(part: Part, against: Sequence[Notice], distrust: Sequence[Noti
     if against:
         raise FricError(
             f"scheme {part.scheme} on axis {part.axis} is not to be trusted: {against[0]}",
-            hint="Mend that first; --force exports it nevertheless.",
+            hint="Mend that first; `force=True` exports it nevertheless.",
         )
     if distrust:
         raise FricError(
             f"scheme {part.scheme} on axis {part.axis} is not to be trusted yet: {'; '.join(distrust)}",
-            hint="Give machines drawn around it (fric simulate circle --monte-carlo 20 -o RUN.h5) with --run, and a "
-            "measured circle with --circle; --force exports it nevertheless.",
+            hint="Give machines drawn around it (fric simulate circle --monte-carlo 20 -o RUN.h5) with `drawn=`, and a "
+            "measured circle with `circles=`; `force=True` exports it nevertheless.",
         )
 
 
@@ -301,7 +301,7 @@ def _drawing(
         raise FricError(f"the run is without axis {axis}", where=str(file))
     if scheme.name not in {run.scheme.name for run in runs if not run.scheme.bare}:
         raise FricError(f"the run is without scheme {scheme.name}", where=str(file),
-                        hint=f"Make it with --scheme a,{scheme.name}.")  # fmt: skip
+                        hint=f"Make it by `fric simulate circle --scheme a,{scheme.name}`.")  # fmt: skip
     candidates = [
         replace(one, drawn=left[one.scheme.name].glitches, swings=left[one.scheme.name].swings) if left else one
         for one in candidates_of(runs, prediction=prediction)
@@ -328,7 +328,7 @@ def one_target(name: str, part: str, *, single: bool) -> Target:
             hint=f"It exports {' and '.join(target.parts)}" + (f"; {', '.join(able)} export that." if able else "."),
         )
     if single and "single" not in target.options:
-        raise FricError(f"the target {name} has no single precision", hint="Leave --float out, or export to c.")
+        raise FricError(f"the target {name} has no single precision", hint="Leave `single=` out, or export to c.")
     return target
 
 

@@ -119,7 +119,7 @@ def identify_gms(
         doubtful += settled(of_level(records, forward.F_s))
     at = None if knots == "auto" else several(knots, "position", motion)
     if at is not None and blocks not in {"auto", len(at), str(len(at))}:
-        raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave --blocks out.")
+        raise FricError(f"{len(at)} knots give {len(at)} blocks, not {blocks}", hint="Leave `blocks=` out.")
     found = fit_gms(
         records,
         static=forward,

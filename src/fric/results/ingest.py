@@ -153,7 +153,7 @@ def _window(begin: float | str | None, end: float | str | None) -> tuple[float, 
     low = -inf if begin is None else in_si(begin, "time")
     high = inf if end is None else in_si(end, "time")
     if not low < high:
-        raise FricError(f"a window from {low:g} to {high:g} s holds nothing", hint="Give --from before --to.")
+        raise FricError(f"a window from {low:g} to {high:g} s holds nothing", hint="Give `begin=` before `end=`.")
     return low, high
 
 

@@ -194,5 +194,5 @@ def _ran_on(given: Any) -> Machine:
     origin = made.get("origin")
     path, files = (origin.get("path"), origin.get("nominal_files")) if isinstance(origin, dict) else ("", ())
     if not (path and isinstance(path, str) and isinstance(files, list)):
-        raise FricError("the circle does not say on which machine it was run", hint="Name it: --machine MACHINE.yaml.")
+        raise FricError("the circle does not say on which machine it was run", hint="Name it with `machine=`.")
     return read_machine(located(Path(path), "machine"), nominal_files=[str(file) for file in files])

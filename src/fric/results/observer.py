@@ -180,7 +180,7 @@ def design_observer(
     else:
         if modes or first_mode:
             raise FricError(
-                "a measured response has its resonances", hint="Leave LOG.h5, or --resonance and --first-mode, out."
+                "a measured response has its resonances", hint="Leave the log, or `resonances=` and `first_mode=`, out."
             )
         logs = [measured_record(log, record, (axis, motion))]
         Delta, seen = perturbation_of(logs[0], document, averages)
@@ -252,7 +252,7 @@ def measured_record(given: Any, name: str | None, of: tuple[str, Motion]) -> Log
     if len(found) != 1:
         text = f"{len(found)} records " + (f"of the name '{name}'" if name else "of a frequency response")
         raise FricError(
-            f"there are {text}, where one is asked", where=where, hint="Name the one with --record, or ingest it."
+            f"there are {text}, where one is asked", where=where, hint="Name the one with `record=`, or ingest it."
         )
     return found[0]
 

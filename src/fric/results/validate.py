@@ -117,7 +117,7 @@ def validate(
     records = logs_of(logs)
     axis, motion = records[0].axis, records[0].motion
     if model and friction is None:
-        raise FricError("--model names a model of a friction file", hint="Give that file with --friction.")
+        raise FricError("`model=` names a model of a friction file", hint="Give that file with `friction=`.")
     document = document_of(PlantDocument, plant, (axis, motion))
     identified = document.plant(motion)
     cascade = cascade_of(controller, axis, motion)

@@ -185,7 +185,7 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     if not peaks or min(peaks) <= 0:
         raise FricError(
             "a multisine has no peak velocity above zero",
-            hint="Around rest, say how fast it swings: --peaks '15 mm/s'.",
+            hint="Around rest, say how fast it swings: `peaks='15 mm/s'`.",
         )
     sampling = axis.cascade.sampling
     lowest, highest = lowest or usual.lowest, highest or usual.highest

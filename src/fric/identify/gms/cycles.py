@@ -87,7 +87,7 @@ def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> Hyst
         raise FricError(
             f"cycle {first} was asked for, and there are {count}",
             where=where,
-            hint="Choose --cycles anew.",
+            hint="Choose `cycles=` anew.",
         )
     hysteresis = HysteresisCycles(record, reversals, (first, min(last, count)))
     if hysteresis.amplitude < STEPS * motion.step:

@@ -84,7 +84,7 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
     if static is not None and not (static.F_s > 0.0 and (negative is None or negative.F_s > 0.0)):
         raise FricError(
             "the static map has no friction at break-away (F_s is 0), and alpha is a share of it",
-            hint="Look at what `fric identify static` says of that map, or leave --static out.",
+            hint="Look at what `fric identify static` says of that map, or leave `static=` out.",
         )
     presliding, left_out = without_clipped(presliding, 0.0)
     ready = prepared([*presliding, *sliding], plant)
@@ -190,7 +190,7 @@ def sorted_by_kind(logs: Sequence[Log]) -> tuple[list[Log], list[Log]]:
     if not presliding:
         raise FricError(
             "there is no pre-sliding record among the logs",
-            hint="Log slow sines of small amplitude, and ingest them with --kind presliding-sine.",
+            hint="Log slow sines of small amplitude, and ingest them with `kind='presliding-sine'`.",
         )
     return presliding, [log for log in logs if log.kind == "sliding-sine"]
 

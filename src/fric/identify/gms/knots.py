@@ -77,7 +77,7 @@ def blocks_from_knots(knots: Real, force: Real) -> Blocks:
         raise FricError(
             f"the virgin curve does not get flatter at knot {bad + 1} ({knots[bad] * 1e6:.3g} µm), so its block would "
             "have no stiffness",
-            hint="Move that knot, leave it out, or use --knots auto.",
+            hint="Move that knot, leave it out, or use `knots='auto'`.",
         )
     return Blocks(k, knots)
 

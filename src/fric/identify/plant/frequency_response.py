@@ -189,7 +189,7 @@ def _over_segments(record: Log, u: Real, z: Real, segment: float | None, samplin
         raise FricError(
             f"a segment of {length} samples does not suit a record of {len(u)}",
             where=record.where,
-            hint="Log a longer excitation, or give another --segment.",
+            hint="Log a longer excitation, or give another `segment=`.",
         )
     spectra, driver, text = segment_spectra(u, z, u, length, sampling), u, "the input as driver"
     if record.reference is not None and _accelerates(record.reference):

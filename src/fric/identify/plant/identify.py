@@ -251,6 +251,6 @@ def plant_records(
         raise FricError(
             f"no record is of kind frequency-response or motion (there are {kinds})",
             where=records[0].source,
-            hint="Say --method response or --method motion to take them as such.",
+            hint="Say `method='response'` or `method='motion'` to take them as such.",
         )
     return method, chosen

@@ -81,7 +81,7 @@ def select(
             f"{np.count_nonzero(used)} of {len(f)} frequencies have a coherence of {coherence:g} or more"
             + (f" between {band[0]:g} and {band[1]:g} Hz" if band != (0.0, np.inf) else ""),
             where=table.where,
-            hint="Excite harder or longer, or lower --coherence.",
+            hint="Excite harder or longer, or lower `coherence=`.",
         )
     floor = 1e-9  # a response without any noise weighs much, but not infinitely
     lines = Lines(

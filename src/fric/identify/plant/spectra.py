@@ -119,7 +119,7 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
     if count < 2:
         raise FricError(
             f"a record of {len(input)} samples holds {count} period(s) of {period}",
-            hint="Log two periods or more, ten are good; or give the right --period.",
+            hint="Log two periods or more, ten are good; or give the right `period=`.",
         )
     U, Z = (periods(x, period) for x in (input, position))
     if count > 2 and _swings_in(U, Z):  # what it swings in by is no drift of the others

@@ -34,7 +34,7 @@ def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple
         if name not in names:
             raise FricError(f"there is no record '{name}'", hint=f"The records are {', '.join(names)}.")
     if set(names) <= set(fitted):
-        raise FricError("every record is fitted, and none is left to score", hint="Leave one out of --fit-on.")
+        raise FricError("every record is fitted, and none is left to score", hint="Leave one out of `fit_on=`.")
     none = [np.zeros(len(record.force), bool) for record in records]
     chosen = [record.used if name in fitted else no for record, name, no in zip(records, names, none, strict=True)]
     others = [no if name in fitted else record.used for record, name, no in zip(records, names, none, strict=True)]

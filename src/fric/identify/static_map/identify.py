@@ -91,7 +91,7 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
         return _at_one_speed(strokes, amiss)
     strokes = corrected(strokes, OF_A_MAP)
     if direction == "each" and not strokes.both_directions:
-        hint = "Log strokes in both directions, or use --direction both."
+        hint = "Log strokes in both directions, or use `direction='both'`."
         raise FricError("only one direction was measured", hint=hint)
     fit = fit_map(strokes, strokes.offset)
     fit, split = _directions_predict(fit)
