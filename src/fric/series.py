@@ -89,7 +89,7 @@ def require_plausible(name: str, values: Real, dimension: str, where: str, *, mo
     )
     raise FricError(
         f"the {name} {what}", where=where,
-        hint="Look at its unit; or ingest the log again with --bad-cells drop, which leaves such samples out.",
+        hint="Look at its unit; or ingest the log again with `bad_cells='drop'`, which leaves such samples out.",
     )  # fmt: skip
 
 

@@ -84,7 +84,7 @@ def test_missing_column(tmp_path):
 def test_text_in_a_number(tmp_path, row):
     told = refused(tmp_path, HEADER + rows(GOOD, {row: "abc"}))
     assert f"line {row + 2}, column 'force': 'abc' is no number" in told
-    assert "--bad-cells drop" in told
+    assert "bad_cells='drop'" in told
 
 
 def test_the_line_is_right_past_blank_lines_and_blocks(tmp_path):

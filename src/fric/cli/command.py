@@ -138,7 +138,8 @@ class Command:
             try:
                 found(self.run)(self, values) if self.run else self.end(self.call(values), values)
             except FricError as error:
-                raise FricError(self.worded(error.what), where=error.where, hint=self.worded(error.hint)) from None
+                what, where, hint = map(self.worded, (error.what, error.where, error.hint))
+                raise FricError(what, where=where, hint=hint) from None
 
         command.__doc__ = self.help
         taken = self.parameters()

@@ -223,10 +223,10 @@ def _by_header(table: Table, kind: Kind | None) -> dict[str, Channel]:
 def _hint(table: Table, channel: str, found: Collection[str] = ()) -> str:
     if channel == "time" and {"velocity", "force"} <= set(found):
         return (
-            "If each row is a mean force at one velocity, say --kind force-velocity; else say the sampling in a "
-            "mapping (--map), as in `time: {rate: 1 kHz}`."
+            "If each row is a mean force at one velocity, say `kind='force-velocity'`; else say the sampling in a "
+            "mapping (`mapping=`), as in `time: {rate: 1 kHz}`."
         )
-    return f"The columns are {table.listed(12)}. Say in a mapping (--map) which is {channel}, or name it so."
+    return f"The columns are {table.listed(12)}. Say in a mapping (`mapping=`) which is {channel}, or name it so."
 
 
 def origin_of(

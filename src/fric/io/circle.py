@@ -125,7 +125,7 @@ def choose_circles(paths: Iterable[Path], scheme: str | None = None) -> list[Mea
         if _is_run(path) and len(tests) > 1:
             raise FricError(
                 f"holds {len(tests)} schemes", where=str(path),
-                hint=f"Say which one: --scheme {' or '.join(schemes)}.",
+                hint=f"Say which with `scheme=`: {' or '.join(schemes)}.",
             )  # fmt: skip
         found += tests
     return found

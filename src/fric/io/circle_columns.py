@@ -65,12 +65,12 @@ def circle_plan(
                 f"holds the position of {' and '.join(whole) or 'no axis'}, and a circle test takes two axes, or angle "
                 "and deviation of a ball bar",
                 where=where, hint=f"The columns are {columns}. Name them as in 'x_ref [mm]', 'x_pos [mm]', or in a "
-                "mapping (--map) with `kind: circle` as x.reference, x.position.",
+                "mapping (`mapping=`) with `kind: circle` as x.reference, x.position.",
             )  # fmt: skip
         if "time" not in origins:
             raise FricError(
                 "no column is time", where=where,
-                hint="Say the rate: --sampling \"4 kHz\", or in a mapping `time: {rate: 4 kHz}`.",
+                hint="Say the rate: `sampling='4 kHz'`, or in a mapping `time: {rate: 4 kHz}`.",
             )  # fmt: skip
         if not any(name.endswith(".reference") for name in origins):
             warnings.append(NO_REFERENCE.found(where))
@@ -134,7 +134,7 @@ def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice
     if sampling is None:
         raise FricError(
             "has no header and no time", where=str(table.path),
-            hint="Say its rate, as in --sampling \"4 kHz\"; or what its columns are in a mapping (--map).",
+            hint="Say its rate, as in `sampling='4 kHz'`; or what its columns are in a mapping (`mapping=`).",
         )  # fmt: skip
     first_column = 1 if numbered else 0
     radii = {
@@ -146,7 +146,7 @@ def _by_content(table: Table, sampling: float | None) -> tuple[Plan, list[Notice
     if not pairs:
         raise FricError(
             "has no header, and no two neighbouring columns run on a circle", where=str(table.path),
-            hint="Say what its columns are in a mapping (--map) with `kind: circle`.",
+            hint="Say what its columns are in a mapping (`mapping=`) with `kind: circle`.",
         )  # fmt: skip
     reference, position = (pairs[0], pairs[-1]) if len(pairs) > 1 else (None, pairs[0])
     origins = {"time": Origin(0, 1.0 / sampling) if numbered else Origin(None, 1.0 / sampling)}

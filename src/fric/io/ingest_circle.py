@@ -173,13 +173,13 @@ def _named(
 def _ball_bar(channels: dict[str, Real], stated: StatedCircle, source: str, digest: str) -> MeasuredCircle:
     angle = np.unwrap(channels["angle"])
     if stated.radius is None:
-        raise FricError("a ball bar's deviation does not tell the radius", where=source, hint='Say --radius "150 mm".')
+        raise FricError("a ball bar's deviation does not tell the radius", where=source, hint="Say `radius='150 mm'`.")
     feed = stated.feed
     if feed is None and "time" in channels:
         time = channels["time"]
         feed = rounded(abs(float(np.median(np.diff(angle) / np.diff(time)))) * stated.radius)
     if feed is None:
-        raise FricError("a ball bar's deviation does not tell the feed", where=source, hint='Say --feed "100 mm/s".')
+        raise FricError("a ball bar's deviation does not tell the feed", where=source, hint="Say `feed='100 mm/s'`.")
     covered = float(angle[-1] - angle[0])
     if abs(covered) < 2 * pi - 0.02:
         raise FricError(

@@ -108,7 +108,7 @@ class Session:
                 raise FricError(
                     f"is of the {words_of(own[1])} axis {own[0]}, and the log file of the {words_of(motion)} {axis}",
                     where=str(path),
-                    hint="Keep each axis in a file of its own, or say --axis.",
+                    hint="Keep each axis in a file of its own, or say `axis=`.",
                 )  # fmt: skip
             if "name" in table.said and (same := _digest(table, digest)) in self.known:
                 self.skipped.append((f"{path}, record '{table.said['name']}'", self.known[same]))
@@ -166,7 +166,7 @@ class Session:
                 raise FricError("has no time", where=str(path), hint="Files are joined by their time.")
             if chosen.motion != motion:
                 raise FricError(f"has a force in {drive_unit(chosen.motion)}", where=str(path),
-                                hint=f"Say --motion {chosen.motion}.")  # fmt: skip
+                                hint=f"Say `motion='{chosen.motion}'`.")  # fmt: skip
             files.append((table, chosen))
         self.records.append(self._add(*joined(files), writer, source, lambda: sha256))
 
@@ -204,7 +204,7 @@ class Session:
             record.extend(channels)
         dropped = missing[0]
         if samples < 2:
-            inside = "" if self._about.window == EVERYTHING else " between --from and --to"
+            inside = "" if self._about.window == EVERYTHING else " between `begin=` and `end=`"
             raise FricError(f"has {samples} samples{inside}", where=str(table.path), hint="A log needs two at least.")
         self._stated |= chosen.stated
         total = dropped + int(table.said.get("dropped", 0))

@@ -39,7 +39,7 @@ def joined(files: Sequence[tuple[Table, Plan]]) -> tuple[Joined, Plan]:
         for name, origin in own.items():
             if name in holders:
                 raise FricError(
-                    f"{name} is in {holders[name]} and in {table.path.name}", where="--join",
+                    f"{name} is in {holders[name]} and in {table.path.name}", where="`join=True`",
                     hint=f"Say in a mapping which is meant, as in `{name}: {{column: …, file: \"NAME*\"}}`.",
                 )  # fmt: skip
             holders[name] = table.path.name

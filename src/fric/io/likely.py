@@ -103,5 +103,5 @@ def refuse_left_out(table: Table, origins: Collection[str], taken: Collection[in
         raise FricError(
             f"no column is named {channel}, and {listed} {'looks' if len(found) == 1 else 'look'} like it",
             where=str(table.path),
-            hint="Say in a mapping (--map) which is what and which is left out; --propose MAP.yaml writes one to edit.",
+            hint="Say in a mapping (`mapping=`) which is what, or is left out; `fric ingest --propose` writes it.",
         )

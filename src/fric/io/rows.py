@@ -40,5 +40,5 @@ class WholeRows:
             what = f"{run} cells in a row are no numbers, the first {'empty' if not text else repr(text)}"
         return FricError(
             what, where=self._table.place(row, column),
-            hint="Mend the file, or leave such samples out with --bad-cells drop.",
+            hint="Mend the file, or leave such samples out with `bad_cells='drop'`.",
         )  # fmt: skip

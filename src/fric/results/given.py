@@ -113,7 +113,8 @@ def bounded(name: str, given: str | float, motion: Motion = "linear") -> float:
     dimension = BOUNDS[name].dimension
     value = in_si(given, dimension, motion)
     meant = f"Is '{likely(f'{value:g}', dimension, motion)}' meant? Write the unit"
-    settled([Finding(name, value, motion)], meant)
+    if value > 0:  # of anything else whoever takes it tells what it is
+        settled([Finding(name, value, motion)], meant)
     return value
 
 
