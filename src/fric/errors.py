@@ -38,12 +38,14 @@ class FricError(Exception):
         File, line, column or record it was found in; empty where there is none.
     hint
         What the user can do about it.
+    form
+        A file to fill in, which is shown whole below.
     """
 
-    def __init__(self, what: str, *, where: str = "", hint: str = "") -> None:
-        self.what, self.where, self.hint = what, where, hint
+    def __init__(self, what: str, *, where: str = "", hint: str = "", form: str = "") -> None:
+        self.what, self.where, self.hint, self.form = what, where, hint, form
         head = f"{printable(where)}: {printable(what)}" if where else printable(what)
-        super().__init__(f"{head}\n{printable(hint)}" if hint else head)
+        super().__init__("\n".join([head, *([printable(hint)] if hint else []), *([clean(form)] if form else [])]))
 
     def at(self, where: str) -> "FricError":
         """Return the same error, told with the place where it was found (outermost place first)."""

@@ -138,13 +138,13 @@ def test_a_mapping_is_proposed_where_nothing_in_it_is_a_guess(tmp_path):
     write(tmp_path / "bare.csv", named.replace(" [N]", ""), channels)
     found = find_sources([tmp_path], proposals=tmp_path / "made")
     assert [(one.path.name, one.axis, one.mapping) for one in found.logs] == [
-        (f"{number}.csv", "y", str(tmp_path / "made" / "proposed-1.yaml")) for number in range(2)
+        (f"{number}.csv", "y", str(tmp_path / "made" / "mapping.yaml")) for number in range(2)
     ]
     told = " ".join(found.description)
     assert "two.csv: " in told
     assert "bare.csv: " in told
     assert 'position is "Y actual position", force is "Motor force"' in told
-    again = fric.ingest(tmp_path / "0.csv", output=tmp_path / "0.h5", mapping=tmp_path / "made" / "proposed-1.yaml")
+    again = fric.ingest(tmp_path / "0.csv", output=tmp_path / "0.h5", mapping=tmp_path / "made" / "mapping.yaml")
     (read,) = read_logs(tmp_path / "0.h5")
     assert again.done.axis == "y"
     np.testing.assert_allclose(read.position, log.position, rtol=1e-6, atol=1e-12)

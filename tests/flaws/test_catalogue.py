@@ -26,6 +26,10 @@ from fric.flaws.unit import BOUNDS, UNUSUAL
 from fric.identify.gms import notices as gms
 from fric.identify.plant import force_constant, plant_warnings, rigid_body
 from fric.identify.replay import replay_intervals
+from fric.io import roles
+from fric.io.mapped import Guessed
+from fric.io.propose import Guess
+from fric.io.readers.base import Column, Memory
 from fric.log import ForceVelocity, Log
 from fric.notice import Notice
 from fric.plausibility.bounds import Finding, lifted, settled
@@ -248,7 +252,20 @@ def is_so(size: float) -> bool:
     return size > 1
 
 
+def guess(size: float) -> Guessed:
+    """Return what is guessed of a log whose force is so far from being sure."""
+    sure = 1.0 - size * (1.0 - roles.SURE)
+    chosen = {
+        channel: roles.Role(channel, n, unit, sure if channel == "force" else 1.0, 1.0, "")
+        for n, (channel, unit) in enumerate((("time", "s"), ("position", "m"), ("force", "N")))
+    }
+    table = Memory(Path("log.csv"), tuple(map(Column, "abc")), [])
+    return Guessed((Guess((table.path,), table, roles.Axis("x", "linear", 1.0, chosen), named=False),))
+
+
 SHOWN: dict[str, Show] = {
+    "mapping-assumed": lambda s: guess(s).notices(),
+    "mapping-open": lambda s: [] if guess(s).sure else guess(s).asked(),
     **{f"implausible-{name}": lambda s, name=name: implausible(name, s) for name in BOUNDS},
     **{
         f"unusual-{name}": lambda s, name=name: settled([Finding(name, USUAL[name] / s, "linear", "", USUAL[name])])

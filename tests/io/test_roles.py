@@ -7,8 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fric
+from fric.automatic.sources import find_sources
+from fric.automatic.steps import ingest_steps
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
+from fric.errors import FricError
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
 from fric.io.propose import propose
@@ -124,3 +128,71 @@ def test_a_wide_table_is_proposed_an_axis_a_part(tmp_path: Path) -> None:
     mapping = read_document(tmp_path / "map.yaml", MappingDocument)
     assert [part.axis for part in mapping.parts] == ["x", "y"]
     assert mapping.parts[1].columns["force"].column == "Y force"
+
+
+def without_units(folder: Path) -> list[Path]:
+    """Write three logs of one drive without units, one of another with another table, and a paper."""
+    folder.mkdir()
+    files = []
+    for seed in range(3):
+        a = axis_of_a_drive(seed=seed)
+        columns = [a["t"], a["position"], a["velocity"], a["current"]]
+        files.append(write(folder / f"run{seed}.csv", "zeit;lage;tempo;strom", *columns))
+    a = axis_of_a_drive(seed=9)
+    files.append(write(folder / "other.txt", "clock;alpha;beta", a["t"], a["position"], a["current"]))
+    (folder / "README.txt").write_text("These are logs of a drive.\nNothing else is said.\n")
+    return files
+
+
+def test_what_is_open_is_said_once_for_all_files_with_one_mapping_to_fill_in(tmp_path: Path) -> None:
+    without_units(tmp_path / "logs")
+    with pytest.raises(FricError) as error:
+        fric.auto(tmp_path / "logs", output=tmp_path / "out")
+    assert "4 files do not say what their columns are" in error.value.what
+    assert "README" not in str(error.value)
+    form = error.value.form
+    assert form.count("columns:") == 2
+    (tmp_path / "map.yaml").write_text(
+        form.replace('"strom", unit: "?"', '"strom", unit: A').replace('"beta", unit: "?"', '"beta", unit: A')
+        .replace('unit: "?"', "unit: rad").replace("motion: linear ", "motion: rotary ")
+        .replace('"velocity", unit: rad', '"velocity", unit: rad/s')
+    )  # fmt: skip
+    read = read_document(tmp_path / "map.yaml", MappingDocument)
+    assert {part.columns["force"].column for part in read.parts} == {"strom", "beta"}
+
+
+def test_ingest_assumes_the_likeliest_and_says_so(tmp_path: Path) -> None:
+    *files, _ = without_units(tmp_path / "logs")
+    with pytest.raises(FricError, match="are open"):
+        fric.ingest(*files, output=tmp_path / "log.h5")
+    done = fric.ingest(*files, output=tmp_path / "log.h5", assume=True)
+    assert len(done.done.records) == 3
+    (told,) = [one for one in done.document["warnings_coded"] if one["code"] == "mapping-assumed"]
+    assert "'strom' (force) is in A" in told["text"]
+    (first, *_) = read_logs(tmp_path / "log.h5")
+    assert first.motion.endswith("/A")
+    assert set(first.channels()) >= {"time", "position", "force"}
+
+
+def test_auto_assumes_and_finds_the_axes_of_a_wide_table(tmp_path: Path) -> None:
+    a, b = axis_of_a_drive(), axis_of_a_drive(seed=3)
+    head = "time;X position;X current;Y position;Y current"
+    slow = [np.interp(b["t"] * 0.61, b["t"], b[name]) for name in ("position", "current")]
+    (tmp_path / "logs").mkdir()
+    write(tmp_path / "logs" / "log.csv", head, a["t"], a["position"], a["current"], *slow)
+    found = find_sources([tmp_path / "logs"], proposals=tmp_path / "made", assume=True)
+    assert [(one.axis, one.motion[-2:]) for one in found.logs] == [("x", "/A"), ("y", "/A")]
+    assert not find_sources([tmp_path / "logs"], proposals=tmp_path / "made").logs
+    steps = list(ingest_steps(found.logs, tmp_path / "out"))
+    assert [one.options["axis"] for one, _ in steps] == ["x", "y"]
+
+
+def test_samples_that_cannot_be_used_are_dropped_where_the_likeliest_is_assumed(tmp_path: Path) -> None:
+    a = axis_of_a_drive()
+    columns = [a["t"], a["position"], a["current"]]
+    path = write(tmp_path / "log.csv", "time;position;current", *columns)
+    lines = path.read_text().splitlines()
+    lines[40] = lines[40].rpartition(";")[0] + ";"
+    path.write_text("\n".join([*lines, lines[-1].partition(";")[0]]) + "\n")
+    done = fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    assert done.done.dropped == 2

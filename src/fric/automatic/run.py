@@ -109,6 +109,7 @@ def auto(
     circles: CircleFiles = (),
     tolerance: Annotated[Quantity | None, "position"] = None,
     mapping: Annotated[str | None, Kind(metavar="MAP.yaml")] = None,
+    assume: bool = False,
     workers: Count | None = None,
     scheduler: Address | None = None,
     run: Callable[[Step], None] = run_step,
@@ -137,6 +138,8 @@ def auto(
         Glitch that is allowed, as "5 um". The first scheme that surely stays within it is chosen.
     mapping
         What the columns of foreign logs mean. The bundled one that fits where the header does not say it.
+    assume
+        Take the likeliest of what neither headers nor values of foreign logs tell, and say so.
     workers
         Of a fleet: processes at a time; one a core, else.
     scheduler
@@ -159,11 +162,14 @@ def auto(
         if machine or circles or tolerance is not None:
             raise FricError("a fleet is identified, and takes no machine, circle or tolerance")
         return fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
-    found = find_sources(map(Path, logs), mapping, folder / "mappings")
+    found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume)
     tests = find_sources(map(Path, circles))
     found.circles, found.traces = [*found.circles, *tests.circles], [*found.traces, *tests.traces]
     found.description += tests.description
-    if not (found.logs or found.circles or found.traces):
+    nothing = not (found.logs or found.circles or found.traces)
+    if nothing and found.open.found:
+        raise found.open.error()
+    if nothing:
         hint = (
             "Give logs, or their folder; or say what their columns are: `fric ingest FILES --propose MAP.yaml`, --map."
         )

@@ -3,7 +3,8 @@
 import re
 import shlex
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -11,18 +12,20 @@ import numpy as np
 
 from fric.documents.bundled import bundled
 from fric.errors import FricError
-from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BUNDLED, MAPPING_PROPOSED
+from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BUNDLED
 from fric.input import regular
 from fric.io.hdf5 import read_records
+from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
-from fric.io.propose import sure_proposal
+from fric.io.mapped import Guessed, guessed
+from fric.io.propose import is_sure
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import staged
 from fric.records.inspection import inspect
-from fric.results.ingest import ingest
+from fric.results.ingest import mapping_of
 from fric.units import Motion
 
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ""})
@@ -48,6 +51,8 @@ class Source:
     # Mapping that tells its columns, by its name or file; empty where the header does, None for a log file of fric's
     mapping: str | None = None
     both: bool = False  # Whether every record has force and input: then it tells the force constant
+    wide: bool = False  # Whether its mapping has parts, of which this axis is chosen by name
+    assumed: bool = False  # Whether samples that cannot be used are dropped
 
 
 @dataclass
@@ -62,11 +67,12 @@ class Sources:
     # Foreign files that are read with a bundled mapping, by its name
     guessed: dict[str, list[Path]] = field(default_factory=dict)
     refused: dict[str, list[Path]] = field(default_factory=dict)  # Foreign files that cannot be read, by what they lack
-    # Mappings that were proposed for foreign files, with these: text of the mapping, its file, and what it is for
-    proposed: dict[str, tuple[Path, list[Path]]] = field(default_factory=dict)
+    open: Guessed = field(default_factory=lambda: Guessed(()))  # What is open of foreign files
 
 
-def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: Path | None = None) -> Sources:
+def find_sources(
+    given: Iterable[Path], mapping: str | None = None, proposals: Path | None = None, *, assume: bool = False
+) -> Sources:
     """Look into files, and the files of folders.
 
     Parameters
@@ -75,16 +81,18 @@ def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: P
         Files and folders.
     mapping
         What the columns of foreign logs mean. Where the header does not say it, it is the only bundled one that fits,
-        or the one that `sure_proposal` makes.
+        or what their values tell.
     proposals
-        Folder for mappings that are proposed; without it none is.
+        Folder for the mapping of what values tell; without it none is made.
+    assume
+        Take the likeliest of what neither header nor values tell.
 
     Raises
     ------
     FricError
         When a file that is named is not there.
     """
-    found, seen = Sources(), list[Record]()
+    found, seen, asking = Sources(), list[Record](), dict[Path, str]()
     for path in _files(given):
         kind = _own(path)
         if kind in {"circle/1", "run/1"}:
@@ -93,25 +101,57 @@ def find_sources(given: Iterable[Path], mapping: str | None = None, proposals: P
             records = read_records(path)
             seen += records
             found.logs.append(_source(path, records, None))
-        elif kind is None and path.suffix.lower() in endings():
-            _foreign(path, mapping, proposals, found, seen)
+        elif (
+            kind is None
+            and path.suffix.lower() in endings()
+            and (why := _foreign(path, mapping, found, seen, assume=assume))
+        ):
+            asking[path] = why
+    if asking and proposals and not mapping:
+        _guessed(asking, proposals, found, seen, assume=assume)
+    papers = [path for path in asking if _is_paper(path)]
+    for path, why in asking.items():
+        if path not in papers:
+            found.refused.setdefault(why, []).append(path)
     if found.copies:
         found.description.append(FILE_COPIES.found(files=_first(found.copies)))
-    papers = [path for files in found.refused.values() for path in files if _is_paper(path)]
-    for why, refused in found.refused.items():
-        files = [path for path in refused if path not in papers]
-        if not files:
-            continue
+    for why, files in found.refused.items():
         propose = shlex.join(["fric", "ingest", str(files[0]), "--propose", "map.yaml"])
         propose = propose if "column" in why else ""
         found.description.append(FILE_LEFT_OUT.found(_first(files), why=why, propose=propose))
     for name, files in found.guessed.items():
         found.description.append(MAPPING_BUNDLED.found(mapping=name, files=_first(files)))
-    for mapped, (file, files) in found.proposed.items():
-        columns = re.findall(r"^  (\w+): {column: (.*?), unit", mapped, re.MULTILINE)
-        means = ", ".join(f"{channel} is {column}" for channel, column in columns)
-        found.description.append(MAPPING_PROPOSED.found(mapping=str(file), columns=means, files=_first(files)))
     return found
+
+
+def _guessed(asking: dict[Path, str], proposals: Path, found: Sources, seen: list[Record], *, assume: bool) -> None:
+    """Read what the values of files tell; take those that are read off the ones that are asked about."""
+    with ExitStack() as opened:
+        guess = guessed([path for path in asking if not _is_paper(path)], opened)
+        wanted = guess.usable if assume else tuple(one for one in guess.usable if is_sure(one))
+        if not assume:  # a file of which one axis is open is left whole: half of it would pass for all
+            unsure = {path for one in guess.found if one not in wanted for path in one.files}
+            wanted = tuple(one for one in wanted if not unsure & set(one.files))
+        found.open = replace(guess, found=tuple(one for one in guess.found if one.whole and one not in wanted))
+        found.description += found.open.asked()
+        for path in {path for one in found.open.found for path in one.files}:
+            del asking[path]
+        if not wanted:
+            return
+        sure, file = replace(guess, found=wanted), proposals / "mapping.yaml"
+        text = sure.text()
+        proposals.mkdir(parents=True, exist_ok=True)
+        with staged(file, force=True) as whole:
+            whole.write_text(text, encoding="utf-8")
+        found.description += sure.notices(str(file))
+    for one in wanted:
+        for path in one.files:
+            axis = one.axis.name if len(wanted) > 1 else None
+            why = _read(path, str(file), found, seen, axis=axis, assume=assume)
+            if why:
+                asking[path] = why
+            else:
+                asking.pop(path, None)
 
 
 def _is_paper(path: Path) -> bool:
@@ -151,65 +191,63 @@ def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     return Source(path, records[0].axis, records[0].motion, kinds, uses, mapping, both)
 
 
-def _foreign(path: Path, mapping: str | None, proposals: Path | None, found: Sources, seen: list[Record]) -> None:
-    """Read a foreign log by its header, by a mapping that was given, is bundled, or must be; or a circle test."""
-    fitting: dict[str, list[Record]] = {}
+def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record], *, assume: bool) -> str:
+    """Read a foreign log by its header, by a mapping that was given or is bundled, or a circle test.
+
+    Return why none of them fits; nothing where one does, or what is wrong was told.
+    """
+    why = _read(path, mapping or "", found, seen, assume=assume)
+    if not why or mapping:
+        return why
     with TemporaryDirectory() as folder:
-        draft, text = Path(folder), None
-
-        def fit(chosen: str) -> str:
-            """Return why a mapping does not fit; nothing where it does."""
-            log = draft / f"{len(list(draft.iterdir()))}.h5"
-            try:
-                ingest(path, output=log, mapping=chosen or None)
-                fitting[chosen] = read_records(log)
-            except FricError as error:
-                return error.what
+        if _is_circle(path, Path(folder) / "circle.h5"):
+            found.traces.append(path)
             return ""
+    fitting = {name: records for name in bundled("mapping") if isinstance(records := _records(path, name), list)}
+    if len(fitting) > 1:
+        found.description.append(MAPPING_AMBIGUOUS.found(str(path), mappings=list(fitting)))
+    elif fitting:
+        ((name, records),) = fitting.items()
+        if _taken(path, name, records, found, seen):
+            found.guessed.setdefault(name, []).append(path)
+    return "" if fitting else why
 
-        why = fit(mapping or "")
-        if why and not mapping:  # the header does not say it
-            if _is_circle(path, draft / "circle.h5"):
-                found.traces.append(path)
-                return
-            for one in bundled("mapping"):
-                fit(one)
-            if proposals and not fitting and (text := _proposed(path)):
-                file, _ = found.proposed.get(
-                    _settings(text), (proposals / f"proposed-{len(found.proposed) + 1}.yaml", [])
-                )
-                proposals.mkdir(parents=True, exist_ok=True)
-                with staged(file, force=True) as whole:
-                    whole.write_text(text, encoding="utf-8")
-                why = fit(str(file))
-    if len(fitting) != 1:
-        if fitting:
-            found.description.append(MAPPING_AMBIGUOUS.found(str(path), mappings=list(fitting)))
-        else:
-            found.refused.setdefault(why, []).append(path)
-        return
-    ((chosen, records),) = fitting.items()
+
+def _records(path: Path, mapping: str, axis: str | None = None, *, assume: bool = False) -> list[Record] | str:
+    """Return the records of a foreign log by a mapping, or by its header where there is none; or why it is none."""
+    with TemporaryDirectory() as folder:
+        log = Path(folder) / "log.h5"
+        try:
+            read_foreign(
+                path, log, mapping=mapping_of(mapping or None), axis=axis, bad_cells="drop" if assume else "error"
+            )
+            return read_records(log)
+        except FricError as error:
+            return error.what
+
+
+def _read(
+    path: Path, mapping: str, found: Sources, seen: list[Record], *, axis: str | None = None, assume: bool = False
+) -> str:
+    """Take the records of a foreign log; return why there are none, else nothing."""
+    records = _records(path, mapping, axis, assume=assume)
+    if isinstance(records, str):
+        return records
+    _taken(path, mapping, records, found, seen, wide=axis is not None, assume=assume)
+    return ""
+
+
+def _taken(
+    path: Path, mapping: str, records: list[Record], found: Sources, seen: list[Record], *, wide: bool = False,
+    assume: bool = False,
+) -> bool:  # fmt: skip
+    """Take the records of a foreign log; say whether they are no copies of others."""
     if any(_same(record, known) for record in records for known in seen):
         found.copies.append(path)
-        return
-    if text:
-        found.proposed.setdefault(_settings(text), (Path(chosen), []))[1].append(path)
-    elif chosen and not mapping:
-        found.guessed.setdefault(chosen, []).append(path)
+        return False
     seen += records
-    found.logs.append(_source(path, records, chosen))
-
-
-def _proposed(path: Path) -> str | None:
-    try:
-        return sure_proposal(path)
-    except FricError:
-        return None
-
-
-def _settings(text: str) -> str:
-    """Return a proposal without its comments, which name the file."""
-    return "\n".join(line.split("  #")[0].rstrip() for line in text.splitlines() if not line.startswith("#"))
+    found.logs.append(replace(_source(path, records, mapping), wide=wide, assumed=assume))
+    return True
 
 
 def _is_circle(path: Path, draft: Path) -> bool:

@@ -310,9 +310,11 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
         if one.mapping is not None:
             groups.setdefault((one.axis, "-".join(sorted(one.kinds)), one.mapping), []).append(one)
     for (axis, kind, mapping), members in groups.items():
+        wide, assumed = any(one.wide for one in members), any(one.assumed for one in members)
         log = folder / axis / f"{kind}{'-' + Path(mapping).stem if mapping else ''}.h5"
         files = [one.path for one in members]
         options = {"map": mapping or None, "kind": kind if len(members[0].kinds) == 1 else None}
+        options |= {"axis": axis if wide else None, "bad_cells": "drop" if assumed else None}
         uses, both = frozenset().union(*(m.uses for m in members)), all(m.both for m in members)
         left = Source(log, axis, members[0].motion, members[0].kinds, uses, both=both)
         reads = [*files, *([Path(mapping)] if mapping.endswith(".yaml") else [])]

@@ -101,10 +101,8 @@ class FileMapping(Part):
 
     def fits(self, path: Path, names: Collection[str]) -> bool:
         """Say whether the mapping is of a file: by the patterns of names, and by its columns where there are such."""
-        if self.files is None:
-            return True
         wanted = {one.column for one in self.columns.values() if isinstance(one.column, str)}
-        patterns = [self.files] if isinstance(self.files, str) else self.files
+        patterns = ["*"] if self.files is None else [self.files] if isinstance(self.files, str) else self.files
         return any(fnmatch(path.name, pattern) for pattern in patterns) and wanted <= set(names)
 
     @model_validator(mode="after")
@@ -199,13 +197,16 @@ class MappingDocument(Document, FileMapping):
         names
             Names of its columns.
         axis
-            The axis that is asked for; None for that of the first part that fits.
+            The axis that is asked for; where no part is of it, those of all.
         """
         return next(iter(self.all_of(path, names, axis)), None)
 
     def all_of(self, path: Path, names: Collection[str], axis: str | None = None) -> list[FileMapping]:
         """Return the mappings of a file, one for each of its axes."""
-        return [one for one in self.parts or [self] if axis in {None, one.axis} and one.fits(path, names)]
+        if not self.parts:
+            return [self]
+        fitting = [one for one in self.parts if one.fits(path, names)]
+        return [one for one in fitting if axis == one.axis] or fitting
 
 
 def _taken_apart(stem: str, literals: list[str]) -> tuple[str, ...] | None:

@@ -64,6 +64,11 @@ def read_document(path: Path | str, model: type[D]) -> D:
         raise error.at(str(path)) from None
 
 
+def read_text(text: str, model: type[D]) -> D:
+    """Return the document of a text that fric made."""
+    return model.model_validate(plain(_tree(text)))
+
+
 def read_tree(path: Path) -> Any:
     """Read a YAML file as it stands, with line numbers kept."""
     return deepcopy(_read(path))

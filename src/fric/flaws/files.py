@@ -38,6 +38,10 @@ MAPPING_BUNDLED = Flaw("mapping-bundled", "note",
     "Read with the bundled mapping '{mapping}', the only one that fits: {files}.")
 MAPPING_PROPOSED = Flaw("mapping-proposed", "note",
     "Read with a mapping that was proposed, {mapping} ({columns}): {files}.")
+MAPPING_ASSUMED = Flaw("mapping-assumed", "doubt", "Assumed of {files}: {what}.",
+    "Look at {mapping:{mapping}, |}what it says, mend it, and give it with --map.")
+MAPPING_OPEN = Flaw("mapping-open", "doubt", "Left out, since it is open what they are: {files}: {what}.",
+    "Say --assume to take the likeliest, or give a mapping (fric ingest FILES --propose MAP.yaml) with --map.")
 MAPPING_AMBIGUOUS = Flaw("mapping-ambiguous", "doubt", "It is left out: {mappings} all fit.",
     "Give one of them with --map.")
 STEP_FAILED = Flaw("step-failed", "doubt", "{why}")

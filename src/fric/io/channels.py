@@ -19,7 +19,7 @@ from fric.columns import (
     Kind,
     channel_dimension,
 )
-from fric.documents.mapping import Channel, MappingDocument, filled
+from fric.documents.mapping import Channel, FileMapping, filled
 from fric.errors import FricError
 from fric.io.likely import refuse_left_out
 from fric.io.readers.base import Table, plain_name
@@ -113,7 +113,7 @@ class Plan:
 
 def plan(
     table: Table,
-    mapping: MappingDocument | None,
+    mapping: FileMapping | None,
     kind: Kind | None,
     motion: Motion | None,
     fields: Mapping[str, str],

@@ -10,7 +10,7 @@ from typing import Literal, cast
 
 from fric.arrays import Real
 from fric.columns import FORCE_VELOCITY, KINDS, Kind
-from fric.documents.mapping import MappingDocument, filled
+from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
 from fric.flaws.files import CELLS_DROPPED
 from fric.io.audit import Clock, Signs
@@ -81,7 +81,7 @@ class Session:
 
     def of_axis(self, table: Table, held: tuple[str, Motion] | None) -> tuple[str, Motion]:
         """Return name and motion of the axis: as said, as in the file that is added to, or as the units tell."""
-        mapping, said = self._mapping, table.said
+        mapping, said = self._of(table), table.said
         axis = self._about.axis or said.get("axis")
         if axis is None and mapping and mapping.axis:
             axis = filled(mapping.axis, self._fields(table), str(table.path))
@@ -136,18 +136,24 @@ class Session:
         stem = table.path.name.removesuffix(".gz")
         stem = stem[: stem.rfind(".")] if "." in stem[1:] else stem
         own = {"stem": stem, "name": table.path.name, "parent": table.path.absolute().parent.name, **table.constants}
-        return self._mapping.fields(own, str(table.path)) if self._mapping else own
+        mapping = self._of(table)
+        return mapping.fields(own, str(table.path)) if mapping else own
+
+    def _of(self, table: Table) -> FileMapping | None:
+        """Return what is said of a table; None where nothing is, and its header has to."""
+        names = [column.name for column in table.columns]
+        return self._mapping.of(table.path, names, self._about.axis) if self._mapping else None
 
     def _plan(self, table: Table, motion: Motion | None) -> Plan:
-        kind = self._about.kind or cast("Kind | None", table.said.get("kind") if not self._mapping else None)
-        return plan(table, self._mapping, kind, motion, self._fields(table), part=self._about.join)
+        mapping = self._of(table)
+        kind = self._about.kind or cast("Kind | None", table.said.get("kind") if not mapping else None)
+        return plan(table, mapping, kind, motion, self._fields(table), part=self._about.join)
 
     def _name_and_kind(self, table: Table, chosen: Plan) -> tuple[str, Kind | None]:
-        said, template = table.said, self._mapping.record if self._mapping else "{stem}"
+        mapping = self._of(table)
+        said, template = table.said, mapping.record if mapping else "{stem}"
         name = said.get("name") or filled(template, self._fields(table), str(table.path))
-        kind = self._about.kind or cast(
-            "Kind | None", (self._mapping.kind if self._mapping else None) or said.get("kind")
-        )
+        kind = self._about.kind or cast("Kind | None", (mapping.kind if mapping else None) or said.get("kind"))
         return name.replace("/", "-"), KIND_OF_FORM.get(chosen.form, kind)
 
     def join(self, paths: Sequence[Path], found: Iterable[Iterable[Table]], writer: LogWriter, motion: Motion) -> None:

@@ -28,7 +28,7 @@ MOST_FILES = 16
 
 
 class Question(NamedTuple):
-    """What is open: the channel, what the likeliest answer is, and what else may be."""
+    """What is open: of which channel, and what the likeliest answer is and else may be."""
 
     channel: str
     text: str
@@ -50,17 +50,29 @@ class Guess:
         """What is open of it."""
         found = []
         for channel, role in _wanted(self.axis).items():
-            name = "" if role.column is None else f" '{self.table.columns[role.column].name}'"
-            if role.likelihood < SURE:
+            name = f"'{self.table.columns[role.column].name}'" if role.column is not None else "the sampling period"
+            if role.likelihood < SURE and channel in NEEDED:
                 beside = " or ".join(f"'{self.table.columns[n].name}'" for n in role.others)
-                found.append(Question(channel, f"is{name} the {channel}{', or ' + beside if beside else ''}?"))
-            if not _known_unit(role, self.axis.motion):
-                units = ", ".join(one for one in (role.unit, *role.units) if one)
-                what = f"what is{name or ' the sampling'} ({channel}) in"
-                found.append(Question(channel, f"{what}: {units}?" if units else f"{what}?"))
+                is_it = f"{name} ({role.likelihood:.0%}{', or ' + beside if beside else ''})"
+                found.append(Question(channel, f"the {channel} is {is_it}"))
+            if channel in NEEDED and not _known_unit(role, self.axis.motion):
+                others = f", or {', '.join(role.units)}" if role.units else ""
+                unit = f"is in {role.unit} ({role.unit_likelihood:.0%}{others})" if role.unit else "has no unit"
+                found.append(Question(channel, f"{name} ({channel}) {unit}"))
         missing = [] if {"position", "velocity"} & self.axis.roles.keys() else ["position"]
         missing += [] if "time" in self.axis.roles or self.kind else ["time"]
-        return [*(Question(one, f"which column is the {one}?") for one in missing), *found]
+        return [*(Question(one, f"no column looks like the {one}") for one in missing), *found]
+
+    @property
+    def whole(self) -> bool:
+        """Whether it can be read where the likeliest is taken."""
+        roles = self.axis.roles
+        moves = {"position", "velocity"} & roles.keys()
+        return (
+            bool(moves)
+            and (bool(self.kind) or "time" in roles)
+            and all(one.unit for one in _wanted(self.axis).values())
+        )
 
 
 def _known_unit(role: Role, motion: Motion) -> bool:
@@ -71,10 +83,12 @@ def _known_unit(role: Role, motion: Motion) -> bool:
 
 def _wanted(axis: Axis) -> dict[str, Role]:
     """Return the roles that are needed, and of the others those that are sure."""
-    needed = [one for one in NEEDED if one != "velocity" or "position" not in axis.roles]
+    needed = {one for one in NEEDED if one != "velocity" or "position" not in axis.roles} | {"deviation", "error", "n"}
+    free = {"reference", "velocity"}  # which have the unit of the position, or follow from it
     return {
         channel: role for channel, role in axis.roles.items()
-        if channel in needed or role.likelihood >= SURE or channel in {"deviation", "error", "n"}
+        if channel in needed
+        or (role.likelihood >= SURE and (_known_unit(role, axis.motion) or (channel in free and role.unit)))
     }  # fmt: skip
 
 
@@ -100,10 +114,17 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
         parts = tuple((table, _chosen(table)) for table in opened)
         whole = Axis("", _motion([t.columns[r.column] for t, a in parts for r in a.roles.values() if r.column]), 1.0)
         return [Guess(tuple(paths), opened[0], whole, False, joined=parts)]
-    groups: dict[tuple[str, ...], list[Table]] = {}
+    groups: dict[tuple[Column, ...], list[Table]] = {}
     for table in opened:
-        groups.setdefault(tuple(column.name for column in table.columns), []).append(table)
-    return [guess for members in groups.values() for guess in _of_group(members)]
+        groups.setdefault(tuple(table.columns), []).append(table)
+    found = [guess for members in groups.values() for guess in _of_group(members)]
+    motions: dict[str, Motion] = {}
+    for guess in found:  # what is of another motion, or in other units, is another axis
+        name, n = guess.axis.name, 1
+        while motions.setdefault(guess.axis.name, guess.axis.motion) != guess.axis.motion:
+            n += 1
+            guess.axis.name = f"{name}{n}"
+    return found
 
 
 def _of_group(members: Sequence[Table]) -> Iterator[Guess]:
@@ -134,7 +155,9 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
     columns = [guess.table.columns[role.column] for role in guess.axis.roles.values() if role.column is not None]
     name = axis_of(*(column.name.removesuffix(f"_{column.unit}") for column in columns))
     if name is None and alone:
-        name = axis_of(*(path.name.split(".")[0] for path in guess.files))
+        name = axis_of(*(path.name.split(".")[0] for path in guess.files)) or axis_of(
+            *(f"axis {path.parent.name}" for path in guess.files)
+        )
     elif name is None:
         name = next(filter(None, map(tag, columns[1:])), None)
     guess.axis.name = name or ("x" if alone else f"axis{guess.axis.name}")
@@ -214,9 +237,12 @@ def _part(guess: Guess, assume: bool) -> list[str]:
     """Return the lines of the mapping of one guess."""
     axis, other = guess.axis, "linear" if rotates(guess.axis.motion) else "rotary"
     kind = f"kind: {guess.kind}" if guess.kind else f"# kind: {KINDS[0]}"
+    force = axis.roles.get("force")
+    plain = force is not None and not (assume or _known_unit(force, axis.motion))
+    motion = axis.motion.partition("/")[0] if plain else axis.motion
     lines = [
         f"axis: {axis.name or 'x'}                     # {'by the names' if guess.named else 'guessed'}",
-        f"motion: {axis.motion}                # or {other}",
+        f"motion: {motion}                # or {other}",
         f"{kind}      # the experiment, where all files are of one; there are {', '.join(KINDS)}",
         "columns:",
     ]
@@ -256,11 +282,30 @@ def sure_proposal(path: Path) -> str | None:
     """Return the text of the mapping that a file must have; None where anything in it would be a guess."""
     with ExitStack() as files:
         found = guesses([path], files)
-        if any(guess.questions or guess.kind or "time" not in guess.axis.roles for guess in found):
-            return None
-        if any(_unread_force(guess) for guess in found):
-            return None
-        return mapping_text(found)
+        return mapping_text(found) if all(map(is_sure, found)) else None
+
+
+def is_sure(guess: Guess) -> bool:
+    """Say whether nothing in a guess is open, and no force is left out of it."""
+    return not (guess.questions or guess.kind or "time" not in guess.axis.roles or _unread_force(guess))
+
+
+def asked(found: Sequence[Guess]) -> FricError:
+    """Return the one error that says all that is open of files, with the mapping to fill in."""
+    count, questions = len({path for guess in found for path in guess.files}), sum(len(one.questions) for one in found)
+    what = f"{count} files do not say what their columns are" if count > 1 else "it does not say what its columns are"
+    return FricError(
+        f"{what}: {questions} question{'s are' if questions != 1 else ' is'} open",
+        where="" if count > 1 else str(found[0].files[0]),
+        hint="Say --assume to take the likeliest, or fill in this mapping and give it with --map "
+        "(fric ingest FILES --propose MAP.yaml writes it).",
+        form=mapping_text(found),
+    )
+
+
+def assumption(guess: Guess) -> str:
+    """Return what is assumed where the likeliest of a guess is taken; empty where nothing is."""
+    return "; ".join(one.text for one in guess.questions)
 
 
 def _unread_force(guess: Guess) -> bool:
@@ -364,6 +409,8 @@ def _line(table: Table, role: Role, motion: Motion, file: str, *, assume: bool) 
     sign = ""
     if role.sign < 0:
         sign, why = ", sign: -1", why + "; turned, for it counts the other way"
+    elif measured == "force" and assume:
+        sign = ", sign: 1"
     elif measured == "force":
         why += "; add sign: -1 where it counts the other way"
     return f"  {role.channel}: {{column: {named}, {unit}{sign}{said}}}      # {why}"

@@ -12,6 +12,12 @@ from fric.io.safe_hdf5 import open_file, text
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
+def is_hdf5(path: Path) -> bool:
+    """Say whether a file is HDF5 from its first byte, as those of fric's own are."""
+    with regular(Path(path)).open("rb") as file:
+        return file.read(8).startswith(HDF5_SIGNATURE)
+
+
 def recognise(path: Path) -> str:
     """Return what the file says of itself: ``run/1``, ``log/1``, ``report/1``, ``friction/1``, ….
 

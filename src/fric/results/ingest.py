@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -18,6 +19,7 @@ from fric.errors import FricError
 from fric.flaws.files import COLUMNS_LEFT_OUT, THERE_ALREADY
 from fric.io.ingest import Ingested, sizes
 from fric.io.ingest import ingest as read_foreign
+from fric.io.mapped import guessed
 from fric.notice import Notice
 from fric.results.base import Result
 from fric.results.given import Advance, in_si, silent
@@ -41,10 +43,13 @@ class IngestResult(Result):
         The log file, its axis, and the records that were added or skipped.
     mapped
         Whether a mapping told what the columns mean.
+    told
+        What was guessed of the columns.
     """
 
     done: Ingested
     mapped: bool
+    told: Sequence[Notice] = ()
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -60,7 +65,7 @@ class IngestResult(Result):
             for record in self.done.records
             if record.left_out and not self.mapped
         ]
-        return [*self.done.warnings, *skipped, *left_out]
+        return [*self.told, *self.done.warnings, *skipped, *left_out]
 
     def report(self) -> list[Piece]:
         """Return how much was read."""
@@ -90,6 +95,7 @@ def ingest(
     begin: Annotated[Quantity | None, "time"] = None,
     end: Annotated[Quantity | None, "time"] = None,
     join: bool = False,
+    assume: bool = False,
     force: bool = False,
     advance: Advance = silent,
 ) -> IngestResult:
@@ -120,6 +126,8 @@ def ingest(
         Last time to read.
     join
         One record of all files: its channels were logged apart, by one clock.
+    assume
+        Take the likeliest of what neither header nor values tell, and say so; samples that cannot be used are dropped.
     force
         Replace an output that exists.
     advance
@@ -132,6 +140,14 @@ def ingest(
     """
     paths, mapping = list(map(Path, files)), mapping_of(mapping)
     advance(0, total=sizes(paths))
+    told: list[Notice] = []
+    if mapping is None and not join and kind != "frequency-response":
+        with ExitStack() as opened:
+            found = guessed(paths, opened, kind, motion)
+            if found.usable:
+                if not (assume or found.sure):
+                    raise found.error()
+                mapping, told = found.mapping(), found.notices()
     done = read_foreign(
         paths,
         Path(output),
@@ -140,13 +156,13 @@ def ingest(
         axis=axis,
         motion=motion,
         append=append,
-        bad_cells=bad_cells,
+        bad_cells="drop" if assume else bad_cells,
         force=force,
         progress=advance,
         window=_window(begin, end),
         join=join,
     )
-    return IngestResult(done, mapping is not None)
+    return IngestResult(done, mapping is not None, told)
 
 
 def _window(begin: float | str | None, end: float | str | None) -> tuple[float, float]:

@@ -4,6 +4,7 @@ import io
 import pickle
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -47,13 +48,15 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
     with path.open("rb") as file:
         new = file.read(len(_V73)) == _V73
     if not new:
-        yield _table(path, _load(path))
+        about = path.stat()
+        yield _table(path, _load(path, about.st_mtime_ns, about.st_size))
         return
     with open_file(path, "is no whole MATLAB file (cut short?)", "Save it again.") as source:
         yield _table(path, {name: _tree(node, source) for name, node in source.items() if not name.startswith("#")})
 
 
-def _load(path: Path) -> dict[str, Any]:
+@lru_cache(maxsize=2)
+def _load(path: Path, changed: int, size: int) -> dict[str, Any]:
     """Return what SciPy reads in a process of its own: some damage ends its compiled reader, and all with it.
 
     Whether it does depends on what the memory held before, so that a file which was read once may end a second reading.
