@@ -26,6 +26,7 @@ from fric.flaws.unit import BOUNDS, UNUSUAL
 from fric.identify.gms import notices as gms
 from fric.identify.plant import force_constant, plant_warnings, rigid_body
 from fric.identify.replay import replay_intervals
+from fric.identify.static_map.identify import identify_static
 from fric.io import roles
 from fric.io.mapped import Guessed
 from fric.io.propose import Guess
@@ -263,6 +264,13 @@ def guess(size: float) -> Guessed:
     return Guessed((Guess((table.path,), table, roles.Axis("x", "linear", 1.0, chosen), named=False),))
 
 
+def strokes(level: float, number: int) -> ForceVelocity:
+    v = np.outer([-1.0, 1.0], np.geomspace(1e-4, 0.05, 8)).ravel()
+    force = np.sign(v) * level * (50.0 + 30.0 * np.exp(-np.abs(v) / 2e-3)) + 100.0 * v
+    noise = np.random.default_rng(number).normal(scale=0.2, size=len(v))
+    return ForceVelocity(v, force + noise, error=np.full(len(v), 0.2), name=f"run {number + 1}")
+
+
 SHOWN: dict[str, Show] = {
     "mapping-assumed": lambda s: guess(s).notices(),
     "mapping-open": lambda s: [] if guess(s).sure else guess(s).asked(),
@@ -310,6 +318,11 @@ SHOWN: dict[str, Show] = {
     "C-without-plant": lambda s: hysteresis(plant=not is_so(s)),
     "level-differs": lambda s: hysteresis(level=1.0 + s * gms.LEVEL),
     "rest-raises-friction": lambda s: hysteresis(mismatch=s * gms.LEVEL * 100.0),
+    "records-vary": lambda s: (
+        identify_static(
+            [strokes(level, n) for n, level in enumerate((0.97, 1.02, 1.01) if is_so(s) else (1.0, 1.0, 1.0))]
+        ).warnings
+    ),
     "friction-differs": lambda s: hysteresis(mismatch=-s * gms.LEVEL * 100.0),
     "lost-motion": lambda s: hysteresis(hollow=s * gms.HOLLOW * 100.0),
     "one-cycle": lambda s: hysteresis(cycles=1 if is_so(s) else 2),

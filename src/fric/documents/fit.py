@@ -48,6 +48,9 @@ class Fit(Part):
     points: int | None = Field(None, description="strokes")
     samples: int | None = None
     between_strokes: Quantity | None = Field(None, description="scatter of strokes beyond their own noise")
+    between_records: dict[Literal["level", "offset"], Quantity] | None = Field(
+        None, description="standard deviation of the level and the offset from record to record"
+    )
     left_out: int | None = Field(None, description="strokes that stand off all others")
     negative: Fit | None = Field(None, description="the same of the negative direction's own map")
     alpha_sum: Quantity | None = Field(None, description="sum of alpha before it was normalised")

@@ -186,7 +186,7 @@ def static_tree(fit: StaticFit, logs: Sequence[Record]) -> dict[str, Any]:
     text: dict[str, Any] = {"points": len(fit.points), "method": fit.method} | _used(fit.plant, fit.motion, "damping")
     if fit.static is not None:
         content["static"] = fit.static.estimates
-        text |= _quality(fit.static, force)
+        text |= _quality(fit.static, force) | known(between_records=fit.between_records or None)
     if fit.negative is not None:
         content["static_negative"] = fit.negative.estimates
         text["negative"] = _quality(fit.negative, force)

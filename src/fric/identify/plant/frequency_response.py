@@ -38,6 +38,10 @@ COHERENT = 0.5
 """Coherence from which on one signal counts as driven by the other."""
 
 
+UNKNOWN = 1e9
+"""Relative deviation of a line whose noise could not be estimated: it weighs nothing."""
+
+
 @dataclass(frozen=True)
 class MeasuredResponse:
     """A frequency response Z/U, measured, with what is known of the experiment."""
@@ -223,7 +227,8 @@ def _over_segments(record: Log, u: Real, z: Real, segment: float | None, samplin
 def as_table(record: Log, frequency: Real, G: Complex, deviation: Real, coherence: Real) -> FrequencyResponse:
     """Return a response as the table of a record."""
     about = {name: getattr(record, name) for name in ("name", "axis", "motion", "source", "sha256")}
-    return FrequencyResponse(frequency, np.abs(G), np.unwrap(np.angle(G)), coherence, deviation, **about)
+    unknown = np.nan_to_num(deviation, nan=UNKNOWN, posinf=UNKNOWN)
+    return FrequencyResponse(frequency, np.abs(G), np.unwrap(np.angle(G)), coherence, unknown, **about)
 
 
 def _motion(v: Real) -> tuple[float, float]:

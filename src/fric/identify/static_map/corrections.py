@@ -13,6 +13,7 @@ from fric.arrays import Real
 from fric.flaws.base import SMALL
 from fric.flaws.place import FORCE_ALONG_AXIS
 from fric.flaws.static_map import STICKS, STROKES_SWING
+from fric.identify.static_map.between_records import between_records
 from fric.identify.static_map.place import place
 from fric.identify.static_map.points import SpeedPoint, force_step, logs_of_strokes, rounded_by
 from fric.identify.static_map.settling import settling
@@ -99,7 +100,9 @@ Look = Callable[[Strokes], Correction | None]
 AT_ANY_SPEED: Mapping[str, Look] = {"slope": slope, "swing": swing, "rounding": rounding}
 """What is corrected where a single speed was logged, too."""
 
-OF_A_MAP: Mapping[str, Look] = {"damping": damping, "settling": settling, "place": place}
+OF_A_MAP: Mapping[str, Look] = {
+    "damping": damping, "settling": settling, "place": place, "between records": between_records,
+}  # fmt: skip
 """What is corrected before a map is fitted."""
 
 

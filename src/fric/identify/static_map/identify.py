@@ -4,7 +4,7 @@ The way of the data: records → points, one a stroke → corrections of these �
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import sqrt
 
 import numpy as np
@@ -51,6 +51,8 @@ class StaticFit:
     """How the fit was made, in words."""
     plant: Plant | None = None
     """The plant whose damping was taken off; None where nothing was."""
+    between_records: Mapping[str, Estimate] = field(default_factory=dict)
+    """Standard deviation of the ``level`` [1] and the ``offset`` [N] of records, where these are seen."""
 
 
 @one_blas_thread()
@@ -108,7 +110,10 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     level, stretches = float(np.median(np.abs(fit.problem.F))), strokes.stretches
     varies = stroke_flaws(stretches.pairs, stretches.place, force=level, half_width=half, taken_off=taken_off)
     warnings = (*amiss, *strokes.notices, *notices, *varies)
-    return StaticFit(records[0].axis, motion, tuple(strokes.points), fit, negative, {}, warnings, method, plant)
+    return StaticFit(
+        records[0].axis, motion, tuple(strokes.points), fit, negative, {}, warnings, method, plant,
+        strokes.between_records,
+    )  # fmt: skip
 
 
 def _refuse_stuck_force(strokes: Strokes) -> None:

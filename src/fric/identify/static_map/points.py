@@ -1,7 +1,8 @@
 """One point of the map from each stroke, or row of a table: its velocity, its force, how sure both are; or why none."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from fric.records.resolution import lattice_step
 from fric.records.segments import Segment, steady_segments
 from fric.units import readable, si_unit
 
+ROW = ", row "
+"""Between the name of a table and the number of its row."""
 SWINGS = 0.03
 """Root mean square of the velocity about its mean, over that mean, from which on a stroke counts as swinging."""
 UNEVEN = 0.25
@@ -54,6 +57,15 @@ class SpeedPoint:
     """What steps in which the force was logged have of the standard error [N]."""
     stretch: tuple[Log, Segment] | None = field(default=None, repr=False, compare=False)
     """The record and the samples; None of a row of a table."""
+
+    @property
+    def of_record(self) -> str:
+        """The name of the record, or of the table."""
+        return self.record if self.stretch is not None else self.record.rpartition(ROW)[0] or self.record
+
+    def less(self, force: float) -> Self:
+        """Return the point without a force [N]."""
+        return replace(self, force=self.force - float(force))
 
 
 def stroke_points(
@@ -229,7 +241,7 @@ def table_points(tables: Sequence[ForceVelocity], plant: Plant | None) -> tuple[
         counts = np.ones_like(table.force) if table.n is None else table.n
         for row, (v, F, error, n) in enumerate(zip(table.velocity, table.force, errors, counts, strict=True)):
             if v != 0.0 and np.isfinite([v, F, error]).all():
-                name = f"{table.name}, row {row + 1}"
+                name = f"{table.name}{ROW}{row + 1}"
                 points.append(SpeedPoint(float(v), float(F - damping * v), float(error), int(n), name, 0.0, 0.0))
         if still := int(np.count_nonzero(table.velocity == 0.0)):
             notices.append(ROWS_AT_REST.found(f"'{table.name}'", rows=still))

@@ -96,6 +96,8 @@ class Correction:
     """Error at held-out strokes [N] of what was not taken, by what it is called."""
     into: Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem] | None = None
     """What it changes of the problem."""
+    between_records: Mapping[str, Estimate] = field(default_factory=dict)
+    """Standard deviation of the level [1] and the offset [N] of records."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +114,7 @@ class Strokes:
     tried: Mapping[str, float] = field(default_factory=dict)
     """Errors at held-out strokes of what was tried beside the forms of the map [N], by what it is called."""
     into: tuple[Callable[[StribeckProblem, Sequence[SpeedPoint]], StribeckProblem], ...] = ()
+    between_records: Mapping[str, Estimate] = field(default_factory=dict)
 
     @classmethod
     def of(cls, records: Sequence[Log | ForceVelocity], asked: Asked) -> Self:
@@ -164,6 +167,7 @@ class Strokes:
             together=self.together if together is None else np.vstack([self.together, together]),
             notices=(*made.notices, *found.notices), tried={**self.tried, **found.tried},
             into=self.into if found.into is None else (*self.into, found.into),
+            between_records={**self.between_records, **found.between_records},
         )  # fmt: skip
 
     def one_way(self, sense: float) -> Self:

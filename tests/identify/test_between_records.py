@@ -1,0 +1,73 @@
+"""Records whose level of friction and offset vary: the interval of the mean holds it, and that they vary is said."""
+
+import numpy as np
+import pytest
+
+from fric.identify.static_map.identify import StaticFit, identify_static
+from fric.log import ForceVelocity
+from fric.statistics import mixed_model
+from tests.chance import fewest
+
+TRUTH = {"F_c": 50.0, "F_s": 80.0, "sigma": 100.0, "offset": 0.0}
+
+
+def session(seed: int, records: int, level: float, offset: float) -> StaticFit:
+    """Return the map of records that each have their own level and offset, of so much standard deviation."""
+    rng = np.random.default_rng([seed, records])
+    v = np.outer([-1.0, 1.0], np.geomspace(1e-4, 0.05, 8)).ravel()
+    friction = TRUTH["F_c"] + (TRUTH["F_s"] - TRUTH["F_c"]) * np.exp(-np.abs(v) / 2e-3)
+    tables = [
+        ForceVelocity(
+            v,
+            np.sign(v) * (1.0 + level * rng.standard_normal()) * friction + TRUTH["sigma"] * v
+            + offset * rng.standard_normal() + 0.3 * rng.standard_normal(len(v)),
+            error=np.full(len(v), 0.1), name=f"run {n + 1}",
+        )
+        for n in range(records)
+    ]  # fmt: skip
+    return identify_static(tables, delta=1.0, form="stribeck", direction="both", over_position="off")
+
+
+def held(fits: list[StaticFit], name: str) -> int:
+    return sum(low <= TRUTH[name] <= high for low, high in (fit.static.estimates[name].ci95 for fit in fits))
+
+
+MANY = [(n, *of, 100) for n in (3, 5, 8) for of in ((0.0, 0.0), (0.01, 0.5), (0.2, 5.0))]
+
+
+@pytest.mark.parametrize(
+    ("records", "level", "offset", "count"),
+    [(5, 0.05, 2.0, 12), *(pytest.param(*one, marks=pytest.mark.long(60)) for one in MANY)],
+)
+def test_the_interval_of_the_mean_holds_it(records: int, level: float, offset: float, count: int) -> None:
+    """Chance of failing: below one in a thousand for each parameter (`tests/chance.py`)."""
+    fits = [session(seed, records, level, offset) for seed in range(count)]
+    for name in ("F_c", "F_s", "offset"):
+        assert held(fits, name) >= fewest(count), name
+    told = [any(one.code == "records-vary" for one in fit.warnings) for fit in fits]
+    assert all(told) if level >= 0.05 else sum(told) <= 2 or level > 0.0
+
+
+def test_the_scatter_of_records_is_in_the_fit_and_widens_what_five_alone_would_widen() -> None:
+    fit = session(3, 5, 0.05, 2.0)
+    assert 0.02 < float(fit.between_records["level"]) < 0.12
+    assert 0.7 < float(fit.between_records["offset"]) < 5.0
+    assert fit.static.estimates["F_c"].half_width > 0.02 * TRUTH["F_c"]  # 2.78 standard errors of five of 5 %: 6 %
+    assert session(3, 5, 0.0, 0.0).static.estimates["F_c"].half_width < 0.01 * TRUTH["F_c"]
+
+
+def test_effects_are_those_of_a_balanced_analysis_of_variance() -> None:
+    """Of as many values in each group REML's variance is (MS between - MS within)/n, its prediction a shrunk mean."""
+    rng = np.random.default_rng(2)
+    groups, n = 6, 8
+    effects = 2.0 * rng.standard_normal(groups)
+    y = np.repeat(effects, n) + rng.standard_normal(groups * n)
+    Z = np.kron(np.eye(groups), np.ones((n, 1)))
+    found = mixed_model(y, np.ones((groups * n, 1)), np.zeros(groups * n), [Z])
+    means = y.reshape(groups, n).mean(axis=1)
+    within = float(np.sum((y.reshape(groups, n) - means[:, np.newaxis]) ** 2)) / (groups * (n - 1))
+    between = float(np.var(means, ddof=1)) - within / n
+    assert float(found.deviations[0]) == pytest.approx(between**0.5, rel=1e-3)
+    shrunk = between / (between + within / n) * (means - means.mean())
+    np.testing.assert_allclose(found.predicted, shrunk, rtol=2e-3)
+    assert found.likelier > 20.0
