@@ -98,11 +98,9 @@ def test_screwdrive_as_a_table_of_means_gives_the_map_of_its_strokes(tmp_path):
     fric_command("ingest", tmp_path / "table.csv", "--propose", tmp_path / "map.yaml")
     text = (tmp_path / "map.yaml").read_text()
     assert "kind: force-velocity" in text
-    text = text.replace("motion: linear", "motion: rotary").replace('unit: "rpm"', 'unit: "rpm", sign: -1')
-    text = text.replace(
-        'scale: "? N*m"}      # logged in %: say what one of these is, as in scale: "0.1 N*m"; add',
-        'scale: "0.0984 mN*m", sign: -1}  # add',
-    ).replace('scale: "? N*m"', 'scale: "0.0984 mN*m"')
+    text = text.replace("motion: rotary/%", "motion: rotary").replace('unit: "rpm"', 'unit: "rpm", sign: -1')
+    text = text.replace('"torque", unit: "%"', '"torque", scale: "0.0984 mN*m", sign: -1')
+    text = text.replace('"std", unit: "%"', '"std", scale: "0.0984 mN*m"')
     (tmp_path / "map.yaml").write_text(text)
     fric_command("ingest", tmp_path / "table.csv", "--map", tmp_path / "map.yaml", "-o", tmp_path / "table.h5")
     files = sorted((DATA / "screwdrive1/steady_state/0.096kg").glob("*.csv"))
