@@ -53,6 +53,8 @@ from .results.export import ExportResult as ExportResult
 from .results.export import export_axis as export_axis
 from .results.formats import FormatsResult as FormatsResult
 from .results.formats import formats as formats
+from .results.gains import GainsResult as GainsResult
+from .results.gains import identify_controller as identify_controller
 from .results.gms import GMSResult as GMSResult
 from .results.gms import identify_gms as identify_gms
 from .results.ingest import IngestResult as IngestResult

@@ -1,5 +1,6 @@
 """What a contour shows: the radial error of a circle with its quadrant glitches, the contour error of any path."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import ClassVar, NamedTuple
@@ -11,6 +12,18 @@ from fric.arrays import Real
 from fric.errors import FricError
 
 QUADRANTS = ("+x", "+y", "-x", "-y")
+
+
+def of_axes(names: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
+    """Return the reversals of a circle, of `QUADRANTS`, that are of axes which are known; its axes are ``names``."""
+    return tuple(one for n, one in enumerate(QUADRANTS) if names[n % len(names)] in known)
+
+
+def beside(name: str) -> tuple[str, str]:
+    """Return the names of the two axes of a circle of which one alone is known: it is the second where it is y."""
+    return ("x", "y") if name == "y" else (name, "y")
+
+
 """The four reversals of a circle, by where they lie: at +x and -x the x axis reverses, at +y and -y the y axis."""
 
 WINDOW = pi / 6

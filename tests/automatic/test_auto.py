@@ -49,7 +49,7 @@ def test_logs_end_in_a_report_and_a_verdict_that_is_not_sure_of_itself(first, fo
     assert first["axes"]["x"]["missing"] == ["C of the GMS model: a sine in sliding, around a steady speed"]
     assert (out / "report.html").read_text(encoding="utf-8").lower().startswith("<!doctype html")
     found = first["verdict"]
-    shown = fric.circle(out / "machine.yaml", axis="x").document
+    shown = fric.circle(out / "machine.yaml").document
     low, high = found["ci95"]
     assert low <= found["glitch"] <= high <= 5e-6
     # of machines around the one that is believed the glitch is larger than where belief and truth are one
@@ -59,6 +59,7 @@ def test_logs_end_in_a_report_and_a_verdict_that_is_not_sure_of_itself(first, fo
     assert all(shown["schemes"][name]["glitch"] > 4.5e-6 for name in weaker)
     assert not found["trusted"]
     assert any("no measured circle" in why for why in found["why"])
+    assert found["headline"].startswith("For a controller that fric designed: ")  # no log shows its gains
 
 
 def test_what_is_up_to_date_is_not_done_again(first, folder):
@@ -90,9 +91,7 @@ def test_a_measured_circle_that_differs_is_told_and_the_verdict_is_not_trusted(f
 
     fric.circle(folder / "out" / "machine.yaml", "a", revolutions=3).save(folder / "same.h5")
     same = verdict("same.h5")
-    # the circle speaks for it; what is left is what the strokes show of the rig: its friction varies over position
-    assert all(why.startswith("Force depends on position") for why in same.why), same.why
-    assert same.trusted == (not same.why)
+    assert same.trusted, same.why
     fric.circle("xy-table", "a", revolutions=3).save(folder / "other.h5")
     other = verdict("other.h5")
     assert not other.trusted
@@ -213,14 +212,109 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path):
             raise FricError("no cycle is whole", hint="Log three.")
         step.make()
 
-    found = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms)
+    said: list[str] = []
+    found = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms, say=said.append)
     assert found.axes["x"].done == ["plant", "static", "controller", "observer"]
     assert any("no cycle is whole" in text for text in found.axes["x"].missing)
     assert "# failed: fric identify gms" in (tmp_path / "out" / "steps.sh").read_text(encoding="utf-8")
     assert found.verdict.choice is not None  # the static map alone is simulated
+    assert ["x: gms" in line for line in said if "failed" in line] == [True]  # where it fails
+    *_, counted, failed, page = str(found).splitlines()  # in the last lines
+    assert counted.startswith("7 steps: 6 run, 1 failed")
+    assert failed == "failed: x: gms: no cycle is whole. Log three."
+    assert page.endswith("report.html")
+    again = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms)
+    assert "7 steps: 6 up to date, 1 failed" in str(again)
 
 
 def test_nothing_to_read_is_an_error(tmp_path):
-    for given, told in ((tmp_path / "none", "there is no such file"), (tmp_path, "there is no log")):
+    (tmp_path / "logs").mkdir()
+    for given, told in ((tmp_path / "none", "there is no such file"), (tmp_path / "logs", "there is no log")):
         done = RUN.invoke(app, ["auto", str(given), "-o", str(tmp_path / "out")])
         assert told in str(done.exception)
+
+
+@pytest.fixture(scope="module")
+def session(folder) -> tuple[fric.AutoResult, list[str], Path]:
+    """The example as a new user runs it."""
+    fric.example(output=folder / "session")
+    said: list[str] = []
+    return fric.auto(folder / "session/data", output=folder / "found", say=said.append), said, folder / "found"
+
+
+def test_the_first_run_ends_in_trust(session):
+    """The gains are those that the circle shows, and the decision is right for the machine that the logs are of."""
+    found, _, out = session
+    verdict = found.verdict
+    assert verdict.trusted, verdict.why
+    assert verdict.choice.scheme.name == "c"
+    predicted, measured = verdict.compared
+    assert predicted == pytest.approx(measured, rel=0.05)
+    assert f"measured {1e6 * measured:.1f} µm: trusted." in str(found)
+    assert "designed" not in verdict.headline
+    true = fric.circle("virtual-rig", "a", axis="x").runs[0].circularity.glitch
+    assert measured == pytest.approx(true, rel=0.05)
+    believed = fric.read_machine("virtual-rig", nominal_files=[f"x={out / 'x/friction.yaml'}"])
+    left = fric.circle(believed, "c", axis="x").runs[0].circularity.glitch
+    assert left <= 1.1 * verdict.choice.stays_under
+
+
+def test_a_run_is_read_at_a_glance(session):
+    found, said, out = session
+    lines = [*said, *str(found).splitlines()]
+    assert len(lines) <= 60
+    assert len(said) == found.steps
+    assert all(line.endswith(" s") for line in said)
+    sentences = [part for line in lines for part in line.split(". ") if len(part) > 30]
+    assert len(sentences) == len(set(sentences))
+    assert "rms of measured less replayed force" in (out / "steps.log").read_text(encoding="utf-8")
+
+
+def test_a_run_has_one_upper_limit(session):
+    """A sentence had 0.99 µm, the table below it 1.1, and the page 1.2."""
+    found, _, out = session
+    verdict = found.verdict
+    most = f"{1e6 * verdict.choice.stays_under:.1f}"
+    assert f"at most {most} µm" in verdict.headline
+    assert found.document["verdict"]["ci95"][1] == found.document["verdict"]["stays_under"]
+    table = (out / "steps.log").read_text(encoding="utf-8").partition("$ fric simulate circle")[2]
+    (row,) = (line for line in table.splitlines() if line.startswith("(c) GMS"))
+    assert row.split()[4] == most
+    assert f'data-label="at most">{most}<' in (out / "report.html").read_text(encoding="utf-8").replace("\n", "")
+
+
+def test_a_run_of_several_schemes_is_left_out_and_no_end(tmp_path):
+    fric.circle("xy-table", "a,b,d", velocity="200 mm/s").save(tmp_path / "run.h5")
+    found = find_sources([tmp_path])
+    assert found.circles == []
+    assert "run.h5: Left out: holds 3 schemes." in found.description[0]
+
+
+def test_gains_that_are_given_are_those_of_the_machine(tmp_path):
+    (tmp_path / "x.yaml").write_text(CONTROLLER, encoding="utf-8")
+    found = find_sources([tmp_path, *LOGS])
+    assert found.controllers == {"x": tmp_path / "x.yaml"}
+    plan = axis_steps(found.logs, tmp_path / "out" / "x", controller=found.controllers["x"])
+    assert "x: controller" not in [one.name for one in plan.steps]
+    (observer,) = (one for one in plan.steps if one.command == "design observer")
+    assert observer.options["controller"] == tmp_path / "x.yaml"
+
+
+CONTROLLER = """\
+fric: controller/1
+axis: x
+motion: linear
+K_v: 100 1/s
+K_p: 130.9 V*s/m
+K_i: 4091 V/m
+velocity_filter: 500 Hz
+sampling: 4 kHz
+"""
+
+
+def test_results_never_lie_among_the_logs(tmp_path):
+    for output in (DATA, DATA / "found"):
+        with pytest.raises(FricError, match="among the logs") as refused:
+            fric.auto(DATA, output=output)
+        assert str(DATA.parent / "found") in refused.value.hint
+    assert not (DATA / "found").exists()

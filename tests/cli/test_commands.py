@@ -14,7 +14,7 @@ from fric.verb import Form
 
 MADE = {
     name: one
-    for part in (COMMANDS, DESIGN, IDENTIFY, SIMULATE)
+    for part in (COMMANDS, {f"identify {name}": one for name, one in IDENTIFY.items()}, DESIGN, SIMULATE)
     for name, one in part.items()
     if isinstance(one, Command)
 }
@@ -69,8 +69,8 @@ def test_a_path_of_a_wrong_type_ends_in_a_sentence():
 
 
 @pytest.mark.parametrize(("name", "text", "words"), [
-    ("static", "use `direction='both'`.", "use --direction both."),
-    ("static", "leave `over_position=` out", "leave --over-position out"),
+    ("identify static", "use `direction='both'`.", "use --direction both."),
+    ("identify static", "leave `over_position=` out", "leave --over-position out"),
     ("diagnose", "as in `feed='100 mm/s'`", "as in --feed '100 mm/s'"),
     ("export", "`force=True`, `drawn=`, `single=`", "--force, --run, --float"),
     ("circle", "`nominal_files='x=FRICTION.yaml'`", "--friction x=FRICTION.yaml"),

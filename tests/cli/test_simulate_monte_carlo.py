@@ -34,6 +34,12 @@ def circle(*words: str) -> str:
     return done.stdout
 
 
+def many_of(run: Path, scheme: str) -> np.ndarray:
+    with h5py.File(run) as file:
+        group = file["monte_carlo"]
+        return np.abs(group["quadrants"][:, list(group.attrs["schemes"]).index(scheme)]).max(axis=1)
+
+
 def test_the_table_json_and_run_file_tell_the_same(tmp_path):
     out = tmp_path / "run.h5"
     words = ("--scheme", "a,f", "--monte-carlo", "5", "--seed", "3")
@@ -44,8 +50,9 @@ def test_the_table_json_and_run_file_tell_the_same(tmp_path):
     table = [line.split() for line in circle(*words).splitlines() if line.startswith("(")]
     for line, (name, one) in zip(table, many["schemes"].items(), strict=True):
         assert one["p05"] <= one["median"] <= one["p95"]
-        shown = [told["schemes"][name]["glitch"], one["p05"], one["median"], one["p95"]]
-        assert line[-5:-1] == [f"{value * 1e6:.1f}" for value in shown]
+        left = many_of(out, name)  # of five machines 95 % are all of them
+        shown = [told["schemes"][name]["glitch"], one["median"], left.max()]
+        assert line[-4:-1] == [f"{value * 1e6:.1f}" for value in shown]
         assert line[-1] == f"{one['best']:.0%}"
     assert [run.scheme.name for run in read_runs(out)] == ["a", "f"]
     with h5py.File(out) as file:
@@ -70,7 +77,7 @@ def test_workers_and_a_cluster_change_no_digit(monkeypatch: pytest.MonkeyPatch):
         assert one == circle(*words, "--scheduler", cluster.scheduler_address)
 
 
-def test_from_intervals_prints_a_glitch_with_its_interval(tmp_path):
+def test_from_intervals_prints_what_is_expected_and_at_most(tmp_path):
     (tmp_path / "x.yaml").write_text(FRICTION)
     (tmp_path / "none.yaml").write_text("fric: spread/1\nspreads: {}\n")
     words = ["--scheme", "a,c", "--axis", "x", "--gain", "1", "--monte-carlo", "8", "--from-intervals"]
@@ -79,11 +86,13 @@ def test_from_intervals_prints_a_glitch_with_its_interval(tmp_path):
     assert done.exit_code == 0
     assert "cannot be drawn from the interval" in done.stderr
     line = next(line for line in done.stdout.splitlines() if line.startswith("(a)"))
-    assert "(95 % interval)" in done.stdout
+    assert "expected  at most" in done.stdout
     told = json.loads(circle(*words, "--json"))["monte_carlo"]
     one = told["schemes"]["a"]
     low, high = one["ci95"]
-    assert f"{one['median'] * 1e6:.1f} ({low * 1e6:.1f} … {high * 1e6:.1f})" in line
+    expected, most = map(float, line.split()[-3:-1])
+    assert expected == pytest.approx(one["median"] * 1e6, abs=0.06)
+    assert low * 1e6 < most < 1.05 * high * 1e6
     assert "F_c" in told["from_intervals"]["x"]
     # a well identified machine is known better than one of the default spreads
     wide = json.loads(circle("--scheme", "a", "--axis", "x", "--monte-carlo", "8", "--json"))["monte_carlo"]["schemes"]

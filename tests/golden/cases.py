@@ -196,7 +196,7 @@ def _records(golden: Golden, sessions: Sessions, flaw: str, seed: int) -> dict[s
         for kind, logs in sessions.session(seed).logs.items():
             folder.mkdir(parents=True, exist_ok=True)
             fric.Records(logs).save(folder / f"{kind}.h5", force=True)
-    return {file.stem: fric.read(file) for file in folder.glob("*.h5")}
+    return {file.stem: fric.read(file) for file in folder.glob("*.h5") if file.stem != "circle"}
 
 
 SETS: dict[str, Callable[[Golden], None]] = {"bundled": bundled, "machines": table, "reality": reality}

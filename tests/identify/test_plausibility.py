@@ -154,7 +154,7 @@ def test_no_machine_of_ours_and_no_bundled_log_is_implausible() -> None:
     for path in sorted((ROOT / "configs").glob("**/*.yaml")):
         if path.read_text().startswith("fric: machine/1"):
             assert not [one for one in fric.read_machine(path).warnings if one.code.startswith("implausible")]
-    for path in sorted(DATA.glob("*.h5")):
+    for path in sorted(path for path in DATA.glob("*.h5") if path.stem != "circle"):
         assert not settled(of_logs([log for log in fric.read(path) if isinstance(log, Log)]))
 
 

@@ -107,7 +107,7 @@ class FleetStudy:
     units: tuple[Unit, ...]  # Machines and dates
     output: Path  # Folder for all that is made: a folder of each machine and date, with its steps
     mapping: str | None = None  # What the columns of foreign logs mean
-    run: Callable[[Step], None] = run_step  # Makes one step
+    run: Callable[[Step], Result | None] = run_step  # Makes one step
 
     def __call__(self, index: int) -> UnitOutcome:
         """Identify plant, static map and GMS of each axis; what fails is said, and is no end of the others."""
@@ -156,7 +156,7 @@ def run_fleet(
     output: Path,
     *,
     mapping: str | None = None,
-    run: Callable[[Step], None] = run_step,
+    run: Callable[[Step], Result | None] = run_step,
     workers: int | None = None,
     scheduler: str | None = None,
     advance: Callable[..., object] = lambda *_, **__: None,
@@ -404,7 +404,7 @@ def fleet(
     folder: Path,
     *,
     mapping: str | None,
-    run: Callable[[Step], None],
+    run: Callable[[Step], Result | None],
     workers: int | None,
     scheduler: str | None,
     advance: Callable[..., object],

@@ -1,6 +1,6 @@
 """`auto`: recognise, ingest, identify, design, simulate, compare with the measured circle, and report."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,11 +23,12 @@ from fric.automatic.steps import (
 )
 from fric.documents.automatic import AutoDocument
 from fric.documents.bundled import located
+from fric.documents.controller import ControllerDocument
 from fric.documents.friction import FrictionDocument
 from fric.documents.plant import PlantDocument
-from fric.documents.yaml import read_document
+from fric.documents.yaml import plain, read_document, read_tree
 from fric.errors import FricError
-from fric.flaws.files import GAINS_DESIGNED, STEP_FAILED, TUNED
+from fric.estimate import estimate_rows
 from fric.notice import Notice, once
 from fric.report.summary import Report, make_report
 from fric.results.base import Result
@@ -35,7 +36,7 @@ from fric.results.diagnose import diagnose
 from fric.results.given import bounded
 from fric.results.given_models import machine_of
 from fric.results.kinds import Address, CircleFiles, Count, MachineFile, Quantity
-from fric.results.text import Piece
+from fric.results.text import Piece, Table, named
 from fric.units import rotates
 from fric.verb import Kind, verb
 from fric.verdict.decide import decide
@@ -56,6 +57,8 @@ class AutoResult(Result):
         What was guessed or left out.
     steps, made
         Steps there are, and how many had to be run.
+    failed
+        Steps that failed, with the reason.
     page
         The report; None where there was nothing to report.
     rotary
@@ -67,6 +70,7 @@ class AutoResult(Result):
     description: list[Notice]
     steps: int
     made: int
+    failed: Sequence[str]
     page: Report | None
     rotary: bool = False
 
@@ -91,14 +95,52 @@ class AutoResult(Result):
         return decide(Evidence(axes=tuple(self.axes), rotary=self.rotary))
 
     def report(self) -> list[Piece]:
-        """Return what was done and is missing of each axis, and the verdict."""
-        lines: list[Piece] = []
+        """Return what was found and is missing of each axis, the verdict, and what failed."""
+        pieces: list[Piece] = []
         for name, one in self.axes.items():
-            lines.append(f"axis {name}: {', '.join(one.done) or 'nothing'}")
-            lines += [f"  missing for {text}" for text in one.missing]
-        lines += self.verdict.lines()
-        lines.append(f"{self.made} of {self.steps} steps were run, the rest was up to date")
-        return [*lines, f"{self.folder / 'report.html'}"] if self.page else lines
+            pieces += [_found(name, one)] if one.there else [f"axis {name}: nothing"]
+            lacks = (text for text in one.missing if f"{name}: {text}" not in self.failed)
+            pieces += [f"missing for {text}" for text in lacks]
+        pieces += ["", *self.verdict.lines(), *self._doubts()]
+        kept = self.steps - self.made - len(self.failed)
+        numbers = {"run": self.made, "up to date": kept, "failed": len(self.failed)}
+        counts = ", ".join(f"{count} {what}" for what, count in numbers.items() if count)
+        pieces += ["", f"{self.steps} steps: {counts}; what they printed: {self.folder / 'steps.log'}"]
+        pieces += [f"failed: {text}" for text in self.failed]
+        return [*pieces, f"{self.folder / 'report.html'}"] if self.page else pieces
+
+    def _doubts(self) -> list[str]:
+        """Return how many doubts the files hold that the verdict does not name, with their codes."""
+        if self.page is None:
+            return []
+        named = {one.code for one in (*self.verdict.why, *self.verdict.settled)}
+        notices = [one for item in self.page.inputs.items for one in item.warnings]
+        codes = [one.code for one in notices if one.severity != "note" and one.code not in named]
+        more = ", ".join(dict.fromkeys(codes))
+        return [f"doubts, in the report and by `fric help CODE`: {more}"] if more else []
+
+
+def _found(name: str, one: AxisOutcome) -> Table:
+    """Return what was found of an axis: its plant, its controller, its static map, and its blocks."""
+    rows: list[Sequence[str]] = []
+    for part, wanted in FOUND.items():
+        path = one.files[part]
+        tree = plain(read_tree(path)) if path.exists() else {}
+        sections = [tree.get(section) or {} for section in wanted] if part == "friction" else [tree]
+        for section in sections:
+            known = {key: value for key, value in section.items() if key in SHOWN and isinstance(value, dict)}
+            rows += [row for row in estimate_rows(known) if row[0] in SHOWN]
+            if isinstance(alpha := section.get("alpha"), dict):
+                rows.append(("blocks", str(len(alpha["value"])), "", ""))
+    return named(("", "value", "95 % interval", "unit"), rows, f"axis {name}")
+
+
+FOUND: Mapping[str, tuple[str, ...]] = {
+    "plant": (), "controller": (), "friction": ("static", "static_negative", "gms", "at_speed")
+}  # fmt: skip
+"""What the table of what was found shows of each part, by section of its file."""
+SHOWN = ("A", "B", "T_d", "K_f", "K_v", "K_p", "K_i", "F_c", "F_s", "v_s", "delta", "sigma", "offset", "C")
+"""The numbers that it shows."""
 
 
 @verb
@@ -107,12 +149,13 @@ def auto(
     output: Annotated[Path | str, Kind(metavar="DIR")],
     machine: MachineFile | None = None,
     circles: CircleFiles = (),
+    controllers: Annotated[Sequence[Path | str], Kind(list[Path], "CONTROLLER.yaml")] = (),
     tolerance: Annotated[Quantity | None, "position"] = None,
     mapping: Annotated[str | None, Kind(metavar="MAP.yaml")] = None,
     assume: bool = False,
     workers: Count | None = None,
     scheduler: Address | None = None,
-    run: Callable[[Step], None] = run_step,
+    run: Callable[[Step], Result | None] = run_step,
     say: Callable[[str], None] = lambda _: None,
     advance: Callable[..., object] = lambda *_, **__: None,
 ) -> AutoResult | FleetResult:
@@ -134,6 +177,9 @@ def auto(
         The machine; made of what is identified, else. Its file, or the name of a bundled one.
     circles
         A measured circle; repeatable. The simulation is held against it.
+    controllers
+        A controller's gains; repeatable. Without, they are found among the logs, or on a circle with voltage; else they
+        are designed.
     tolerance
         Glitch that is allowed, as "5 um". The first scheme that surely stays within it is chosen.
     mapping
@@ -148,9 +194,9 @@ def auto(
         Makes one step, raising a `FricError` where it fails; of a fleet in other processes, and so a function that
         can be pickled.
     say
-        Is told each command as it is run.
+        Is told in a line what came of each step.
     advance
-        Is told of each machine and date of a fleet.
+        Is told of each step; of a fleet, of each machine and date.
 
     Raises
     ------
@@ -162,10 +208,12 @@ def auto(
         if machine or circles or tolerance is not None:
             raise FricError("a fleet is identified, and takes no machine, circle or tolerance")
         return fleet(units, folder, mapping=mapping, run=run, workers=workers, scheduler=scheduler, advance=advance)
+    _refuse_among(folder, list(map(Path, logs)))
     found = find_sources(map(Path, logs), mapping, folder / "mappings", assume=assume)
     tests = find_sources(map(Path, circles))
     found.circles, found.traces = [*found.circles, *tests.circles], [*found.traces, *tests.traces]
     found.description += tests.description
+    found.controllers |= {read_document(path, ControllerDocument).axis: path for path in map(Path, controllers)}
     nothing = not (found.logs or found.circles or found.traces)
     if nothing and found.open.found:
         raise found.open.error()
@@ -174,7 +222,8 @@ def auto(
             "Give logs, or their folder; or say what their columns are: `fric ingest FILES --propose MAP.yaml`, --map."
         )
         raise FricError("there is no log in these files", hint="\n".join([*found.description[:1], hint]))
-    session = Session(folder, run, say)
+    advance(0, total=_steps(found))
+    session = Session(folder, run, say, advance)
     for trace in found.traces:
         one = trace_step(trace, folder)
         found.circles += one.leaves if session.take(one) else ()
@@ -192,12 +241,28 @@ def auto(
         session.take(step("report", "report", read, asked, [*read, *found.circles], output=folder / "report.html"))
         page = make_report(*pages, circles=found.circles, tolerance=allowed)
     session.close()
-    for name, failure in session.failed.items():
-        if name.partition(":")[0] not in axes:
-            found.description.append(STEP_FAILED.found(name, why=str(failure)))
     described = list(once(found.description))
     rotary = bool(axes) and all(rotates(one.motion) for one in axes.values())
-    return AutoResult(folder, axes, described, session.steps, session.made, page, rotary)
+    failed = [f"{name}: {failure}" for name, failure in session.failed.items()]
+    return AutoResult(folder, axes, described, session.steps, session.made, failed, page, rotary)
+
+
+def _refuse_among(folder: Path, logs: Sequence[Path]) -> None:
+    """Refuse an output folder that lies among the logs, where the next run would take its files for logs."""
+    out = folder.resolve()
+    for path in logs:
+        place = path.resolve() if path.is_dir() else path.resolve().parent
+        if out == place or (path.is_dir() and out.is_relative_to(place)):
+            raise FricError(
+                f"the results would lie among the logs in {path if path.is_dir() else path.parent}", where=str(folder),
+                hint=f"Give a folder beside them: -o {place.parent / 'found'}.",
+            )  # fmt: skip
+
+
+def _steps(found: Sources) -> int:
+    """Return how many steps there will be, about."""
+    axes = {one.axis for one in found.logs}
+    return len(found.traces) + 5 * len(axes) + 2 + 2 * len(found.circles)
 
 
 def _machine(session: Session, axes: dict[str, AxisOutcome], given: Path | None) -> Path | None:
@@ -228,16 +293,12 @@ def _circles(session: Session, found: Sources, axes: dict[str, AxisOutcome], mac
         frictions = [read_document(axes[name].files["friction"], FrictionDocument) for name in whole]
         if not all(one.section("gms") for one in frictions):
             options["scheme"] = "a,b,d,e"  # there is no GMS model to feed forward
-        if len(whole) == 1:
-            options["axis"] = whole[0]
     if found.circles:
         test = diagnose(found.circles[0]).found.test
         options |= {"radius": f"{test.radius!r} m", "velocity": f"{test.feed!r} m/s", "measured": found.circles}
         reads += found.circles
-        if not given:
-            found.description.append(GAINS_DESIGNED.found())
     session.take(circle_step(machine, session.folder, options, reads))
     for circle in found.circles:
         session.take(diagnosis_step(circle, machine, session.folder, reads))
-    if found.circles and session.take(tune_step(found.circles, machine, session.folder, reads)):
-        found.description.append(TUNED.found(folder=str(session.folder / "tuned")))
+    if found.circles and set(test.names) <= set(machine_of(machine).axes):
+        session.take(tune_step(found.circles, machine, session.folder, reads))

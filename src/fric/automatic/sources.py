@@ -11,9 +11,12 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from fric.documents.bundled import bundled
+from fric.documents.controller import ControllerDocument
+from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.flaws.files import FILE_COPIES, FILE_LEFT_OUT, MAPPING_AMBIGUOUS, MAPPING_BUNDLED
 from fric.input import regular
+from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
@@ -60,7 +63,8 @@ class Sources:
     """All that was found."""
 
     logs: list[Source] = field(default_factory=list)  # Files with records
-    circles: list[Path] = field(default_factory=list)  # Circle tests, and runs
+    circles: list[Path] = field(default_factory=list)  # Circle tests, and runs of one scheme
+    controllers: dict[str, Path] = field(default_factory=dict)  # Files with the gains of a controller, by axis
     traces: list[Path] = field(default_factory=list)  # Foreign files with circle tests, which are to be ingested
     description: list[Notice] = field(default_factory=list)  # What was guessed, left out, or cannot be read
     copies: list[Path] = field(default_factory=list)  # Foreign files whose records another file holds already
@@ -92,11 +96,16 @@ def find_sources(
     FricError
         When a file that is named is not there.
     """
+    given = list(given)
     found, seen, asking = Sources(), list[Record](), dict[Path, str]()
     for path in _files(given):
         kind = _own(path)
         if kind in {"circle/1", "run/1"}:
-            found.circles.append(path)
+            try:
+                choose_circles([path])
+                found.circles.append(path)
+            except FricError as error:
+                found.description.append(FILE_LEFT_OUT.found(str(path), why=error.what, propose=""))
         elif kind == "log/1":
             records = read_records(path)
             seen += records
@@ -113,6 +122,9 @@ def find_sources(
     for path, why in asking.items():
         if path not in papers:
             found.refused.setdefault(why, []).append(path)
+    for path in _controllers(given):
+        document = read_document(path, ControllerDocument)
+        found.controllers.setdefault(document.axis, path)
     if found.copies:
         found.description.append(FILE_COPIES.found(files=_first(found.copies)))
     for why, files in found.refused.items():
@@ -170,6 +182,15 @@ def _files(given: Iterable[Path]) -> Iterator[Path]:
         inside = sorted(one for one in path.rglob("*") if one.is_file()) if path.is_dir() else [regular(path)]
         files += [one for one in inside if one.suffix.lower() not in PASSED_OVER]
     yield from sorted(dict.fromkeys(files), key=lambda path: (path.suffix.lower() not in {".h5", ".hdf5"}, str(path)))
+
+
+def _controllers(given: Iterable[Path]) -> Iterator[Path]:
+    """Yield the controller files among what is given."""
+    for path in given:
+        for one in sorted(path.rglob("*.yaml")) if path.is_dir() else [path] if path.suffix == ".yaml" else []:
+            with regular(one).open("rb") as file:
+                if file.read(80).startswith(f"fric: {ControllerDocument.type_name()}".encode()):
+                    yield one
 
 
 def _own(path: Path) -> str | None:

@@ -3,25 +3,28 @@
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from os.path import relpath
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 from fric.automatic.sources import Source, Sources
 from fric.documents.identified import read_identified
 from fric.documents.machine import MachineDocument
-from fric.documents.machine_files import NOMINAL_DOCUMENTS
 from fric.documents.provenance import commanded, provenance
-from fric.documents.yaml import dump, plain, read_document, read_tree, write_document
+from fric.documents.yaml import dump, plain, read_tree, write_document
 from fric.errors import FricError
 from fric.flaws.files import FILE_UNUSED, STEP_FAILED
+from fric.io.circle import choose_circles
 from fric.io.memory import keep_freed_memory
-from fric.output import staged, together
+from fric.output import together, write_folder
 from fric.report.summary import make_report
 from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result
 from fric.results.circle import circle
 from fric.results.controller import design_controller
 from fric.results.diagnose import diagnose
+from fric.results.gains import identify_controller
 from fric.results.given import Advance, silent
 from fric.results.gms import identify_gms
 from fric.results.ingest import ingest
@@ -36,9 +39,6 @@ MACHINES = 24
 """Machines that are drawn from the intervals of what was identified."""
 
 PARTS = ("plant", "controller", "observer", "friction")
-
-TWIN = {"x": "y", "y": "x"}
-"""The axis that stands in for the other one of a circle, where one alone was identified."""
 
 
 @dataclass(frozen=True)
@@ -97,9 +97,9 @@ def _repeated(flag: str, value: Any) -> list[object]:
     return [word for one in values for word in (flag, one)]
 
 
-def run_step(step: Step) -> None:
+def run_step(step: Step) -> Result:
     """Make a step, and print nothing."""
-    step.make()
+    return step.make()
 
 
 def _plain(verb: Callable[..., Result]) -> Callable[[Step, Advance], Result]:
@@ -152,6 +152,7 @@ VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {
     "identify static": _plain(identify_static),
     "identify gms": _plain(identify_gms),
     "design controller": _plain(design_controller),
+    "identify controller": _plain(identify_controller),
     "design observer": _plain(design_observer),
     "simulate circle": _simulated,
     "diagnose": _diagnosed,
@@ -194,7 +195,7 @@ class AxisOutcome:
 
 
 class Session:
-    """One run: its folder, its script, and what came of each step.
+    """One run: its folder, its script, what its steps printed, and what came of each.
 
     Parameters
     ----------
@@ -203,14 +204,23 @@ class Session:
     run
         Makes one step; raises a `FricError` where it fails.
     say
-        Is told each command as it is run.
+        Is told in a line what came of each step.
+    done
+        Is told of each step that is over.
     """
 
-    def __init__(self, folder: Path, run: Callable[[Step], None], say: Callable[[str], None]) -> None:
-        self.folder, self.run, self.say = folder, run, say
+    def __init__(
+        self,
+        folder: Path,
+        run: Callable[[Step], Result | None],
+        say: Callable[[str], None],
+        done: Callable[[], object] = lambda: None,
+    ) -> None:
+        self.folder, self.run, self.say, self.done = folder, run, say, done
         self.shop = StepCache(folder)
         self.script = ["#!/bin/sh", "# What `fric auto` ran, to be run again by hand."]
         self.script += ["set -eu", f"cd {shlex.quote(str(Path.cwd()))}"]
+        self.log: list[str] = []
         self.steps = self.made = 0
         self.failed: dict[str, Failure] = {}
 
@@ -219,23 +229,32 @@ class Session:
         if not step.ready:
             return False
         self.steps += 1
-        text = shlex.join(["fric", *step.words])
+        text, begun = shlex.join(["fric", *step.words]), monotonic()
         for path in step.leaves:
             path.parent.mkdir(parents=True, exist_ok=True)
-
-        def make() -> None:
-            self.say(f"$ {text}")
-            self.run(step)
-
+        results: list[Result | None] = []
         settings = {"words": list(step.words)}
         try:
-            self.made += self.shop.step(step.name, make, reads=step.reads, leaves=step.leaves, settings=settings)
+            made = self.shop.step(
+                step.name, lambda: results.append(self.run(step)), reads=step.reads, leaves=step.leaves,
+                settings=settings,
+            )  # fmt: skip
         except FricError as error:
-            self.failed[step.name] = Failure(step, error)
+            self.failed[step.name] = failure = Failure(step, error)
             self.script.append(f"# failed: {' '.join(text.splitlines())}")
+            self._tell(step, text, f"failed: {failure}", str(error))
             return False
+        self.made += made
         self.script.append(text)
+        found = results[0] if results else None
+        brief, whole = (found.brief(), repr(found)) if found is not None else ("" if made else "up to date", "")
+        self._tell(step, text, f"{brief:<66} {monotonic() - begun:5.1f} s" if made else brief, whole)
         return True
+
+    def _tell(self, step: Step, command: str, brief: str, whole: str) -> None:
+        self.log += [f"$ {command}", whole or brief, ""]
+        self.say(f"{step.name:<18} {brief}".rstrip())
+        self.done()
 
     def write(self, tree: dict[str, Any], path: Path) -> None:
         """Write a document, and the lines of the script that write it."""
@@ -245,9 +264,10 @@ class Session:
         self.script += [f"cat > {shlex.quote(str(path))} <<'END'", dump(tree).rstrip(), "END"]
 
     def close(self) -> None:
-        """Write the script."""
-        with staged(self.folder / "steps.sh", force=True) as draft:
-            draft.write_text("\n".join(self.script) + "\n", encoding="utf-8", errors="surrogateescape")
+        """Write the script, and what the steps printed."""
+        texts = {"steps.sh": self.script, "steps.log": self.log}
+        files = {name: "\n".join([*lines, ""]).encode("utf-8", "surrogateescape") for name, lines in texts.items()}
+        write_folder(self.folder, files, force=True)
 
 
 def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> dict[str, AxisOutcome]:
@@ -271,19 +291,35 @@ def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> di
     axes: dict[str, AxisOutcome] = {}
     for name in sorted({one.axis for one in logs}):
         of_axis = [one for one in logs if one.axis == name]
-        plan = axis_steps(of_axis, session.folder / name, lean=lean)
+        folder = session.folder / name
+        controller = None if lean else found.controllers.get(name) or _gains(session, name, found.circles, folder)
+        plan = axis_steps(of_axis, folder, lean=lean, controller=controller)
         read = {path for one in plan.steps for path in one.reads}
         for unused in (log for log in of_axis if log.path not in read):
             found.description.append(FILE_UNUSED.found(str(unused.path), kinds=sorted(unused.kinds), axis=name))
         done = [one.name.partition(": ")[2] for one in plan.steps if session.take(one)]
         failed = [session.failed[one.name] for one in plan.steps if one.name in session.failed]
         broken = [f"{one.step.name.partition(': ')[2]}: {one}" for one in failed]
-        files = {part: session.folder / name / f"{part}.yaml" for part in PARTS}
+        files = {part: folder / f"{part}.yaml" for part in PARTS}
+        files |= {} if controller is None else {"controller": controller}
         if "gms" not in done and "static" in done:
-            files["friction"] = session.folder / name / "static.yaml"
+            files["friction"] = folder / "static.yaml"
         missing, paths = [*plan.missing, *broken], [one.path for one in of_axis]
         axes[name] = AxisOutcome(of_axis[0].motion, done, missing, files, paths)
     return axes
+
+
+def _gains(session: Session, axis: str, circles: Sequence[Path], folder: Path) -> Path | None:
+    """Return the file of the gains that a circle with reference and voltage shows; None where none does."""
+    for path in circles:
+        for test in choose_circles([path]):
+            trace = test.axes.get(axis)
+            if trace is None or trace.input is None or trace.reference is None or test.scheme not in ("", "a"):
+                continue
+            made = folder / "controller.yaml"
+            if session.take(step(f"{axis}: gains", "identify controller", [path], {"axis": axis}, output=made)):
+                return made
+    return None
 
 
 def step(
@@ -335,7 +371,9 @@ class AxisSteps:
     missing: tuple[str, ...]  # What cannot be made, with the record that is missing
 
 
-def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> AxisSteps:
+def axis_steps(
+    logs: Sequence[Source], folder: Path, *, lean: bool = False, controller: Path | None = None
+) -> AxisSteps:
     """Return the steps of one axis: plant, static map, GMS, controller, observer.
 
     Parameters
@@ -346,11 +384,13 @@ def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> A
         Where its files go.
     lean
         Identify alone: no figures, no controller, no observer; and the static map in one form, so that dates compare.
+    controller
+        The file of the controller's gains; designed where there is none.
     """
     axis = logs[0].axis
     steps, missing = [], []
     plant, static, friction = (folder / name for name in ("plant.yaml", "static.yaml", "friction.yaml"))
-    controller, observer = folder / "controller.yaml", folder / "observer.yaml"
+    observer = folder / "observer.yaml"
 
     def of(*kinds: str, use: str = "") -> list[Path]:
         return [one.path for one in logs if one.kinds & set(kinds) and (not use or use in one.uses)]
@@ -386,7 +426,9 @@ def axis_steps(logs: Sequence[Source], folder: Path, *, lean: bool = False) -> A
     if lean:
         return AxisSteps(tuple(steps), tuple(missing))
     if responses:
-        steps.append(step(f"{axis}: controller", "design controller", [plant], {}, output=controller))
+        if controller is None:
+            controller = folder / "controller.yaml"
+            steps.append(step(f"{axis}: controller", "design controller", [plant], {}, output=controller))
         read = [plant, *responses[:1]]
         steps.append(
             step(
@@ -431,16 +473,5 @@ def machine_tree(axes: Mapping[str, Mapping[str, Path]], folder: Path) -> dict[s
     """
     tree: dict[str, Any] = {"fric": MachineDocument.type_name(), "name": "identified machine", "axes": {}}
     for name, files in axes.items():
-        tree["axes"][name] = {part: str(path.relative_to(folder)) for part, path in files.items()}
-    if len(axes) == 1:
-        ((name, files),) = axes.items()
-        tree["axes"][TWIN.get(name, "y")] = {part: _bare(part, path) for part, path in files.items()}
+        tree["axes"][name] = {part: Path(relpath(path, folder)).as_posix() for part, path in files.items()}
     return tree | {"provenance": provenance()}
-
-
-def _bare(part: str, path: Path) -> dict[str, Any]:
-    """Return the values of a file, without what ties it to its axis."""
-    tree = read_document(path, NOMINAL_DOCUMENTS[part]).tree()
-    tied = {"fric", "axis", "motion", "fit", "warnings", "warnings_coded", "provenance", "margins", "limits", "reason"}
-    tied |= {"bandwidth", "second_mass"}
-    return {key: value for key, value in tree.items() if key not in tied and not key.endswith("_fit")}

@@ -1,6 +1,6 @@
 """Predicted beside measured: what a machine file says of a circle, and why the circle shows something else."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from math import log
 from typing import Any
@@ -11,7 +11,7 @@ from fric.arrays import Real
 from fric.circles.diagnose import Diagnosis, diagnose
 from fric.circles.glitches import Glitch, Pulse, smoothed
 from fric.circles.measured import measured_from_run
-from fric.contour import QUADRANTS
+from fric.contour import QUADRANTS, of_axes
 from fric.control.scheme import Scheme
 from fric.flaws.circle import MODEL_DISAGREES, PREDICTION_WITHOUT_INTERVAL
 from fric.notice import Notice
@@ -41,7 +41,7 @@ class Agreement:
     intervals
         Between what each quadrant's glitch is predicted [m], 95 %; None where the machine file has no intervals.
     agrees
-        By quadrant, whether measured and predicted intervals meet.
+        By quadrant of an axis that is known, whether measured and predicted intervals meet.
     causes
         By quadrant that does not agree, a key of `CAUSES`.
     scheme
@@ -131,7 +131,7 @@ def circles_to_predict(known: Mapping[str, Any] | None) -> int:
 
 def agreement(
     measured: Diagnosis, predicted: Diagnosis, intervals: Mapping[str, tuple[float, float]] | None, scheme: str,
-    step: float = 0.0,
+    step: float = 0.0, known: Collection[str] = ("x", "y"),
 ) -> Agreement:  # fmt: skip
     """Hold a prediction against what was measured, quadrant by quadrant, and name the likely cause of a difference.
 
@@ -145,10 +145,12 @@ def agreement(
         The scheme that was simulated.
     step
         A step of the encoder [m], by which a prediction without interval may be off.
+    known
+        Names of the axes that the machine has: the reversals of others are not predicted.
     """
     agrees, causes = {}, {}
     own, other = measured.pulses(), predicted.pulses()
-    for name in QUADRANTS:
+    for name in of_axes(measured.test.names, known):
         found, said = measured.glitches[name], predicted.glitches[name]
         low, high = intervals[name] if intervals else (said.ci95[0] - step, said.ci95[1] + step)
         agrees[name] = found.ci95[0] <= high and found.ci95[1] >= low

@@ -102,7 +102,7 @@ def learn(
     if rounds < 1:
         raise FricError(f"{rounds} rounds are none to learn from", hint="Give 1 or more.")
     how = how or Learning.at(test.feed)
-    names = pair(machine)
+    names = pair(machine, both=True)
     axes = {name: machine.axes[name] for name in names}
     watched = observer and all(axis.observer is not None for axis in axes.values())
     scheme = Scheme("learned", "learned", blocks=(OBSERVER,) if watched else ())

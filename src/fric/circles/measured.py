@@ -10,6 +10,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.columns import channel_dimension
+from fric.contour import beside
 from fric.errors import FricError
 from fric.log import Log, axis_name
 from fric.series import keep
@@ -166,10 +167,17 @@ def measured_from_run(run: CircleRun, source: str = "") -> MeasuredCircle:
     FricError
         When one axis alone was simulated, or no traces are at hand.
     """
+    test = run.circle
     axes = {
         name: AxisTrace(trace.time, trace.measured, trace.reference, trace.input) for name, trace in run.traces.items()
     }
-    test = run.circle
+    if len(axes) == 1:  # the other follows its reference
+        ((known, trace),) = axes.items()
+        references = dict(
+            zip(names := beside(known), test.references(1.0 / float(trace.time[1] - trace.time[0])), strict=True)
+        )
+        followed = {name: AxisTrace(trace.time, one.position, one.position) for name, one in references.items()}
+        axes = {name: axes.get(name, followed[name]) for name in names}
     return MeasuredCircle(
         test.radius, test.feed, test.direction, axes, instrument="encoders", name=run.scheme.name,
         scheme=run.scheme.name, source=source,

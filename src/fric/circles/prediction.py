@@ -109,7 +109,7 @@ def predicted(
     """
     study = many.study
     names = pair(study.machine)
-    axes = (study.only,) if study.only else names
+    axes = (study.only,) if study.only else tuple(name for name in names if name in study.machine.axes)
     step = max(_step(study, name) for name in axes)
     schemes = {}
     for n, scheme in enumerate(study.schemes):

@@ -10,7 +10,7 @@ from fric.circles.measured import MeasuredCircle
 from fric.circles.next_circle import measured_quadrants
 from fric.circles.stated import StatedController, against_stated
 from fric.circles.voltage import VoltageRecord, refined
-from fric.contour import QUADRANTS
+from fric.contour import QUADRANTS, of_axes
 from fric.control.scheme import OBSERVER, PAPER_SCHEMES, Scheme
 from fric.errors import FricError
 from fric.estimate import Estimate
@@ -96,11 +96,12 @@ def _disagreement(machine: Machine, test: MeasuredCircle) -> Iterator[Notice]:
     except FricError as error:
         yield flaws.CIRCLE_CANNOT_RUN.found(test.where, why=error.what)
         return
+    judged = of_axes(test.names, machine.axes)
     seen, expected = measured_quadrants(test), [one.median for one in run.glitches]
     off = {
         name: (one, other)
         for name, one, other in zip(QUADRANTS, seen, expected, strict=True)
-        if not np.isclose(one, other, rtol=SHARE_APART, atol=APART)
+        if name in judged and not np.isclose(one, other, rtol=SHARE_APART, atol=APART)
     }
     if off:
         microns = {name: (f"{a * 1e6:+.1f}", f"{b * 1e6:+.1f}") for name, (a, b) in off.items()}

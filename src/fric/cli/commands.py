@@ -48,6 +48,10 @@ IDENTIFY: dict[str, Home] = {
     "plant": Command(
         "fric.results.plant:identify_plant", Output("PLANT.yaml", "Plant file to write."), plot=True, doing="plant"
     ),
+    "controller": Command(
+        "fric.results.gains:identify_controller", Output("CONTROLLER.yaml", "Controller file to write."),
+        doing="gains",
+    ),
     "static": Command("fric.results.static:identify_static", FRICTION, plot=True, doing="friction map"),
     "gms": Command(
         "fric.results.gms:identify_gms", FRICTION, plot=True, doing="virgin curve and replay",
@@ -175,7 +179,7 @@ EXPORT = Command(
 COMMANDS: dict[str, Home] = {
     "auto": Command(
         "fric.automatic.run:auto", replaces=False, without=["run", "say"], run="fric.cli.special:auto",
-        flags={"output": "-o --output", "circles": "--circle", "mapping": "--map"},
+        flags={"output": "-o --output", "circles": "--circle", "controllers": "--controller", "mapping": "--map"},
     ),
     "ingest": INGEST,
     "inspect": Command("fric.results.records:inspect", plot=True, plausible=False),

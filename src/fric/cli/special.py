@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-from contextlib import redirect_stdout
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
@@ -16,20 +14,10 @@ from fric.errors import printable
 from fric.output import refuse_existing
 from fric.units import rotates
 
-if TYPE_CHECKING:
-    from fric.automatic.steps import Step  # with all that a step runs
-
 READ_IDENTIFIED = "fric.documents.identified:read_identified"
 PLAN_NEXT = "fric.results.plan:plan_next"
 INGEST_CIRCLES = "fric.results.ingest_circles:ingest_circles"
 OF_CIRCLES = ("radius", "feed", "sampling", "instrument", "scheme", "clockwise")
-
-
-def run_here(step: Step) -> None:
-    """Make a step, with its progress; what it prints goes to standard error: standard output is for the end."""
-    with redirect_stdout(sys.stderr):
-        finish(step.make, doing=step.name)
-        OUT.print(f"wrote {' and '.join(printable(str(path)) for path in step.leaves)}", markup=False)
 
 
 def _say(text: str) -> None:
@@ -37,10 +25,8 @@ def _say(text: str) -> None:
 
 
 def auto(command: Command, given: dict[str, Any]) -> None:
-    """Go the whole way, each step with its own progress; of a fleet the machines are counted."""
-    logs = given["logs"]
-    doing = "machines" if len(logs) == 1 and logs[0].is_dir() else ""
-    command.end(command.call(given | {"run": run_here, "say": _say}), given, doing=doing)
+    """Go the whole way, a line a step above one bar."""
+    command.end(command.call(given | {"say": _say}), given, doing="auto")
 
 
 def ingest(command: Command, given: dict[str, Any]) -> None:

@@ -73,6 +73,7 @@ def _predicted(made: Any) -> Any:
     return {
         name: {**vars(one), "ci95": limits.get(name), "agrees": held.agrees[name], "cause": held.causes.get(name)}
         for name, one in held.predicted.glitches.items()
+        if name in held.agrees
     }
 
 

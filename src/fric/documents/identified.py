@@ -44,14 +44,7 @@ class Identified:
 
 
 @verb
-def read_identified(
-    path: Path | str,
-    *,
-    nominal_files: Iterable[str] = (),
-    gain: float | None = None,
-    lead: float | str | None = None,
-    friction_model: str | None = None,
-) -> Identified:
+def read_identified(path: Path | str, *, nominal_files: Iterable[str] = (), **instead: Any) -> Identified:
     """Read a machine file with the intervals of what was identified of it.
 
     What is identified of an axis is what its controller believes: the friction file given in ``nominal_files``, or that
@@ -60,7 +53,7 @@ def read_identified(
 
     Parameters
     ----------
-    path, nominal_files, gain, lead, friction_model
+    path, nominal_files, instead
         As in `fric.documents.machine_files.read_machine`.
 
     Raises
@@ -69,7 +62,7 @@ def read_identified(
         As `read_machine`; and when no parameter has an interval.
     """
     nominal_files = tuple(nominal_files)
-    machine = read_machine(path, nominal_files=nominal_files, gain=gain, lead=lead, friction_model=friction_model)
+    machine = read_machine(path, nominal_files=nominal_files, **instead)
     intervals: dict[str, Intervals] = {}
     covariances: dict[str, Sequence[Covariance]] = {}
     beyond: dict[str, Mapping[str, Spread]] = {}

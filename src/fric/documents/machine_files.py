@@ -14,6 +14,7 @@ from fric.documents.observer import ObserverDocument
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, read_tree
 from fric.errors import FricError
+from fric.flaws.files import GAINS_DESIGNED
 from fric.friction.stribeck import StaticMap
 from fric.notice import Notice
 from fric.plausibility.bounds import Finding, settled
@@ -80,8 +81,12 @@ def read_machine(
         name: replace(axis, nominal_friction=replace(axis.nominal_friction, **instead))
         for name, axis in machine.axes.items()
     }
+    designed = [
+        GAINS_DESIGNED.found(f"axis {name}") for name, part in document.axes.items()
+        if isinstance(part.controller, ControllerDocument) and part.controller.margins
+    ]  # fmt: skip
     doubtful = settled(finding for axis in machine.axes.values() for finding in _of_axis(axis, str(path)))
-    machine = replace(machine, warnings=(*machine.warnings, *doubtful))
+    machine = replace(machine, warnings=(*machine.warnings, *doubtful, *designed))
     origin: dict[str, Any] = {"path": str(path), "nominal_files": list(nominal_files), "friction_model": friction_model}
     return replace(machine, axes=axes, origin=origin | instead)
 

@@ -46,7 +46,6 @@ MAPPING_AMBIGUOUS = Flaw("mapping-ambiguous", "doubt", "It is left out: {mapping
     "Give one of them with --map.")
 STEP_FAILED = Flaw("step-failed", "doubt", "{why}")
 GAINS_DESIGNED = Flaw("gains-designed", "doubt",
-    "No log shows the controller's gains: they were designed here, and a circle of others differs from the prediction.",
-    "Give a machine file with yours (--machine).")
-TUNED = Flaw("tuned", "note", "What the controllers believe was refitted to the circles: {folder}.")
+    "fric designed the controller's gains: with others the glitch differs.",
+    "Give yours (--controller), or a circle with reference and voltage.")
 CIRCLE_FAILED = Flaw("circle-failed", "doubt", "{why}")

@@ -106,7 +106,7 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
             hint="Give a friction file of `fric identify`, a run file of `fric simulate circle`, or a circle test too.",
         )
     machine = machine or next((str(test.machine) for test in tests if test.machine), "")
-    held = _with_shape([Measured(path.name, diagnose(path, machine=machine or None)) for path in measured])
+    held = _with_shape([Measured(path.name, path, diagnose(path, machine=machine or None)) for path in measured])
     inputs = _sorted(items, tests, records)
     return replace(inputs, logs=tuple(logs), circles=held, machine=machine, tolerance=tolerance, maps=tuple(maps))
 

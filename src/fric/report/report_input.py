@@ -94,6 +94,7 @@ class Measured:
     """A measured circle."""
 
     source: str  # File that it was read from
+    path: Path  # The same, as it was given
     result: DiagnosisResult  # The circle taken apart, and held against the machine where that is known
 
     @property
@@ -172,15 +173,17 @@ class ReportInput:
     def verdict(self, test: ContourTest) -> Verdict:
         """Return what to switch on, by one test and all measured circles."""
         held = [one for one in self.circles if one.result.held is not None]
-        more = {"machine": machine_name(self.machine)} if self.machine else {}
+        more: dict[str, Any] = {"machine": machine_name(self.machine)} if self.machine else {}
         file = self.machine or str(test.provenance.get("origin", {}).get("path", ""))
         if test.radius and file and not str(test.provenance.get("command", "")).startswith("fric simulate "):
             circle = f'--radius "{readable(test.radius, "m")}" --velocity "{readable(test.feed, "m/s")}"'
             more["command"] = f"fric simulate circle {machine_name(file)} {circle} -o run.h5"
+        compared = [both for one in held if (both := one.result.glitches()) is not None]
+        more |= {"glitches": compared[-1]} if compared else {}
         given = evidence_of(
             test.provenance, test.contours, test.prediction, compared=bool(held), tolerance=self.tolerance,
             disagreements={one.source: one.disagreements() for one in held}, measured=self._measured(test),
-            notices=self._notices(test), **({"circle": held[0].source} if held else {}), **more,
+            notices=self._notices(test), **({"circle": str(held[0].path)} if held else {}), **more,
         )  # fmt: skip
         return decide(given)
 

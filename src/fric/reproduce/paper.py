@@ -138,7 +138,7 @@ def reproduce_paper(
     advance(0, total=reproduction_steps())
     shop = StepCache(folder)
     subject = read_machine(machine)
-    names = pair(subject)
+    names = pair(subject, both=True)
     given = folder / "given-machine.yaml"
     if not given.exists() or given.read_bytes() != machine.read_bytes():
         with staged(given, force=True) as draft:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from math import inf, nan
 from pathlib import Path
@@ -13,11 +13,16 @@ from fric.errors import FricError
 from fric.estimate import elements, note_of
 from fric.notice import Notice
 from fric.results.text import Piece, html, plain
+from fric.units import readable
 from fric.verb import verb
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+
+BRIEF = 4
+"""Values that a line names at most."""
 
 
 class Result(ABC):
@@ -35,6 +40,10 @@ class Result(ABC):
     @abstractmethod
     def report(self) -> Sequence[Piece]:
         """Return tables and lines for people."""
+
+    def brief(self) -> str:
+        """Return what was found in a few words, for a line of a longer run; empty where there is nothing to say."""
+        return ""
 
     def figure(self) -> Figure:
         """Return the figure that ``--plot`` draws: the usual one of the first of its parts that has any."""
@@ -123,9 +132,19 @@ class Identified(Result):
         frame = pd.DataFrame(rows, columns=["section", "parameter", "value", "low", "high", "unit", "note"])
         return frame.set_index(["section", "parameter"])
 
+    def brief(self) -> str:
+        """Return the values that have no index, as ``F_c 63.3 N``."""
+        named = ((name, entry) for section in self.sections().values() for name, entry in section.items())
+        values = [f"{name} {readable(entry['value'], entry['unit'])}" for name, entry in named if _is_number(entry)]
+        return ", ".join(values[:BRIEF])
+
     def conf_int(self) -> pd.DataFrame:
         """Return the 95 % interval of each parameter that has one, in SI; infinite where the data set no limit."""
         return self.to_frame()[["low", "high"]].dropna()
+
+
+def _is_number(entry: Mapping[str, Any]) -> bool:
+    return isinstance(entry.get("value"), int | float) and not entry.get("fixed")
 
 
 def _rows(section: str, entries: dict[str, dict[str, Any]]) -> Iterator[tuple[Any, ...]]:

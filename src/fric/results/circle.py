@@ -125,17 +125,23 @@ class CircleResult(Result):
         return [] if not self.published else ["" if known is None else f"{known * 1e6:.0f}"]
 
     def _distributions(self, many: MonteCarlo, title: str) -> Table:
-        rows, found = [], many.distributions()
-        for run in self.runs:
-            one = found[run.scheme.name]
-            text = {name: f"{value * 1e6:.1f}" for name, value in one.quantiles.items()}
-            shown = [text["p05"], text["median"], text["p95"]]
-            if self.identified:
-                shown = [f"{text['median']} ({text['low']} … {text['high']})"]
-            rows.append([_named(run), run.chance().text(), *shown, f"{one.best:.0%}", *self._paper(run)])
-        quantiles = ["median (95 % interval)"] if self.identified else ["5 %", "median", "95 %"]
+        """Return what each scheme is expected to leave, and what it leaves at most on 95 % of the machines."""
+        rows, best = [], many.distributions()
+        for run, one in zip(self.runs, candidates_of(self.runs, many, self.prediction), strict=True):
+            left = [f"{1e6 * value:.{1 if value >= 1e-6 else 2}f}" for value in (one.middle, one.stays_under)]
+            share = f"{best[run.scheme.name].best:.0%}"
+            rows.append([_named(run), run.chance().text(), *left, share, *self._paper(run)])
         centre = "at the estimates" if self.identified else "nominal"
-        return Table(["scheme", centre, *quantiles, "best on", *(["paper"] if self.published else [])], rows, title)
+        columns = ["scheme", centre, "expected", "at most", "best on", *(["paper"] if self.published else [])]
+        return Table(columns, rows, title)
+
+    def brief(self) -> str:
+        """Return the glitch without compensation, and that of what is recommended."""
+        found = self.verdict.choice
+        bare = next((run for run in self.runs if run.scheme.bare), None)
+        now = "" if bare is None else f"now {readable(bare.chance().median, 'm', 2)}"
+        left = "" if found is None else f"{found.named} {readable(found.middle, 'm', 2)}"
+        return ", ".join(filter(None, (now, left, f"{len(self.many)} varied machines" if self.many else "")))
 
     def figure(self) -> Figure:
         """Return the radial error of each scheme; of many machines the distribution of the glitch."""

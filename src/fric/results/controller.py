@@ -68,6 +68,11 @@ class ControllerResult(Design):
         )
         return [*gains, self.margins()]
 
+    def brief(self) -> str:
+        """Return the gains."""
+        given = ControllerPart.of(self.design.cascade, self.motion)
+        return ", ".join(f"{name} {readable(float(given[name]), given[name].unit)}" for name in ("K_v", "K_p", "K_i"))
+
     def figure(self) -> Figure:
         """Return the loops."""
         return self.loops_figure(self.design.cascade.sampling / 2)
@@ -123,7 +128,7 @@ def design_controller(
     K_v
         Position gain, as '126 1/s'.
     view
-        What the figure shows.
+        The figure that --plot draws. Or `figure` of the result.
 
     Raises
     ------

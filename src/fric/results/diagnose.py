@@ -83,10 +83,12 @@ class DiagnosisResult(Result):
         for name, glitch in found.glitches.items():
             shown, text = in_digits(glitch.value, glitch.ci95, 1e6)
             row = [name, shown, text, f"{glitch.width * 1e3:.2f}", f"{glitch.place * 1e3:.2f}"]
-            if held:
+            if held and name in held.agrees:
                 limits = held.intervals[name] if held.intervals else None
                 shown, text = in_digits(held.predicted.glitches[name].value, limits, 1e6)
                 row += [shown, text, "yes" if held.agrees[name] else f"no: {held.causes[name]}"]
+            elif held:
+                row += ["", "", "not known"]
             rows.append(row)
         sense = (
             "both directions" if len(found.tests) > 1 else "counter-clockwise" if test.direction > 0 else "clockwise"
@@ -115,6 +117,22 @@ class DiagnosisResult(Result):
         plain += [("radial deviation F max", figures.F_max, 2), ("radial deviation F min", figures.F_min, 2)]
         rows += [[name, f"{v * 1e6:.{digits}f}", "", "µm"] for name, v, digits in plain if v is not None]
         return Table(["", "value", "95 %", "unit"], rows)
+
+    def glitches(self) -> tuple[float, float] | None:
+        """Return the largest glitch that is predicted and that was measured, of the axes that are known [m]."""
+        if self.held is None or not self.held.agrees:
+            return None
+        said, seen = self.held.predicted.glitches, self.found.glitches
+        predicted, measured = (max(abs(one[name].value) for name in self.held.agrees) for one in (said, seen))
+        return predicted, measured
+
+    def brief(self) -> str:
+        """Return what was measured, and what was predicted."""
+        if (both := self.glitches()) is None:
+            return f"measured {readable(max(abs(one.value) for one in self.found.glitches.values()), 'm', 3)}"
+        predicted, measured = (readable(one, "m", 3) for one in both)
+        agrees = "agrees" if self.held and self.held.all_agree else "differs"
+        return f"measured {measured}, predicted {predicted}: {agrees}"
 
     def figure(self) -> Figure:
         """Return the circle, and the glitches measured and predicted."""
@@ -185,4 +203,4 @@ def diagnose(
     advance(0, total=circles_to_predict(drawn))
     predicted, limits = predict(found, subject, wanted, drawn, done=advance)
     step = max(axis.encoder.resolution for axis in subject.axes.values())
-    return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step))
+    return DiagnosisResult(found, agreement(found, predicted, limits, wanted.name, step, subject.axes))

@@ -45,7 +45,7 @@ class ExampleResult(Result):
         strokes = len(self.files) - len(shown)
         lines: list[Piece] = [*shown, *([f"data/strokes: {strokes} files"] if strokes else [])]
         if self.name == RIG:
-            lines.append(f"try: cd {self.folder} && fric auto data -o found --machine configs/virtual-rig.yaml")
+            lines.append(f"try: cd {self.folder} && fric auto data -o found")
         return lines
 
 

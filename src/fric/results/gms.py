@@ -48,6 +48,13 @@ class GMSResult(IdentifiedFriction):
         """The friction file, the static map carried over."""
         return gms_tree(self.fit, self.logs, self.given)
 
+    def brief(self) -> str:
+        """Return how many blocks there are, and C."""
+        fit = self.fit
+        count = len(fit.alpha.value) if isinstance(fit.alpha.value, tuple) else 1
+        C = f"C {readable(float(fit.C), fit.C.unit)}{' (assumed)' if fit.C.assumed else ''}"
+        return f"{count} block{'s' * (count != 1)}, {C}"
+
     def report(self) -> list[Piece]:
         """Return alpha, k and C, why there are so many blocks, and what a replay leaves of each record."""
         fit = self.fit

@@ -67,6 +67,10 @@ class IngestResult(Result):
         ]
         return [*self.told, *self.done.warnings, *skipped, *left_out]
 
+    def brief(self) -> str:
+        """Return how many records and samples there are."""
+        return f"{len(self.done.records)} records, {self.done.samples} samples"
+
     def report(self) -> list[Piece]:
         """Return how much was read."""
         done, count = self.done, len(self.done.records)
@@ -104,8 +108,7 @@ def ingest(
     Parameters
     ----------
     files
-        Logs: text (also .gz), .mat, .mf4, …; `fric ingest --list` tells the formats. Log files of
-        fric's own are read, too.
+        Logs: text (also .gz), .mat, .mf4, …; --list tells the formats. Log files of fric's own are read, too.
     output
         The log file to write. It is written whole or not at all.
     mapping

@@ -24,6 +24,7 @@ from fric.results.kinds import CircleLike, MachineFile, SchemeName
 from fric.results.text import Piece, Table, named
 from fric.simulate.machine import Machine
 from fric.threads import one_blas_thread
+from fric.units import readable
 from fric.verb import UnfitError, verb
 
 if TYPE_CHECKING:
@@ -68,6 +69,12 @@ class TuneResult(Result):
     def measured(self) -> dict[str, float]:
         """Recorded glitch [m] by feed."""
         return {f"{test.feed:g}": measured_glitch(test) for test in self.found.tests}
+
+    def brief(self) -> str:
+        """Return what the next circle should leave."""
+        ahead = self.found.predicted
+        best = min(ahead, key=lambda one: one.glitch) if ahead else None
+        return "" if best is None else f"next circle with ({best.scheme}): {readable(best.glitch, 'm', 2)}"
 
     def report(self) -> list[Piece]:
         """Return the parameters by axis, and the next circles."""

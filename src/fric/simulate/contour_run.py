@@ -7,7 +7,7 @@ from typing import Any, Generic, Literal, Protocol, TypeVar
 import numpy as np
 
 from fric.arrays import Real
-from fric.contour import Circularity, ContourError, Figures
+from fric.contour import Circularity, ContourError, Figures, beside
 from fric.control.feedforward import inverse_model
 from fric.control.scheme import Scheme
 from fric.errors import FricError
@@ -134,9 +134,9 @@ def follow(
         has, or a run is not possible.
     """
     names = pair(machine)
-    references = test.references(machine.axes[names[0]].cascade.sampling)
+    moved = [machine.axis(only).name] if only else [name for name in names if name in machine.axes]
+    references = test.references(machine.axes[moved[0]].cascade.sampling)
     asked = dict(zip(names, references, strict=True))
-    moved = [machine.axis(only).name] if only else names
     for name in moved:
         require_voltage(machine.axes[name], asked[name])
     traces = {
@@ -146,20 +146,32 @@ def follow(
     return references, traces, (x, y)
 
 
-def pair(machine: Machine) -> tuple[str, str]:
+def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
     """Return the names of the two axes that make a circle: ``x`` and ``y``, or the first two.
+
+    A machine of one linear axis runs it with another that follows its reference exactly, and is not in the machine.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    both
+        Whether it must have two.
 
     Raises
     ------
     FricError
-        When there are no two linear axes with controllers at one rate.
+        When there is no linear axis, or the controllers of two have different rates.
     """
     linear = [name for name, axis in machine.axes.items() if not rotates(axis.motion)]
-    names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])
-    if len(names) < 2:
+    if len(linear) < 1 + both:
         raise FricError(
-            f"a circle needs two linear axes, and the machine has {len(linear)}", hint="Add the second to its file."
+            f"this takes {'two linear axes' if both else 'a linear axis'}, and the machine has {len(linear) or 'none'}",
+            hint="Add it to the machine's file.",
         )
+    if len(linear) == 1:
+        return beside(linear[0])
+    names = ("x", "y") if {"x", "y"} <= set(linear) else tuple(linear[:2])
     first, second = names
     rates = {machine.axes[name].cascade.sampling for name in names}
     if len(rates) > 1:

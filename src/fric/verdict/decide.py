@@ -52,7 +52,7 @@ def decide(evidence: Evidence) -> Verdict:
     if evidence.disagreements or not usable:
         return Verdict(
             choice=None, headline=nothing(evidence), why=why, effort=said, next=tuple(steps(evidence, None)), kept=kept,
-            settled=tuple(evidence.settled),
+            settled=tuple(evidence.settled), compared=evidence.glitches,
         )  # fmt: skip
     chosen = _choose(usable, evidence)
     why += tuple(chosen.predicted.distrust) if chosen.predicted else ()
@@ -64,7 +64,7 @@ def decide(evidence: Evidence) -> Verdict:
     return Verdict(
         choice=chosen, headline=headline(chosen, bare(usable), evidence, kept=kept), why=why,
         effort=(*_effort(chosen, usable, evidence), *said), kept=kept, settled=tuple(evidence.settled),
-        next=tuple(steps(evidence, chosen, kept=kept)),
+        next=tuple(steps(evidence, chosen, kept=kept)), compared=evidence.glitches,
     )  # fmt: skip
 
 
@@ -159,30 +159,26 @@ def difference(one: Candidate, other: Candidate) -> tuple[float, float]:
 
 def _effort(chosen: Candidate, usable: Sequence[Candidate], evidence: Evidence) -> Iterator[str]:
     """Tell what less effort would leave, and what more would gain, where the difference is sure."""
-    if evidence.exact and evidence.machines:
-        yield (
-            "The controllers know plant and friction of the machine that was simulated exactly, but for the gain, "
-            f"which no real machine grants: the verdict is by the {evidence.machines} machines drawn around it."
-        )
+    if evidence.exact and evidence.machines and evidence.glitches is None:
+        yield f"The controller knows this machine exactly, as no real one: the {evidence.machines} varied ones decide."
     less = [one for one in usable if 0 < one.demand < chosen.demand]
     more = [one for one in usable if one.demand > chosen.demand]
     if less:
         other = min(less, key=lambda one: one.stays_under)
         if surely_less(chosen, other, evidence.resolution):
             low, high = difference(other, chosen)
-            yield f"{_asks(other, 'less')}: {_between(low, high)} more."
+            yield f"{_asks(other, 'less')} ({_between(low, high)} more)."
     if more:
         other = min(more, key=lambda one: one.stays_under)
         if surely_less(other, chosen, evidence.resolution):
             low, high = difference(chosen, other)
-            yield f"{_asks(other, 'more')}: {_between(low, high)} less, which is not worth its effort here."
+            yield f"{_asks(other, 'more')} ({_between(low, high)} less): not worth its effort."
         elif other.stays_under < chosen.stays_under:
-            yield f"{other.named}, which asks for more, is not surely better."
+            yield f"{other.named} asks for more, and is not surely better."
 
 
 def _asks(other: Candidate, how: str) -> str:
-    left = "stays under" if other.drawn else "leaves"
-    return f"{other.named}, which asks for {how}, {left} {readable(other.stays_under, 'm', 2)}"
+    return f"{other.named} asks for {how}, and leaves {readable(other.stays_under, 'm', 2)} at most"
 
 
 def _between(low: float, high: float) -> str:
@@ -198,39 +194,31 @@ def headline(chosen: Candidate, without: Candidate | None, evidence: Evidence, *
     """Return the verdict in a sentence: what to switch on, what 95 % stay under, and what it was before."""
     text = _recommended(chosen, without, evidence)
     if kept is False and evidence.tolerance is not None:
-        return f"No scheme that was run surely stays within {readable(evidence.tolerance, 'm')}. {text}"
-    return text
+        text = f"No scheme surely stays within {readable(evidence.tolerance, 'm')}. {text}"
+    return f"For a controller that fric designed: {text[0].lower()}{text[1:]}" if evidence.designed else text
 
 
 def _recommended(chosen: Candidate, without: Candidate | None, evidence: Evidence) -> str:
-    of = f" of axis {evidence.axes[0]}" if len(evidence.axes) == 1 else ""
-    left = f"{'stays under' if chosen.drawn else 'is'} {readable(chosen.stays_under, 'm', 2)}"
+    on = f" on {evidence.axes[0].upper()}" if len(evidence.axes) == 1 else ""
+    expected = f"glitch{on} {readable(chosen.middle, 'm', 2)}"
     if chosen.drawn:
-        left += f" on 95 % of the {len(chosen.drawn)} machines drawn around this one"
+        expected += f", at most {readable(chosen.stays_under, 'm', 2)} ({len(chosen.drawn)} varied machines)"
     if len(evidence.candidates) == 1:
-        return f"Only {chosen.named} was run, so nothing is compared: the glitch{of} {left}."
+        return f"Only {chosen.named} was run, so nothing is compared: expected {expected}."
     if chosen is without:
-        more = "no scheme that was run is better by what its effort is worth"
-        return f"Leave it as it is: the glitch{of} {left}, and {more}."
-    before = f"{readable(without.middle, 'm', 2)} without compensation" if without else ""
-    if chosen.drawn:
-        before = f"; half of them leave {readable(chosen.middle, 'm', 2)} or less" + (
-            f", and {before}" if before else ""
-        )
-    elif before:
-        before = f", {before}"
-    return f"Switch on {chosen.named}: the glitch{of} {left}{before}."
+        return f"Leave it as it is: expected {expected}; no scheme gains what its effort is worth."
+    now = f"; now {readable(without.middle, 'm', 2)}" if without else ""
+    return f"Use {chosen.named}. Expected {expected}{now}."
 
 
 def nothing(evidence: Evidence) -> str:
     """Return why no scheme is recommended."""
+    if evidence.disagreements and evidence.designed:
+        return "No scheme is recommended: the controller's gains are not known. Give them (--controller)."
     if evidence.disagreements:
-        return (
-            f"No scheme is recommended: the measured circle is not what this machine file predicts "
-            f"({evidence.disagreements[0]}). Explain that first."
-        )
+        return "No scheme is recommended: the measured circle is not as predicted. Explain that first."
     if evidence.rotary:
-        return "No scheme is recommended: what one leaves is told by a circle, and that takes two linear axes."
+        return "No scheme is recommended: what one leaves is told by a circle, and that takes a linear axis."
     if not evidence.candidates:
         return "No scheme is recommended: nothing was simulated."
     return "No scheme is recommended: something forbids each that was run."

@@ -14,9 +14,11 @@ from fric.arrays import Real
 from fric.documents.bundled import bundled
 from fric.documents.provenance import provenance
 from fric.flaws import flaw_of
+from fric.flaws.files import GAINS_DESIGNED
 from fric.flaws.prediction import NO_MEASURED_CIRCLE
 from fric.notice import Notice
 from fric.simulate.chance import Chance
+from fric.units import readable
 
 if TYPE_CHECKING:
     from fric.circles.prediction import Predicted, Prediction
@@ -77,18 +79,17 @@ class Candidate:
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Between what the glitch lies on 95 % of the machines that were drawn [m]; None where it ran on none.
+        """Between what the glitch lies on the machines that were drawn [m]: 2.5 % are below, 5 % above `stays_under`.
 
-        Without machines between what it lies by chance, where it hangs on counts.
+        None where it ran on none. Without machines between what it lies by chance, where it hangs on counts.
         """
         if self.places and not self.drawn:
             return self.chance.low, self.chance.high
         if self.predicted is not None and np.isfinite(self.predicted.ci95).all():
-            return self.predicted.ci95
+            return self.predicted.ci95[0], self.stays_under
         if not np.isfinite(self._ran).any():
             return None
-        low, high = np.quantile(self._ran, [0.025, 0.975])
-        return float(low), float(high)
+        return float(np.quantile(self._ran, 0.025)), self.stays_under
 
     @property
     def _ran(self) -> Real:
@@ -135,6 +136,15 @@ class Evidence:
     circle: str = "CIRCLE.h5"
     command: str = ""  # The command that simulated; empty where it is not known
     rotary: bool = False  # Whether all axes are rotary, which no circle is of
+    # The largest glitch that is predicted of the measured circle, and that was measured [m]; None without one
+    glitches: tuple[float, float] | None = None
+
+    @property
+    def designed(self) -> bool:
+        """Whether the gains are those that fric designed, and no measured circle shows them."""
+        return any(one.code == GAINS_DESIGNED.code for one in self.notices) and bool(
+            not self.compared or self.disagreements
+        )
 
     @property
     def machines(self) -> int:
@@ -154,6 +164,7 @@ class Verdict:
     next: tuple[str, ...] = ()  # What to type next
     kept: bool | None = None  # Whether the tolerance is kept on 95 % of the machines; None where none was asked
     settled: tuple[Notice, ...] = ()  # As in `Evidence`
+    compared: tuple[float, float] | None = None  # The glitch that is predicted of a measured circle, and its own [m]
 
     @property
     def result(self) -> tuple[str, str]:
@@ -185,9 +196,18 @@ class Verdict:
         """Return it as lines for people: the sentence, why not to trust it, what to type next."""
         described = [self.headline, *self.effort]
         described += [": ".join(self.result)] if self.kept is not None else []
-        described += [f"settled by the measured circle: {text}" for text in self.settled]
-        described += [f"not to be trusted yet: {text}" for text in self.why]
+        if self.compared is not None:
+            predicted, measured = (readable(one, "m", 3) for one in self.compared)
+            trusted = "trusted" if self.trusted else "not trusted yet"
+            described.append(f"Predicted {predicted}, measured {measured}: {trusted}.")
+        described += [f"settled by the measured circle: {', '.join(self.settled_by_code)}"] if self.settled else []
+        described += [f"not trusted yet: {text}" for text in self.why]
         return [*described, *(f"next: {text}" for text in self.next)]
+
+    @property
+    def settled_by_code(self) -> list[str]:
+        """The codes of what a measured circle settles, each once."""
+        return list(dict.fromkeys(one.code or str(one) for one in self.settled))
 
 
 def candidates_of(

@@ -35,7 +35,8 @@ class KnownMachine:
         machine, left, unused = identified.machine, None, []
         for test in tests:
             try:  # one that lacks a channel still judges, and completes nothing
-                left = LeftOver.of([*(left.tests if left else ()), test], machine, axes or pair(machine), seed)
+                names = axes or [name for name in pair(machine) if name in machine.axes]
+                left = LeftOver.of([*(left.tests if left else ()), test], machine, names, seed)
             except FricError as error:
                 unused.append(CIRCLE_UNUSED.found(why=str(error).replace("\n", " ")))
         return cls(identified, tests, left, tuple(unused))

@@ -1,0 +1,87 @@
+"""The controller's gains, from a circle with reference, position and voltage."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fric
+from fric.circles.gains import controller_of
+from fric.circles.measured import AxisTrace, MeasuredCircle, measured_from_run
+from fric.documents.plant import PlantDocument
+from fric.errors import FricError
+
+BOUNDS = {"K_v": 0.01, "K_p": 0.01, "K_i": 0.02, "velocity_filter": 0.05}
+
+
+def circle_of(machine: str, scheme: str = "a") -> MeasuredCircle:
+    return measured_from_run(fric.circle(machine, scheme).runs[0])
+
+
+@pytest.fixture(scope="module", params=["xy-table", "virtual-rig"])
+def test_circle(request: pytest.FixtureRequest) -> tuple[str, MeasuredCircle]:
+    return request.param, circle_of(request.param)
+
+
+def changed(test: MeasuredCircle, **channels: object) -> MeasuredCircle:
+    axes = {name: AxisTrace(**{**trace.channels(), **channels}) for name, trace in test.axes.items()}
+    return replace(test, axes=axes)
+
+
+def test_gains_are_those_of_the_machine(test_circle: tuple[str, MeasuredCircle]) -> None:
+    machine, test = test_circle
+    for name, axis in fric.read_machine(machine).axes.items():
+        found = controller_of(test, name)
+        for key, bound in BOUNDS.items():
+            true, estimate = getattr(axis.cascade, key), found.estimates[key]
+            assert float(estimate) == pytest.approx(true, rel=bound), (name, key)
+            assert estimate.ci95 is not None
+            low, high = estimate.ci95
+            assert low - 0.002 * true <= true <= high + 0.002 * true, (name, key)
+
+
+def test_noise_of_the_recorded_voltage_widens_them_and_bends_none(test_circle: tuple[str, MeasuredCircle]) -> None:
+    machine, test = test_circle
+    u = test.axes["x"].input
+    assert u is not None
+    noisy = changed(test, input=u + np.random.default_rng(1).normal(0.0, 0.02 * u.std(), len(u)))
+    found, clean = controller_of(noisy, "x"), controller_of(test, "x")
+    true = fric.read_machine(machine).axis("x").cascade
+    for key in ("K_v", "K_p", "K_i"):
+        assert float(found.estimates[key]) == pytest.approx(getattr(true, key), rel=0.03)
+        assert found.estimates[key].half_width > clean.estimates[key].half_width
+
+
+def test_a_voltage_that_no_cascade_gives_is_refused(test_circle: tuple[str, MeasuredCircle]) -> None:
+    _, test = test_circle
+    x = test.axes["x"]
+    assert x.input is not None
+    assert x.reference is not None
+    for given, why in (
+        (changed(test, input=np.random.default_rng(0).normal(0.0, 1.0, len(x.input))), "no cascade gives"),
+        (replace(test, scheme="f"), "without compensation"),
+        (replace(test, axes={**test.axes, "x": AxisTrace(x.time, x.position, x.reference)}), "reference and voltage"),
+    ):
+        with pytest.raises(FricError, match=why):
+            controller_of(given, "x")
+
+
+def test_a_machine_of_one_axis_is_simulated_as_one_and_judged_by_its_own_reversals() -> None:
+    whole = fric.read_machine("virtual-rig")
+    for name in ("x", "y"):
+        alone = replace(whole, axes={name: whole.axes[name]})
+        one, both = fric.circle(alone, "a").runs[0], fric.circle(whole, "a", axis=name).runs[0]
+        assert [float(chance.median) for chance in one.glitches] == [float(chance.median) for chance in both.glitches]
+        assert list(one.traces) == [name]
+
+
+def test_the_result_is_a_controller_file_that_others_take(tmp_path: Path) -> None:
+    found = fric.identify_controller("data/circle.h5", axis="y")
+    found.save(tmp_path / "controller.yaml")
+    values = {"A": "11 1/s", "B": "3.1 m/(s^2*V)", "T_d": "0.6 ms", "K_f": "150 N/V"}
+    plant = PlantDocument.model_validate({"fric": "plant/1", "axis": "y", **values})
+    for given in (found, tmp_path / "controller.yaml"):
+        assert fric.design_observer(plant, controller=given).design.cascade.K_p == pytest.approx(101.3, rel=0.01)
