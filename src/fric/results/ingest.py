@@ -93,7 +93,7 @@ def ingest(
     mapping: MappingLike | None = None,
     kind: RecordKind | None = None,
     axis: Annotated[str | None, Kind(metavar="NAME")] = None,
-    motion: Motion | None = None,
+    motion: Annotated[Motion | None, Kind(metavar="linear|rotary[/UNIT]")] = None,
     append: bool = False,
     bad_cells: Literal["error", "drop"] = "error",
     begin: Annotated[Quantity | None, "time"] = None,
