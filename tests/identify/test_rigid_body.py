@@ -187,3 +187,32 @@ def test_conditioning_of_the_benchmark_rate() -> None:
     assert Conditioning.of(1000.0) == Conditioning(cutoff=100.0, decimation=10, border=49)
     with pytest.raises(FricError, match="cut-off"):
         Conditioning.of(1000.0, cutoff=600.0)
+
+
+def session(seed: int, records: int, vary: float) -> list[Log]:
+    """Return records of one axis whose mass, level of friction and offset vary, by so much standard deviation."""
+    rng = np.random.default_rng([seed, records])
+    logs = []
+    for number in range(records):
+        log = motion(seconds=4.0, rate=1000.0)
+        t = log.time
+        acceleration = -0.05 * np.pi**2 * np.sin(np.pi * t) - 0.01 * (3.4 * np.pi) ** 2 * np.sin(3.4 * np.pi * t)
+        velocity = 0.05 * np.pi * np.cos(np.pi * t) + 0.01 * 3.4 * np.pi * np.cos(3.4 * np.pi * t)
+        u, w, o = vary * rng.standard_normal(3)
+        more = w * M * acceleration + u * F_C * np.sign(velocity) + o * F_C + rng.normal(0, 2.0, len(t))
+        logs.append(Log(t, position=log.position, force=log.force + more, name=f"run {number + 1}"))
+    return logs
+
+
+@pytest.mark.parametrize(
+    ("records", "vary", "count"),
+    [(5, 0.05, 10), *(pytest.param(n, by, 60, marks=pytest.mark.long(40)) for n in (3, 8) for by in (0.0, 0.01, 0.2))],
+)
+def test_intervals_are_those_of_the_mean_over_records(records: int, vary: float, count: int) -> None:
+    """Chance of failing: below one in a thousand for each parameter (`tests/chance.py`)."""
+    fits = [identify_motion(session(seed, records, vary)) for seed in range(count)]
+    for name, truth in (("M", M), ("F_v", F_V), ("F_c", F_C), ("offset", OFFSET)):
+        limits = [fit.estimates[name].ci95 for fit in fits]
+        assert sum(low <= truth <= high for low, high in limits) >= fewest(count), name  # type: ignore[misc]
+    told = [any(one.code == "records-vary" for one in fit.warnings) for fit in fits]
+    assert all(told) if vary >= 0.05 else sum(told) <= 2 or vary > 0.0

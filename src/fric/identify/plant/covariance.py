@@ -1,9 +1,11 @@
 """Covariance of a linear least-squares fit whose residuals hang together in time."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.linalg import eigh
+from scipy.special import chdtrc, stdtrit
 
 from fric.arrays import Indices, Real
 
@@ -122,3 +124,56 @@ def sandwich(gradient: Real, residual: Real, label: Indices) -> Real:
     moved = np.linalg.lstsq(gradient.T @ gradient, scores.T, rcond=1e-12)[0]
     t = float(stdtrit(max(len(groups) - 1, 1), 0.975))
     return np.asarray(t**2 * moved @ moved.T)
+
+
+class Between(NamedTuple):
+    """How the parameters of records vary, beyond their own errors."""
+
+    covariance: Real
+    """What the covariance of the joint estimates gains by it, shape (p, p)."""
+    deviations: Real
+    """Standard deviation of each parameter from record to record, shape (p,)."""
+    off: Real
+    """What each record shows less the joint estimates, shape (R, p)."""
+    chance: float
+    """Probability with which records of the same parameters scatter so."""
+
+
+OF_TWO = 0.05
+"""Chance over which nothing is widened by two records: a single difference hardly tells what the next will be."""
+
+
+def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: float) -> Between | None:
+    """Return how the parameters of records vary, by the moments of the records' own estimates; None where one has none.
+
+    With δ_r the estimate of record r less the joint one and S_r its covariance, ``T = Σ(δ_r - δ̄)(δ_r - δ̄)ᵀ/(R - 1) -
+    mean S_r``, as far as it is positive (DerSimonian and Laird 1986, in several variables). The joint estimate is
+    ``Σ W_r·θ_r``, ``W_r = (XᵀX)⁻¹X_rᵀX_r``, and gains ``Σ W_r·T·W_rᵀ``, with Student's t of R - 1 for its quantile.
+
+    Parameters
+    ----------
+    parts, residuals
+        The observations X_r (n, p) of each record, and what the joint fit leaves there (n,).
+    quantile
+        By which the covariance is multiplied for an interval.
+    """
+    count, size = len(parts), parts[0].shape[1]
+    if count < 2 or any(len(X) < 4 * size or np.linalg.matrix_rank(X) < size for X in parts):
+        return None
+    off = np.array([np.linalg.lstsq(X, e, rcond=None)[0] for X, e in zip(parts, residuals, strict=True)])
+    own = np.array([hac_covariance(X, e - X @ d) for X, e, d in zip(parts, residuals, off, strict=True)])
+    weights = np.linalg.inv(own)
+    middle = np.linalg.solve(weights.sum(axis=0), np.einsum("rij,rj->i", weights, off))
+    distance = float(np.einsum("ri,rij,rj", off - middle, weights, off - middle))
+    chance = float(chdtrc(size * (count - 1), distance))
+    if count == 2 and chance > OF_TWO:
+        return None
+    within = own.mean(axis=0)
+    values, vectors = eigh(np.cov(off.T), within)
+    back = within @ vectors
+    T = (back * np.maximum(values - 1.0, 0.0)) @ back.T
+    normals = np.array([X.T @ X for X in parts])
+    shares = np.linalg.solve(normals.sum(axis=0), normals)
+    wider = float(stdtrit(count - 1, 0.975)) / quantile
+    gained = wider**2 * np.einsum("rij,jk,rlk->il", shares, T, shares)
+    return Between(gained, np.sqrt(np.diag(T)), off, chance)

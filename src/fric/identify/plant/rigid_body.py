@@ -1,6 +1,6 @@
 """Mass, viscous and Coulomb friction from an ordinary motion, without special excitation."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -12,8 +12,9 @@ from fric.drive.plant import hold_delay
 from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.channel import K_F_MISSING
+from fric.flaws.drift import RECORDS_VARY
 from fric.flaws.response import A_HOLDS_VISCOUS, AXIS_RESTS, NOT_PHYSICAL, RESIDUALS_ALIKE, T_D_ASSUMED
-from fric.identify.plant.covariance import hac_covariance
+from fric.identify.plant.covariance import Between, between_records, hac_covariance
 from fric.identify.plant.force_constant import against_mass
 from fric.identify.plant.force_constant import force_constant as slope_of_force
 from fric.log import Log
@@ -24,8 +25,10 @@ from fric.records.force_lag import Drive
 from fric.records.judgement import CONDITION
 from fric.records.prepared import Prepared, prepared
 from fric.records.timing import even_sampling
-from fric.units import Motion, si_unit
+from fric.units import Motion, readable, si_unit
 
+DIFFERENT = 1e-3
+"""Probability with which records of the same parameters scatter so, under which it is said that they differ."""
 REST = 0.01
 """Share of the largest speed below which the axis counts as resting."""
 
@@ -138,8 +141,13 @@ def identify_motion(
     residual = y - X @ values
     spread = np.std(residual, ddof=1)
     deviation = spread * np.sqrt(np.diag(np.linalg.inv(X.T @ X)))
-    covariance = hac_covariance(X, residual, [len(force) for force in forces])
+    lengths = [len(force) for force in forces]
+    covariance = hac_covariance(X, residual, lengths)
     quantile = float(stdtrit(len(y) - len(values), 0.975))
+    ends = np.cumsum(lengths)[:-1]
+    between = between_records(np.split(X, ends), np.split(residual, ends), quantile)
+    if between is not None:
+        covariance = covariance + between.covariance
 
     half = quantile * np.sqrt(np.diag(covariance))
     units = [_unit(name, channel, motion) for name in names]
@@ -159,8 +167,8 @@ def identify_motion(
         logs[0].axis, motion, channel, estimates, dict(zip(names, map(float, deviation), strict=True)), plant,
         float(np.linalg.norm(residual) / np.linalg.norm(y)), float(np.linalg.cond(X)), lag, rates[0], settings[0],
         time, y, X @ values,
-        (*_warnings(records, estimates, lag, deviation, half / quantile, K_f, delay), *scale.warnings,
-         *against_mass(plant, mass, motion), *record_flaws(logs, "plant")),
+        (*_varies(between, estimates), *_warnings(records, estimates, lag, deviation, half / quantile, K_f, delay),
+         *scale.warnings, *against_mass(plant, mass, motion), *record_flaws(logs, "plant")),
     )  # fmt: skip
 
 
@@ -231,6 +239,18 @@ def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
     if K_f is not None:
         found["K_f"] = K_f
     return found
+
+
+def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Iterator[Notice]:
+    """Say how the records differ, where chance alone does not."""
+    if between is not None and between.chance < DIFFERENT:
+        units = [one.unit for one in estimates.values()]
+        by = [
+            f"{name} by {readable(float(size), unit, 2)}"
+            for name, size, unit in zip(estimates, between.deviations, units, strict=True) if size > 0.0
+        ]  # fmt: skip
+        masses = [readable(float(estimates["M"]) + float(off), units[0], 4) for off in between.off[:, 0]]
+        yield RECORDS_VARY.found(by=by, order=[f"M {mass}" for mass in masses])
 
 
 def _warnings(

@@ -51,15 +51,9 @@ def between_records(strokes: Strokes) -> Correction | None:
     scatter = {"level": Estimate(float(level), "1"), "offset": strokes.asked.of(offset, "force")}
     notices = []
     if chance < BY_CHANCE:
-        levels = (1.0 + found.predicted[: len(names)]).tolist()
-        by = {
-            "level": float(level),
-            "offset": scatter["offset"],
-            "levels": levels,
-            "first": names[0],
-            "last": names[-1],
-        }
-        notices.append(RECORDS_VARY.found(**by))
+        by = [f"friction by {level:.1%}", f"the offset by {strokes.asked.says(offset, 'force', 2)}"][: len(kinds)]
+        order = [f"{1.0 + one:.3f} of the friction" for one in found.predicted[: len(names)]]
+        notices.append(RECORDS_VARY.found(by=by, order=order))
     return Correction(points=points, together=together, notices=notices, between_records=scatter)
 
 
