@@ -43,30 +43,53 @@ METAVARS = {
 Quantities: TypeAlias = Annotated[Sequence[float | str] | float | str, Kind(str)]
 """Several of them: also as a text with commas."""
 Count: TypeAlias = Annotated[int, Kind(least=1)]
+"""A number of things, 1 or more."""
 Seed: TypeAlias = Annotated[int, Kind(least=0)]
+"""The seed of what is drawn at random."""
 
 LogLike: TypeAlias = Annotated["Record | Path | str | Iterable[Record | Path | str]", Kind(Path, "LOG.h5")]
+"""A log file, its records as `fric.read` returns them, or a list of both."""
 PlantLike: TypeAlias = Annotated["Plant | PlantDocument | Result | Path | str", Kind(Path, "PLANT.yaml")]
+"""A plant: itself, its file, or the result that found it."""
 ControllerLike: TypeAlias = Annotated[
     "Cascade | ControllerDocument | Result | Path | str", Kind(Path, "CONTROLLER.yaml")
 ]
+"""A cascade: itself, its file, or the result that designed it."""
 FrictionLike: TypeAlias = Annotated["StaticMap | FrictionDocument | Result | Path | str", Kind(Path, "FRICTION.yaml")]
+"""What is known of friction: a static map, a friction file, or the result that found it."""
 MachineFile: TypeAlias = Annotated[Path | str, Kind(metavar="MACHINE.yaml")]
+"""A machine file, or the name of a bundled machine."""
 MachineLike: TypeAlias = Annotated["Machine | Identified | Path | str", Kind(Path, "MACHINE.yaml")]
+"""A machine: itself, as identified, its file, or the name of a bundled one."""
 MappingLike: TypeAlias = Annotated["MappingDocument | Path | str", Kind(Path, "MAP.yaml")]
+"""What the columns of foreign logs mean, or the file of it."""
 RecordKind: TypeAlias = Annotated[LogKind, Kind(Literal[(*KINDS, CIRCLE)], "KIND")]
+"""What was logged."""
 PlanLike: TypeAlias = Annotated["PlanDocument | Result | Path | str", Kind(Path, "PLAN")]
+"""A plan, its file or its folder, or the result that made it."""
 CircleLike: TypeAlias = Annotated["MeasuredCircle | Path | str | Sequence[MeasuredCircle]", Kind(Path, "CIRCLE.h5")]
+"""A measured circle, its file, or a run file; or a list of circles."""
 CirclesLike: TypeAlias = Annotated[
     "MeasuredCircle | Path | str | Sequence[MeasuredCircle | Path | str]", Kind(list[Path], "CIRCLE.h5")
 ]
+"""One of them, or several."""
 PathLike: TypeAlias = Annotated["PointPath | RecordedPath | Path | str", Kind(Path, "PATH.csv")]
+"""A path, or the file of its points."""
 ResonancesLike: TypeAlias = Annotated["Iterable[str | Resonance]", Kind(list[str], "FREQUENCY,DAMPING[,SHARE]")]
+"""Modes, each also as a text: frequency, damping, share."""
 SpreadsLike: TypeAlias = Annotated["Mapping[str, Spread] | Path | str", Kind(Path, "SPREAD.yaml")]
+"""What is drawn how widely, by name, or the file of it."""
 CircleFiles: TypeAlias = Annotated[Sequence[Path | str], Kind(list[Path], "CIRCLE.h5")]
+"""Files of measured circles."""
 SchemeName: TypeAlias = Annotated[str, Kind(metavar="SCHEME", complete="schemes")]
+"""The name of a compensation scheme."""
 SchemesLike: TypeAlias = Annotated["str | Scheme | Iterable[str | Scheme]", Kind(str, "SCHEME", "schemes")]
+"""A scheme, several, or their names as ``a,c,f`` or ``all``."""
 KnownSchemes: TypeAlias = Annotated["Mapping[str, Scheme] | Path | str", Kind(Path, "SCHEMES.yaml")]
+"""Schemes by name, or their file."""
 AxisName: TypeAlias = Annotated[str, Kind(metavar="AXIS", complete="axes")]
+"""The name of an axis."""
 RecordName: TypeAlias = Annotated[str, Kind(metavar="NAME", complete="records")]
+"""The name of a record."""
 Address: TypeAlias = Annotated[str, Kind(metavar="ADDRESS")]
+"""The address of a Dask cluster."""
