@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,12 @@ import fric
 from fric.automatic.sources import find_sources
 from fric.automatic.steps import Session, axis_steps, identify_axes, trace_step
 from fric.cli.main import app
+from fric.documents.yaml import plain, read_tree
 from fric.errors import FricError
-from fric.io.hdf5 import read_logs
+from fric.io.hdf5 import read_logs, write_logs
+from fric.log import Log
+from fric.records.inspection import inspect
+from fric.records.prepared import prepared
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "data"
@@ -192,6 +197,46 @@ def test_what_cannot_be_made_says_which_record_is_missing(names, done, missing, 
     plan = axis_steps(find_sources([DATA / f"{name}.h5" for name in names]).logs, tmp_path)
     assert [one.name.partition(": ")[2] for one in plan.steps] == done
     assert [text.partition(":")[0] for text in plan.missing] == missing
+
+
+def moving(*, driven: bool) -> Log:
+    """Return a production motion: moves of many speeds and lengths, 10 s."""
+    rng, t = np.random.default_rng(5), np.arange(5000) * 2e-3
+    v = np.repeat(rng.uniform(-0.2, 0.2, 25), 200)
+    v = np.convolve(v, np.hanning(160) / np.hanning(160).sum(), "same")
+    z, a = np.cumsum(v) * 2e-3, np.gradient(v, 2e-3)
+    force = 8.0 * a + 30.0 * v + 12.0 * np.tanh(v / 1e-3) + rng.normal(0.0, 0.5, len(t))
+    return Log(time=t, position=z, force=force, input=force / 40.0 if driven else None)
+
+
+@pytest.mark.parametrize("driven", [True, False])
+def test_a_motion_is_a_record_of_what_it_tells(driven, tmp_path):
+    """Mass, viscous and Coulomb friction are identified from it, and what is left is missing."""
+    write_logs(tmp_path / "log.h5", [moving(driven=driven)])
+    found = find_sources([tmp_path / "log.h5"])
+    assert [one.kinds for one in found.logs] == [{"motion"}]
+    plan = axis_steps(found.logs, tmp_path / "out")
+    assert [one.command for one in plan.steps] == ["identify plant", "identify lugre"]
+    assert [text.partition(":")[0] for text in plan.missing][:2] == ["F_s and v_s of the static map", "GMS"]
+    for one in plan.steps:
+        one.leaves[0].parent.mkdir(exist_ok=True)
+        one.make()
+    plant, friction = (plain(read_tree(tmp_path / "out" / f"{part}.yaml")) for part in ("plant", "friction"))
+    assert plant["fit"]["parameters"]["M"]["value"] == pytest.approx(8.0, rel=0.05)
+    assert friction["static"]["F_c"]["value"] == pytest.approx(12.0, rel=0.1)
+
+
+def test_what_is_recognised_as_a_motion_keeps_its_inertia():
+    stated, told = (prepared([replace(moving(driven=False), kind=kind)])[0] for kind in ("motion", None))
+    assert told.done.own == stated.done.own == ("offset", "mass")
+
+
+def test_a_log_too_slow_for_presliding_is_not_good_for_gms():
+    """Ten samples a second, steps of a millimetre: the axis is through pre-sliding within a sample."""
+    (log,) = read_logs(DATA / "presliding-sine.h5")[:1]
+    slow = replace(log, **{name: values[::90] for name, values in log.channels().items()})
+    uses = {one.purpose: one for record in (log, slow) for one in inspect(record).uses}
+    assert not uses["gms"].good
 
 
 @pytest.mark.parametrize(("names", "unused"), [(["sliding-sine", "presliding-sine"], 0), (["sliding-sine"], 1)])

@@ -27,10 +27,16 @@ from fric.io.recognise import HDF5_SIGNATURE, recognise
 from fric.log import Log, Record
 from fric.notice import Notice
 from fric.output import staged
+from fric.records.chords import travelled
+from fric.records.clipping import STUCK
+from fric.records.inspected import Inspection, TableInspection
 from fric.records.inspection import inspect
+from fric.records.judgement import excites
 from fric.results.ingest import mapping_of
 from fric.units import Motion
 
+MOTION = "motion"
+"""Use of records whose motion tells mass, viscous and Coulomb friction, whatever their kind."""
 PASSED_OVER = frozenset({".md", ".py", ".sh", ".png", ".svg", ".pdf", ".html", ".yaml", ".yml", ".json", ""})
 """Endings of what may lie beside logs, and is none."""
 
@@ -54,6 +60,8 @@ class Source:
     # Mapping that tells its columns, by its name or file; empty where the header does, None for a log file of fric's
     mapping: str | None = None
     both: bool = False  # Whether every record has force and input: then it tells the force constant
+    driven: bool = False  # Whether every record has an input
+    strokes: int = 0  # How many segments at constant velocity, or means of such, its records have
     wide: bool = False  # Whether its mapping has parts, of which this axis is chosen by name
     assumed: bool = False  # Whether samples that cannot be used are dropped
 
@@ -207,9 +215,22 @@ def _own(path: Path) -> str | None:
 def _source(path: Path, records: list[Record], mapping: str | None) -> Source:
     inspected = [inspect(record) for record in records]
     uses = frozenset(use.purpose for one in inspected for use in one.uses if use.good)
+    if any(map(_excites, records)):
+        uses |= {MOTION}
     kinds = frozenset(str(one.kind) for one in inspected)
     both = all(isinstance(one, Log) and one.force is not None and one.input is not None for one in records)
-    return Source(path, records[0].axis, records[0].motion, kinds, uses, mapping, both)
+    strokes = sum(len(one.stretches) if isinstance(one, Inspection) else one.points for one in inspected
+                  if isinstance(one, Inspection | TableInspection))  # fmt: skip
+    driven = all(isinstance(one, Log) and one.input is not None for one in records)
+    return Source(path, records[0].axis, records[0].motion, kinds, uses, mapping, both, driven=driven, strokes=strokes)
+
+
+def _excites(record: Record) -> bool:
+    """Say whether the motion of a record tells mass, viscous and Coulomb friction, by a force or an input."""
+    if not isinstance(record, Log) or (record.force is None and record.input is None) or len(record) < STUCK:
+        return False
+    steps = np.diff(record.time)
+    return bool(np.ptp(steps) < 0.5 * np.median(steps)) and excites(record.time, travelled(record))
 
 
 def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record], *, assume: bool) -> str:

@@ -3,12 +3,14 @@
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from os.path import relpath
 from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from fric.automatic.sources import Source, Sources
+from fric.automatic.sources import MOTION, Source, Sources
+from fric.columns import FORCE_VELOCITY
 from fric.documents.identified import read_identified
 from fric.documents.machine import MachineDocument
 from fric.documents.provenance import commanded, provenance
@@ -18,6 +20,7 @@ from fric.flaws.files import FILE_UNUSED, STEP_FAILED
 from fric.io.circle import choose_circles
 from fric.io.memory import keep_freed_memory
 from fric.output import together, write_folder
+from fric.records.inspected import SPEEDS
 from fric.report.summary import make_report
 from fric.reproduce.step_cache import StepCache
 from fric.results.base import Result
@@ -29,6 +32,7 @@ from fric.results.given import Advance, silent
 from fric.results.gms import identify_gms
 from fric.results.ingest import ingest
 from fric.results.ingest_circles import ingest_circles
+from fric.results.model import identify_model
 from fric.results.observer import design_observer
 from fric.results.plant import identify_plant
 from fric.results.static import identify_static
@@ -151,6 +155,7 @@ VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {
     "identify plant": _plain(identify_plant),
     "identify static": _plain(identify_static),
     "identify gms": _plain(identify_gms),
+    "identify lugre": _plain(partial(identify_model, "lugre")),
     "design controller": _plain(design_controller),
     "identify controller": _plain(identify_controller),
     "design observer": _plain(design_observer),
@@ -352,7 +357,9 @@ def ingest_steps(logs: Sequence[Source], folder: Path) -> Iterator[tuple[Step, S
         options = {"map": mapping or None, "kind": kind if len(members[0].kinds) == 1 else None}
         options |= {"axis": axis if wide else None, "bad_cells": "drop" if assumed else None}
         uses, both = frozenset().union(*(m.uses for m in members)), all(m.both for m in members)
-        left = Source(log, axis, members[0].motion, members[0].kinds, uses, both=both)
+        strokes = sum(m.strokes for m in members)
+        driven = all(m.driven for m in members)
+        left = Source(log, axis, members[0].motion, members[0].kinds, uses, both=both, driven=driven, strokes=strokes)
         reads = [*files, *([Path(mapping)] if mapping.endswith(".yaml") else [])]
         yield step(f"{axis}: ingest {kind}", "ingest", files, options, reads, output=log), left
 
@@ -400,21 +407,33 @@ def axis_steps(
         given = (f"{axis}: {what}", f"identify {what}", files, options, [*files, *reads])
         steps.append(step(*given, output=output, plot=figure))
 
-    responses = of("frequency-response")
-    if shaken := responses or of("motion"):
+    responses, mapped = of("frequency-response"), of("constant-velocity", FORCE_VELOCITY, use="static")
+    enough = sum(one.strokes for one in logs if one.path in mapped) > SPEEDS
+    moving = of("motion") or (
+        []
+        if enough
+        else [
+            one.path
+            for one in logs
+            if MOTION in one.uses and not ("presliding-sine" in one.kinds and "gms" in one.uses)
+        ]
+    )
+    if shaken := responses or moving:
         scaled = any(one.both for one in logs if one.path in shaken)
         steady = [one.path for one in logs if one.kinds == {"constant-velocity"} and one.both and not scaled]
         beside = steady if responses else []  # K_f, which no response tells
         identify("plant", [*shaken, *beside], plant, (), {} if responses else {"method": "motion"})
     else:
         missing.append("plant: a frequency response, or an ordinary motion with position and voltage or force")
-    known = [plant] if shaken else []
-    damping: dict[str, Any] = {"plant": plant} if shaken else {}
-    if strokes := of("constant-velocity", use="static"):
+    whole = bool(responses) or (shaken and all(one.driven for one in logs if one.path in shaken))  # it has B, too
+    known = [plant] if whole else []
+    damping: dict[str, Any] = {"plant": plant} if whole else {}
+    if strokes := mapped if enough else []:
         form = {"delta": "1", "over_position": "off", "direction": "both"} if lean else {}
         identify("static", strokes, static, known, damping | form)
     else:
-        missing.append("static map: strokes at constant velocity, at five speeds or more, with force")
+        what = "F_s and v_s of the static map" if moving and not responses else "static map"
+        missing.append(f"{what}: strokes at constant velocity, at five speeds or more, with force")
     if slow := of("presliding-sine", use="gms"):
         sines = list(dict.fromkeys([*slow, *of("sliding-sine", use="gms")]))
         given = {"static": static} if strokes else {}
@@ -423,6 +442,8 @@ def axis_steps(
             missing.append("C of the GMS model: a sine in sliding, around a steady speed")
     else:
         missing.append("GMS: slow sines of some ten micrometres before sliding, with force")
+        if moving and not (strokes or responses or lean):  # what a motion tells of friction
+            identify("lugre", moving, friction, known, damping)
     if lean:
         return AxisSteps(tuple(steps), tuple(missing))
     if responses:

@@ -160,6 +160,7 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
         )
     elif name is None:
         name = next(filter(None, map(tag, columns[1:])), None)
+    name = f"axis{name}" if name and name.isdigit() else name
     guess.axis.name = name or ("x" if alone else f"axis{guess.axis.name}")
     return Guess(guess.files, guess.table, guess.axis, name is not None, guess.kind)
 

@@ -19,7 +19,7 @@ from fric.records.inspected import (
     inspect_response,
     inspect_table,
 )
-from fric.records.judgement import RISES, STEPS, branch_slope, excites
+from fric.records.judgement import RISES, SAMPLES, STEPS, branch_slope, excites, resolved_travel
 from fric.records.over_strokes import over_place
 from fric.records.recognition import LOOP_SHARE, fitted_sine, force_rise, recognised_kind
 from fric.records.resolution import encoder_step
@@ -88,7 +88,10 @@ def inspect(record: Record) -> Inspected:
         found, kind=kind, stretches=tuple(segments), speeds=distinct_speeds(segments), sine=sine,
         reversals=tuple(map(int, reversals)), rise=rise, warnings=tuple(warnings),
     )  # fmt: skip
-    return replace(found, uses=(_static_use(found), _gms_use(found), _plant_use(found)))
+    seen = 0.0
+    if log.position is not None and len(reversals) > 2:
+        seen = resolved_travel(log.position, reversals) / float(np.median(np.abs(np.diff(log.position[reversals]))))
+    return replace(found, uses=(_static_use(found), _gms_use(found, seen), _plant_use(found)))
 
 
 def distinct_speeds(segments: list[Segment]) -> tuple[float, ...]:
@@ -142,7 +145,8 @@ def _static_use(found: Inspection) -> Use:
     return Use(purpose, True, text)
 
 
-def _gms_use(found: Inspection) -> Use:
+def _gms_use(found: Inspection, seen: float) -> Use:
+    """Return whether pre-sliding is seen; ``seen`` is the share of a stroke within `SAMPLES` behind a reversal."""
     purpose = "gms"
     if missing := [name for name in ("position", "force") if name not in found.channels]:
         return Use(purpose, False, f"no {' and no '.join(missing)} was logged")
@@ -160,6 +164,10 @@ def _gms_use(found: Inspection) -> Use:
     branch = (found.reversals[-1] - found.reversals[0]) / (len(found.reversals) - 1)
     if branch < BRANCH:
         return Use(purpose, False, f"{branch:.0f} samples a branch are too few")
+    if found.rise and seen > found.rise:
+        return Use(
+            purpose, False, f"{SAMPLES} samples behind a reversal go through pre-sliding: log faster, or move slower"
+        )
     if found.kind != "presliding-sine" and (found.rise is None or found.rise <= LOOP_SHARE):
         return Use(purpose, False, f"pre-sliding is over in {100 * (found.rise or 0.0):.1f} % of a stroke")
     text = f"{len(found.reversals) - 1} branches" + (

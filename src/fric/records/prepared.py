@@ -23,6 +23,7 @@ from fric.records.conditioning import Conditioning, filtered_motion
 from fric.records.force_lag import Drive, acting_force, drive_force
 from fric.records.motion import Motion, smooth_motion
 from fric.records.preparation import Own, Preparation
+from fric.records.recognition import kind_of
 from fric.records.reversals import find_reversals
 
 if TYPE_CHECKING:
@@ -240,7 +241,7 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
         done = replace(
             done, plant=plant, mass=plant.M, damping=plant.damping, inertia_share=shares[0], damping_share=shares[1]
         )  # fmt: skip
-    elif log.kind == "motion":
+    elif kind_of(log) == "motion":
         done = replace(done, own=("offset", "mass"))
     reversals = find_reversals(position)
     used = np.ones(len(log), dtype=bool)

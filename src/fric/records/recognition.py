@@ -10,7 +10,7 @@ from fric.columns import Kind
 from fric.log import Log
 from fric.records.resolution import lattice_step, noise_level
 from fric.records.reversals import find_reversals
-from fric.records.segments import Segment
+from fric.records.segments import Segment, segments_and_rests
 
 STEADY_SHARE = 0.75
 """Share of the time in motion at constant velocity, from which on a record is one of constant velocity."""
@@ -146,6 +146,17 @@ def recognised_kind(
         for a, b in pairwise(segments)
     )
     return "constant-velocity" if steady >= (STROKE_SHARE if strokes else STEADY_SHARE) * moving else "motion"
+
+
+def kind_of(log: Log) -> Kind:
+    """Return the kind of a record: as it says, else as its motion tells."""
+    if log.kind is not None:
+        return log.kind
+    segments, rests = segments_and_rests(log)
+    sine, reversals = None, np.zeros(0, dtype=np.intp)
+    if log.position is not None:
+        sine, reversals = fitted_sine(log.time, log.position), find_reversals(log.position)
+    return recognised_kind(log, segments, rests, sine, force_rise(log, reversals), len(reversals))
 
 
 def force_rise(log: Log, reversals: Indices) -> float | None:
