@@ -11,6 +11,7 @@ from fric.identify.replay.compare import compare_models, near_reversals, preslid
 from fric.identify.replay.replay_fit import identify_by_replay
 from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.hdf5 import read_logs
+from fric.log import Log
 from fric.records.inspection import inspect
 from fric.records.judgement import too_coarse
 from fric.records.prepared import prepared
@@ -50,6 +51,23 @@ def test_models_that_are_the_same_there_have_no_winner():
     assert comparison.winner is None
     lead, error = next(iter(comparison.leads.values()))
     assert 0.0 <= lead < error
+
+
+def test_a_model_that_leaves_no_less_than_coulomb_and_viscous_friction_is_no_winner():
+    """Records of strokes whose friction has no memory: what a dynamic model adds is noise."""
+    rng = np.random.default_rng(4)
+    t = np.arange(6000) / 100.0
+    position = 0.05 * np.sin(0.6 * t) + 0.01 * np.sin(2.1 * t)
+    velocity = 0.03 * np.cos(0.6 * t) + 0.021 * np.cos(2.1 * t)
+    force = 20.0 * np.sign(velocity) + 300.0 * velocity + 2.0 + rng.normal(0.0, 1.0, len(t))
+    records = prepared([Log(t, position=position, force=force, kind="motion")])
+    comparison = compare_models(["dahl", "lugre"], records, split_by_folds(records, 2))
+    plain = {one.name: one for one in comparison.baselines}
+    assert comparison.winner is None
+    assert plain["Coulomb and viscous"].rms == pytest.approx(1.0, rel=0.1)
+    assert plain["Coulomb and viscous"].rms < 0.2 * plain["constant force"].rms
+    lead, error = comparison.leads["Coulomb and viscous"]
+    assert not lead > error
 
 
 def test_presliding_length_of_an_exponential_hysteresis():

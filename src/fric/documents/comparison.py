@@ -38,6 +38,14 @@ class Score(Part):
     estimates: dict[str, dict[str, Quantity]] = Field(description="by section and name, of the first fit")
 
 
+class Plain(Part):
+    """What is left without a dynamic model, of the same samples."""
+
+    rms: float
+    rms_near_reversals: Known
+    parameters: int
+
+
 class Lead(Part):
     """By how much the best model leads another; no error where it cannot be told."""
 
@@ -54,6 +62,7 @@ class ComparisonDocument(Document):
     unit: str = Field(description="of every rms")
     winner: str | None
     models: dict[str, Score]
+    baselines: dict[str, Plain]
     leads: dict[str, Lead]
     presliding: dict[str, Quantity] = Field(description="displacement over which friction builds up, by record")
 
@@ -91,6 +100,10 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
         "unit": force,
         "winner": comparison.winner,
         "models": models,
+        "baselines": {
+            one.name: {"rms": one.rms, "rms_near_reversals": one.rms_near, "parameters": one.parameters}
+            for one in comparison.baselines
+        },
         "leads": leads,
         "presliding": {
             log.name: Estimate(value, length) for log, value in zip(logs, comparison.presliding, strict=True)

@@ -11,7 +11,7 @@ from fric.circles.model_shape import wrong_shape, wrong_shape_measured
 from fric.documents.comparison import comparison_tree
 from fric.errors import FricError
 from fric.friction import models as known_models
-from fric.identify.replay.compare import Comparison, compare_models
+from fric.identify.replay.compare import Baseline, Comparison, Score, compare_models
 from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.circle import choose_circles
 from fric.io.recognise import recognise
@@ -46,14 +46,19 @@ class ComparisonResult(Result):
     def report(self) -> list[Piece]:
         """Return a line a model, and whether one of them is the best."""
         unit = si_unit("force", self.comparison.records[0].log.motion)
+
+        def left(one: Score | Baseline) -> tuple[str, str, str]:
+            near = readable(one.rms_near, unit) if isfinite(one.rms_near) else "–"
+            return one.name, readable(one.rms, unit), near
+
         rows = [
             (
-                one.name, readable(one.rms, unit), readable(one.rms_near, unit) if isfinite(one.rms_near) else "–",
-                readable(one.rms_fitted, unit), str(one.parameters), f"{one.bits_per_parameter:.0f}",
+                *left(one), readable(one.rms_fitted, unit), str(one.parameters), f"{one.bits_per_parameter:.0f}",
                 f"{one.nanoseconds:.0f} ns",
             )
             for one in self.comparison.scores
         ]  # fmt: skip
+        rows += [(*left(one), "", str(one.parameters), "", "") for one in self.comparison.baselines]
         columns = ("", "rms scored", "near reversals", "rms fitted", "parameters", "bits per parameter", "a step")
         return [Table(columns, rows), self._verdict()]
 
@@ -61,6 +66,9 @@ class ComparisonResult(Result):
         found = self.comparison
         if found.winner:
             return f"best: {found.winner}, by more than the error of the difference to any other"
+        plain = min(found.baselines, key=lambda one: one.rms)
+        if plain.rms < found.scores[0].rms:
+            return f"no winner: {plain.name} leaves less than any model, and needs none"
         tied = [name for name, (lead, error) in found.leads.items() if not lead > error]
         return f"no winner: the lead of {found.scores[0].name} over {', '.join(tied) or 'nothing'} is within its error"
 

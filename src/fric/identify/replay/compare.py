@@ -81,6 +81,17 @@ class Score:
 
 
 @dataclass(frozen=True)
+class Baseline:
+    """What is left without a dynamic model: a model is of use where it leaves less."""
+
+    name: str  # What is subtracted
+    parameters: int  # Number of parameters that were fitted
+    residual: tuple[Real, ...]  # As of a `Score` [N]
+    rms: float  # Root mean square of that over all samples scored [N]
+    rms_near: float  # The same near reversals [N]
+
+
+@dataclass(frozen=True)
 class Comparison:
     """Friction models, the best first.
 
@@ -94,10 +105,13 @@ class Comparison:
         Which samples are near reversals, one mask a record.
     presliding
         Pre-sliding length of each record [m]: the travel after a reversal until the force has changed by nine tenths.
+    baselines
+        What is left without a dynamic model.
     winner
-        The best model; None where its lead over another does not exceed the error of that lead.
+        The best model; None where its lead over another, or over a baseline, does not exceed the error of that lead.
     leads
-        For each other model by how much the best one's mean squared residual is lower, and half the 95 % interval [N²].
+        For each other model and baseline by how much the best one's mean squared residual is lower, and half the
+        95 % interval of that [N²].
     warnings
         What the records cannot tell.
     """
@@ -106,6 +120,7 @@ class Comparison:
     records: tuple[Prepared, ...]
     near: Masks
     presliding: tuple[float, ...]
+    baselines: tuple[Baseline, ...]
     winner: str | None
     leads: dict[str, tuple[float, float]]
     warnings: tuple[Notice, ...]
@@ -159,12 +174,17 @@ def compare_models(
     independent = max(score.fits[0].independent for score in scores)
     scores = sorted((_with_bits(score, independent) for score in scores), key=lambda score: score.parameters)
     scores = [scores[n] for n in ranked([score.rms for score in scores])]
-    leads = {other.name: _lead(records, scores[0], other) for other in scores[1:]}
+    columns = {"constant force": _nothing, "Coulomb and viscous": _coulomb_viscous}
+    if static:
+        columns["static map"] = partial(_static_map, static, negative)
+    plain = tuple(_baseline(name, look, records, splits, near) for name, look in columns.items())
+    others: list[Score | Baseline] = [*scores[1:], *plain]
+    leads = {other.name: _lead(records, scores[0].residual, other.residual) for other in others}
     winner = scores[0].name if leads and all(lead > error for lead, error in leads.values()) else None
     amiss = record_notices(records)  # of all records, and once: what a fit tells of its own is of some
     of_records = {one.code for one in amiss}
     warnings = [one.at(score.name) for score in scores for one in score.fits[0].warnings if one.code not in of_records]
-    return Comparison(tuple(scores), tuple(records), near, lengths, winner, leads, (*amiss, *warnings))
+    return Comparison(tuple(scores), tuple(records), near, lengths, plain, winner, leads, (*amiss, *warnings))
 
 
 def _scored(
@@ -177,13 +197,9 @@ def _scored(
         chosen = [record.restricted(mask) for record, mask in zip(records, split.fitted, strict=True)]
         fit = fitting(chosen, start=fits[0].model if fits else None)
         fits.append(fit)
-        for record, of_fit, to_score, rest in zip(records, chosen, split.scored, residual, strict=True):
-            left = record.force - record.replay(fit.model)
-            source = of_fit if of_fit.used.any() else record.restricted(to_score)
-            if source.used.any():
-                left = left - record.own @ source.record_part(left)
-            rest[to_score] = left[to_score]
-            fitted.append(left[of_fit.used])
+        for record, mask, scored, rest in zip(records, split.fitted, split.scored, residual, strict=True):
+            left = _score(record, record.force - record.replay(fit.model), mask, scored, rest)
+            fitted.append(left[mask & record.used])
     all_of_it, all_near = np.concatenate(residual), np.concatenate(near)
     spent = min(_seconds(fits[0].model, records) for _ in range(3))
     return Score(
@@ -198,6 +214,58 @@ def _scored(
         bits_per_parameter=float("nan"),
         nanoseconds=spent / sum(len(record.force) for record in records) * 1e9,
     )
+
+
+def _nothing(record: Prepared) -> Real:
+    return np.empty((len(record.force), 0))
+
+
+def _coulomb_viscous(record: Prepared) -> Real:
+    return np.column_stack([np.sign(record.motion.velocity), record.motion.velocity])
+
+
+def _static_map(static: Mapping[str, Estimate], negative: StaticMap | None, record: Prepared) -> Real:
+    v = record.motion.velocity
+    forward = StaticMap(**{one.name: float(static[one.name]) for one in StaticMap.parameters if one.name in static})
+    backward = negative or forward
+    force = np.sign(v) * np.where(v < 0, backward.level(v), forward.level(v))
+    return np.asarray((force + v * np.where(v < 0, backward.sigma, forward.sigma))[:, np.newaxis])
+
+
+def _baseline(
+    name: str, columns: Callable[[Prepared], Real], records: Sequence[Prepared], splits: Sequence[Split], near: Masks
+) -> Baseline:
+    """Return what columns leave that are fitted by least squares to what models are; a map has the factor 1."""
+    of_records, known = [columns(record) for record in records], name == "static map"
+    count = of_records[0].shape[1]
+    residual = [np.full(len(record.force), np.nan) for record in records]
+    for split in splits:
+        rows = []
+        for X, record, mask in zip(of_records, records, split.fitted, strict=True):
+            fitted = record.restricted(mask)  # its own part is taken off columns and force alike (Frisch and Waugh)
+            both = np.column_stack([X, record.force])
+            rows.append((both - record.own @ np.column_stack([fitted.record_part(y) for y in both.T]))[fitted.used])
+        A, y = np.vstack(rows)[:, :count], np.vstack(rows)[:, count]
+        factor = np.ones(count) if known else np.linalg.lstsq(A, y, rcond=None)[0]
+        for X, record, mask, scored, left in zip(
+            of_records, records, split.fitted, split.scored, residual, strict=True
+        ):
+            _score(record, record.force - X @ factor, mask, scored, left)
+    everything = np.concatenate(residual)
+    return Baseline(
+        name, 0 if known else count, tuple(residual), _rms(everything), _rms(everything[np.concatenate(near)])
+    )
+
+
+def _score(record: Prepared, left: Real, fitted: Mask, scored: Mask, into: Real) -> Real:
+    """Keep what is left of the samples scored, without the record's own part, which is that of its fitted samples."""
+    source = record.restricted(fitted)
+    if not source.used.any():
+        source = record.restricted(scored)
+    if source.used.any():
+        left = left - record.own @ source.record_part(left)
+    into[scored] = left[scored]
+    return left
 
 
 def _with_bits(score: Score, independent: float) -> Score:
@@ -220,13 +288,13 @@ def _seconds(model: FrictionModel, records: Sequence[Prepared]) -> float:
     return perf_counter() - begin
 
 
-def _lead(records: Sequence[Prepared], best: Score, other: Score) -> tuple[float, float]:
+def _lead(records: Sequence[Prepared], best: Sequence[Real], other: Sequence[Real]) -> tuple[float, float]:
     """Return by how much the mean squared residual of the best is lower, and half the 95 % interval of that [N²].
 
     The strokes between reversals are the independent pieces (thirty equal pieces where there are few strokes).
     """
     sums, counts = [], []
-    for record, mine, theirs in zip(records, best.residual, other.residual, strict=True):
+    for record, mine, theirs in zip(records, best, other, strict=True):
         difference = theirs**2 - mine**2
         cuts = record.reversals if len(record.reversals) >= 8 else np.linspace(0, len(mine), 31).astype(int)[1:-1]
         for piece in np.split(difference, cuts):
