@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import bz2
+import gzip
+import re
 import struct
 import time
 from collections.abc import Callable
@@ -11,8 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fric.documents.mapping import Layout
+from fric.documents.plant import PlantDocument
+from fric.documents.yaml import read_document
 from fric.errors import FricError
 from fric.io.ingest import ingest
+from fric.io.readers import xlsx as xlsx_reader
 from tests.fuzz.reading import MAPPINGS
 from tests.fuzz.whole import archive_of, mcap, members, mf4, old_bag, parquet, tdms, xlsx
 
@@ -164,3 +170,43 @@ def test_a_dataset_that_unpacks_as_far_as_deflate_reaches_is_read_and_no_further
         data[:1000] = 1.0
     with pytest.raises(FricError, match="declares"):
         read_records(path)
+
+
+@pytest.mark.parametrize("end", [b"," * 64, b"0" * 64, b'"a' * 32, b"1.0,2.0\n" * 8])
+def test_a_packed_text_that_unpacks_to_what_no_log_does(tmp_path: Path, end: bytes) -> None:
+    """As 0.5 MB that took 9.5 GB of memory."""
+    rows = b"".join(b"%d.0,1.0\n" % n for n in range(500))
+    with gzip.open(tmp_path / "log.csv.gz", "wb") as file:
+        file.write(b"time [s],position [m]\n" + rows)
+        for _ in range(70 if end.endswith(b"\n") else 3):
+            file.write(end * (1 << 14))
+    refused(tmp_path / "log.csv.gz", "unpacks to over|a line of over|runs backwards")
+
+
+def test_a_row_of_a_workbook_that_does_not_end(tmp_path: Path) -> None:
+    long = b"<c><v>1</v></c>" * 700_000
+    path = _xlsx(tmp_path, lambda files: files | {SHEET: files[SHEET].replace(b"</row>", long + b"</row>", 1)})
+    refused(path, "a row of over 8 MiB")
+
+
+def test_a_workbook_that_does_not_say_its_size_is_not_read_for_it(tmp_path: Path, monkeypatch) -> None:
+    """As 95 s before a header that names no time was told."""
+    more = b"<row><c><v>1</v></c></row>" * 200_000
+    sheet = re.sub(rb"<dimension[^>]*>", b"", members(xlsx(tmp_path).read_bytes())[SHEET])
+    path = _xlsx(tmp_path, lambda files: files | {SHEET: sheet.replace(b"</sheetData>", more + b"</sheetData>")})
+    read: list[int] = []
+    whole = xlsx_reader._Rows.read
+    monkeypatch.setattr(xlsx_reader._Rows, "read", lambda self, size=-1: read.append(size) or whole(self, size))
+    table = next(xlsx_reader.tables(path, Layout()))
+    assert [column.name for column in table.columns] == ["time", "position", "force"]
+    assert len(read) < 10
+
+
+def test_a_document_of_as_many_keys_as_none_has_is_refused_at_once(tmp_path: Path) -> None:
+    """As 16 s before the first of 200,000 keys was told."""
+    path = tmp_path / "a.yaml"
+    path.write_text("fric: plant/1\n" + "".join(f"k{n}: 1\n" for n in range(100_000)))
+    begun = time.process_time()
+    with pytest.raises(FricError, match="holds over"):
+        read_document(path, PlantDocument)
+    assert time.process_time() - begun < 1.0

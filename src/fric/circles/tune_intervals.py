@@ -22,6 +22,8 @@ from fric.records.resolution import lattice_step
 STEP = 1e-4
 SEEN = 0.08
 """Share of an encoder's step to which the slip of a block is known."""
+OPEN = 20.0
+"""Half of an interval of a logarithm from which on the data set no limit."""
 UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "alpha": "1", "k": "N/m", "C": "N/s"}
 
 
@@ -52,7 +54,8 @@ def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
     halves = dict(zip(labels, half, strict=True))
 
     def within(name: str, value: float) -> Interval:
-        return value * float(np.exp(-halves[name])), value * float(np.exp(halves[name]))
+        ratio = float(np.exp(halves[name])) if halves[name] < OPEN else np.inf
+        return value / ratio, value * ratio
 
     values = parameters(found.balance.coordinates.friction(found.x))
     fitted = {name for name, width in halves.items() if width > 1e-9}

@@ -127,7 +127,16 @@ class Document(Part):
             content = read_off(cls, content, {"fric", *FOOT})
         head = {"fric": cls.type_name()}
         foot = warned(notices) | {"provenance": provenance(logs) | dict(also or {})}
-        return cls.model_validate(head | dict(content) | foot, from_attributes=True)
+        try:
+            return cls.model_validate(head | dict(content) | foot, from_attributes=True)
+        except ValidationError as error:
+            odd = [".".join(map(str, one["loc"])) for one in error.errors() if one["type"] == "finite_number"]
+            if not odd:
+                raise
+            raise FricError(
+                f"{odd[0]} comes out as no number: the data do not tell it",
+                hint="Look at the records with `fric inspect`, and leave out what is odd.",
+            ) from None
 
     def notices(self) -> tuple[Notice, ...]:
         """Return the warnings as data; one that an older file tells without a code is a doubt."""

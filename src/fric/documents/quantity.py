@@ -24,7 +24,7 @@ Known = Annotated[float | None, BeforeValidator(_finite)]
 class Part(BaseModel):
     """A part of a document: an unknown key is an error, never passed over."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
 
 LEFT_OUT: Any = object()

@@ -23,10 +23,11 @@ from fric.output import staged
 
 D = TypeVar("D", bound=Document)
 
-MOST_BYTES, MOST_NODES, MOST_DEPTH = 2 << 20, 200_000, 40
+MOST_BYTES, MOST_NODES, MOST_DEPTH = 2 << 20, 40_000, 40
 """Of a document, at most: bytes, values, keys in keys."""
 _DEEP = re.compile(rf"(?:[\[{{][^\[\]{{}}'\"#]{{0,200}}+){{{MOST_DEPTH + 1}}}")
 """So many lists or keys that open in one another: the parser takes seconds to give up on them."""
+_KEYS = re.compile(r":\s|^\s*-\s", re.MULTILINE)
 
 
 @cache
@@ -90,6 +91,8 @@ def _read(path: Path) -> Any:
             text = path.read_text(encoding="utf-8")
             if _DEEP.search(text):
                 raise FricError(f"nests deeper than {MOST_DEPTH}", where=str(path), hint="Write it flatter.")
+            if max(len(_KEYS.findall(text)), text.count(",")) > MOST_NODES:  # the parser takes 0.1 ms a value
+                raise FricError(f"holds over {MOST_NODES} values", where=str(path), hint="Is it a document of fric?")
             return _tree(text)
     except FricError as error:
         cause = error.__context__

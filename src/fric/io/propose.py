@@ -76,9 +76,10 @@ class Guess:
 
 
 def _known_unit(role: Role, motion: Motion) -> bool:
+    if role.channel == "n":
+        return True
     measured = channel_dimension("force" if role.channel in {"deviation", "error"} else role.channel)
-    known = role.unit_likelihood >= SURE and (role.column is None or converts(role.unit, measured, motion))
-    return known or role.channel == "n"
+    return role.unit_likelihood >= SURE and (role.column is None or converts(role.unit, measured, motion))
 
 
 def _wanted(axis: Axis) -> dict[str, Role]:

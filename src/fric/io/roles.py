@@ -338,7 +338,7 @@ def _is_difference(data: Samples, n: int, reference: int, position: int) -> bool
     """Say whether a column is the following error, which may well go as the velocity does."""
     rows = data.rows(1)
     error, y = data.x[rows, reference] - data.x[rows, position], data.x[rows, n]
-    slope, level = np.polyfit(error, y, 1) if np.ptp(error) > 0 else (0.0, 0.0)
+    slope, level = np.polyfit(error, y, 1) if np.ptp(error) > 1e-9 * np.abs(error).max() else (0.0, 0.0)
     left = y - slope * error - level
     decade = abs(slope) and abs(np.log10(abs(slope)) - round(np.log10(abs(slope)))) < 0.02
     return bool(decade and left.var() < 0.1 * y.var())

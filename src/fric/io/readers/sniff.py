@@ -2,6 +2,7 @@
 
 import csv
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -54,10 +55,11 @@ def split(line: str, delimiter: str) -> list[str]:
     """Split a line into cells, without quotes and spaces around them."""
     if delimiter == "whitespace":
         cells = _SPACED.findall(line.lstrip("#% \t"))
-    elif '"' in line:
-        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     else:
         cells = line.split(delimiter)
+        if '"' in line:
+            with suppress(csv.Error):  # a cell longer than any is no quoted one
+                cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     return [cell.strip().strip('"').strip() for cell in cells]
 
 

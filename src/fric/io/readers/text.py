@@ -27,6 +27,10 @@ AHEAD = 4
 """Pieces that may wait, parsed or not."""
 LOOK = 32_768
 """Bytes at the beginning that are looked at to find how the file is written."""
+MOST_PACKED, SMALL = 200, 64 << 20
+"""Bytes that a packed byte of text becomes at most, and bytes that any packed file may hold."""
+MOST_LINE = 2 << 20
+"""Bytes of a line at most."""
 MOST_EMPTY = 256
 """Empty cells behind those of the header that a row may have."""
 
@@ -142,10 +146,13 @@ class TextTable(Table):
             with _opened(self.path, self._zipped, self._shape.encoding if wide else None) as file:
                 for _ in range(self._shape.first):
                     pass_on(file.readline())
+                read_so_far = 0
                 while read := file.read(PIECE):
                     content = read.encode() if wide else read
                     pass_on(content)
                     end, whole = content.rfind(b"\n") + 1, memoryview(content)
+                    read_so_far += len(content)
+                    self._refuse_bomb(read_so_far, len(content) if end else sum(map(len, rest)) + len(content))
                     rest.append(whole[:end] if end else whole)
                     if end:
                         yield rest
@@ -154,6 +161,18 @@ class TextTable(Table):
             raise FricError(f"is damaged: {error}", where=str(self.path), hint="Copy the file again.") from None
         if any(map(len, rest)):
             yield rest
+
+    def _refuse_bomb(self, unpacked: int, pending: int) -> None:
+        """Raise where a packed file holds more than text packs to, or a line goes on without an end."""
+        if self._zipped and unpacked > max(SMALL, MOST_PACKED * self.path.stat().st_size):
+            raise FricError(
+                f"unpacks to over {MOST_PACKED} times its size, as no log does", where=str(self.path),
+                hint="Unpack it, and look at it.",
+            )  # fmt: skip
+        if pending > MOST_LINE:
+            raise FricError(
+                f"has a line of over {MOST_LINE >> 20} MiB", where=str(self.path), hint="Export it again, a row a line."
+            )
 
     def _parsed(self, piece: Sequence[memoryview]) -> pd.DataFrame:
         # Cells are read by their place. The encoding matters for names alone, which are known by now.

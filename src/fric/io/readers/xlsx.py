@@ -1,11 +1,14 @@
 """Excel workbooks (``.xlsx``), through openpyxl (the extra ``xlsx``)."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from datetime import UTC, datetime
+from functools import partial
+from importlib import import_module
 from itertools import islice, repeat
 from pathlib import Path
-from typing import Any
-from zipfile import BadZipFile, ZipFile
+from typing import IO, Any, Self
+from zipfile import BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 
@@ -22,8 +25,10 @@ ROWS = 16_384
 """Rows a block: cells are objects until they are numbers."""
 MOST = 4 << 30
 """Bytes of a workbook, unpacked, at most."""
-MOST_HELD = 64 << 20
-"""Bytes of any file in it but a sheet, which the library holds in memory, at most; sheets may have as many anyhow."""
+MOST_HELD, MOST_TEXTS = 8 << 20, 32 << 20
+"""Bytes of any file in it but a sheet, which the library holds in memory, at most, and of the one with its texts."""
+SMALL, MOST_ROW = 64 << 20, 8 << 20
+"""Bytes of a sheet that are read anyhow, and of a row at most: a row has 16,384 cells."""
 MOST_PACKED = 200
 """Bytes of a sheet to one that is stored of it at most."""
 MOST_ROWS = 1 << 20
@@ -43,18 +48,15 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
             inside = archive.infolist()
     except BadZipFile:
         raise FricError("is no whole workbook (cut short?)", where=str(path), hint="Save it again.") from None
-    if sum(one.file_size for one in inside) > MOST or any(
-        one.file_size > max(MOST_HELD, one.filename.startswith("xl/worksheets/") * MOST_PACKED * one.compress_size)
-        for one in inside
-    ):
+    if sum(one.file_size for one in inside) > MOST or any(one.file_size > _most(one) for one in inside):
         raise FricError("unpacks to more than is read", where=str(path), hint="Export it as CSV.")
     notices: list[Notice] = []
-    with warned(path, notices):
+    with warned(path, notices), _without_sizes():
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
     try:
         with warned(path, notices):
             for sheet in book.worksheets:
-                sheet.reset_dimensions()  # a sheet may say that it has any number of columns, and each row is filled up
+                sheet._get_source = partial(_rows, sheet._get_source, path)
             sheets = [sheet for sheet in book.worksheets if len(list(islice(sheet.iter_rows(), 2))) == 2]
         if not sheets:
             raise FricError("holds no sheet with rows", where=str(path), hint="Export it again.")
@@ -62,6 +64,57 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
             yield _Sheet(path, sheet, layout, {"name": sheet.title} if len(sheets) > 1 else {}, notices)
     finally:
         book.close()
+
+
+def _most(one: ZipInfo) -> int:
+    """Return the bytes that a file in a workbook has at most."""
+    if one.filename.startswith("xl/worksheets/"):
+        return max(SMALL, MOST_PACKED * one.compress_size)
+    return MOST_TEXTS if one.filename.endswith("/sharedStrings.xml") else MOST_HELD
+
+
+@contextmanager
+def _without_sizes() -> Iterator[None]:
+    """Let the library not ask a sheet for its size meanwhile.
+
+    It may say any, and each row is filled up to it; where it says none, all of it is read.
+    """
+    kind = import_module("openpyxl.worksheet._read_only").ReadOnlyWorksheet
+    asks, kind._get_size = kind._get_size, lambda sheet: None
+    try:
+        yield
+    finally:
+        kind._get_size = asks
+
+
+def _rows(opened: Callable[[], IO[bytes]], path: Path) -> "_Rows":
+    return _Rows(opened(), path)
+
+
+class _Rows:
+    """A sheet as the library reads it, which ends where a row is longer than any: a row is held as a whole."""
+
+    def __init__(self, source: IO[bytes], path: Path) -> None:
+        self._source, self._path, self._since = source, path, 0
+
+    def read(self, size: int = -1) -> bytes:
+        """Return the next bytes."""
+        data = self._source.read(size)
+        end = data.rfind(b"row>")
+        self._since = len(data) - end if end >= 0 else self._since + len(data)
+        if self._since > MOST_ROW:
+            raise FricError(f"has a row of over {MOST_ROW >> 20} MiB", where=str(self._path), hint="Export it as CSV.")
+        return data
+
+    def close(self) -> None:
+        """Close it."""
+        self._source.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
 
 class _Sheet(Table):
