@@ -264,6 +264,14 @@ def guess(size: float) -> Guessed:
     return Guessed((Guess((table.path,), table, roles.Axis("x", "linear", 1.0, chosen), named=False),))
 
 
+def resting(off: float) -> Log:
+    """Return a motion behind a rest for which the drive is off [s]."""
+    t = np.arange(2000) / 1e3
+    moves = np.maximum(t - off, 0.0)
+    force = np.where(moves > 0.0, 10.0 + RNG.normal(size=len(t)), 0.0)
+    return Log(time=t, position=moves, force=force, name="a")
+
+
 def strokes(level: float, number: int) -> ForceVelocity:
     v = np.outer([-1.0, 1.0], np.geomspace(1e-4, 0.05, 8)).ravel()
     force = np.sign(v) * level * (50.0 + 30.0 * np.exp(-np.abs(v) / 2e-3)) + 100.0 * v
@@ -282,6 +290,7 @@ SHOWN: dict[str, Show] = {
     "energy-drifts": lambda s: energies(change=s * energy.CHANGES),
     "energy-in-one-segment": lambda s: energies(off=s * energy.STANDS_OFF),
     "force-coarse": lambda s: forces(np.arange(1000) % (round(flaws.COARSE / s) + 1) * 0.1),
+    "drive-off": lambda s: flaws.record_flaws([resting(s * clipping.OFF)], "gms"),
     "force-clipped": lambda s: forces(cut(s)),
     "input-clipped": lambda s: forces(np.linspace(0.0, 1.0, 400), "plant", input=cut(s)),
     "clipped-unused": lambda s: clipping.without_clipped([of_force(np.arange(400.0)), of_force(cut(s))], 0.0)[1],

@@ -70,6 +70,20 @@ def test_a_model_that_leaves_no_less_than_coulomb_and_viscous_friction_is_no_win
     assert not lead > error
 
 
+def test_moments_at_which_the_drive_is_off_are_not_compared(records):
+    log = records[0].log
+    rest = np.arange(1, 401) * float(np.median(np.diff(log.time)))
+    after = Log(
+        np.append(log.time, log.time[-1] + rest), position=np.append(log.position, np.full(400, log.position[-1])),
+        force=np.append(log.force, np.zeros(400)), kind=log.kind, name=log.name,
+    )  # fmt: skip
+    (off,) = prepared([after])
+    assert not off.used[-400:].any()
+    assert off.used[: len(log)].sum() >= 0.99 * records[0].used.sum()
+    found = identify_by_replay("dahl", [off], static=None)
+    assert "drive-off" in {one.code for one in found.warnings}
+
+
 def test_presliding_length_of_an_exponential_hysteresis():
     """Dahl: the force turns from -F_c to F_c as exp(-z·sigma_0/F_c), by nine tenths after ln(10)·F_c/sigma_0."""
     model = models()["dahl"].typical()

@@ -148,7 +148,8 @@ class FrictionDocument(OfAxis):
     def found_with(self, model: str | None, record: str) -> tuple[FrictionModel, float]:
         """Return a model, the only one where none is named, and the offset [N] that it was identified with.
 
-        That of the record itself, where the model was fitted to it by replay; else that of the static map.
+        That of the record itself, where the model was fitted to it by replay; else the mean of the records that it was
+        fitted to, for the load is the axis'; else that of the static map.
 
         Raises
         ------
@@ -161,8 +162,12 @@ class FrictionDocument(OfAxis):
         if model is None:
             raise FricError(f"the friction file holds {', '.join(found)}", hint="Name one with `model=`.")
         friction = self.friction(model)
-        own = next((one.offset for one in self.fit_of(model).records or () if one.record == record), None)
-        return friction, self.load() if own is None else float(own.si("force", self.motion))
+        found_in = {
+            one.record: float(one.offset.si("force", self.motion))
+            for one in self.fit_of(model).records or () if one.offset is not None
+        }  # fmt: skip
+        of_axis = sum(found_in.values()) / len(found_in) if found_in else self.load()
+        return friction, found_in.get(record, of_axis)
 
     def load(self) -> float:
         """Return the constant force [N] that was found beside the static map; 0 where none was."""

@@ -11,6 +11,8 @@ INPUT_CLIPPED = Flaw("input-clipped", "wrong",
 CLIPPED_UNUSED = Flaw("clipped-unused", "doubt",
     "The force is clipped in {counted}: {left_out:these records are left out|these samples are not compared}.",
     "Log with a larger range of the trace.", widens={"level": 0.1})
+DRIVE_OFF = Flaw("drive-off", "note",
+    "The drive is off for {share:.0%} of {records}: the force is exactly 0 while the axis rests. That is left out.")
 FORCE_COARSE = Flaw("force-coarse", "doubt",
     "The force comes in steps of {step}: forces are off by up to half a step.", "Log it finer.")
 ONE_DIRECTION = Flaw("one-direction", "doubt",

@@ -14,6 +14,9 @@ from fric.records.resolution import lattice_step
 STUCK = 5
 """Consecutive samples at its very extreme after which a force or input counts as clipped."""
 
+OFF = 0.05
+"""Time for which the force is exactly 0 and nothing moves, from which on the drive is off [s]."""
+
 LEVELS = 40
 """Steps that a channel's range has at least, for being flat at its end to mean anything."""
 
@@ -47,6 +50,25 @@ def clipped(values: Real) -> Mask:
         )  # crests are short
         if stuck and often > 3 * below:
             found |= top
+    return found
+
+
+def drive_off(log: Log) -> Mask:
+    """Say at which samples the drive is off, shape (n,): no force at all while the axis rests is no friction.
+
+    Of a force that is mostly 0 at rest, as a coarse one is, nothing is said: there are none of its levels beside.
+    """
+    if log.force is None or log.position is None:
+        return np.zeros(len(log), bool)
+    still = np.append(np.diff(log.position) == 0.0, True) & (log.force == 0.0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
+    found = np.zeros(len(log), bool)
+    step = counts(log.force)
+    if step is not None and float(np.ptp(log.force)) < LEVELS * step:
+        return found
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - begin > STUCK and log.time[end - 1] - log.time[begin] >= OFF:
+            found[begin:end] = True
     return found
 
 

@@ -7,14 +7,14 @@ from typing import Literal
 import numpy as np
 
 from fric.estimate import Estimate
-from fric.flaws.channel import FORCE_CLIPPED, FORCE_COARSE, INPUT_CLIPPED
+from fric.flaws.channel import DRIVE_OFF, FORCE_CLIPPED, FORCE_COARSE, INPUT_CLIPPED
 from fric.flaws.clock import SAMPLES_LOST, SAMPLING_JITTERS
 from fric.flaws.drift import FORCE_DRIFTS
 from fric.flaws.encoder import ENCODER_ERRS
 from fric.flaws.place import FORCE_OVER_POSITION, FRICTION_OVER_POSITION
 from fric.log import Log
 from fric.notice import Notice
-from fric.records.clipping import clipped_among
+from fric.records.clipping import clipped_among, drive_off
 from fric.records.encoder_error import encoder_error
 from fric.records.over_strokes import OverPlace, over_time
 from fric.records.segments import Segment
@@ -47,6 +47,9 @@ def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
         found += [(log, name, samples) for (log, _), samples in zip(had, counted, strict=True)]
     flaws = {"force": FORCE_CLIPPED, "input": INPUT_CLIPPED}
     clipped = [flaws[name].found(log.where, samples=samples) for log, name, samples in found if samples]
+    off = {log.where: float(drive_off(log).mean()) for log in logs if purpose == "gms"}
+    if resting := {where: share for where, share in off.items() if share > 0.0}:
+        clipped.append(DRIVE_OFF.found(share=max(resting.values()), records=list(resting)))
     return clipped + ([] if purpose == "static" else _coarse_force(logs)) + clock_flaws(logs, purpose)
 
 

@@ -18,7 +18,7 @@ from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.log import Log
 from fric.records.chords import travelled
-from fric.records.clipping import clipped
+from fric.records.clipping import clipped, drive_off
 from fric.records.conditioning import Conditioning, filtered_motion
 from fric.records.force_lag import Drive, acting_force, drive_force
 from fric.records.motion import Motion, smooth_motion
@@ -253,5 +253,5 @@ def _prepared(log: Log, plant: Plant | None, drive: Drive | None, filters: Condi
     else:
         used[np.abs(position - position[0]) < 0.02 * np.ptp(position)] = False
     if log.force is not None and source == "force":
-        used &= ~clipped(log.force)
+        used &= ~(clipped(log.force) | drive_off(log))
     return Prepared(log, motion, np.asarray(force, float), used, reversals, done)
