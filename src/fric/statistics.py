@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.optimize import minimize
 
 from fric.arrays import Complex, Real
 
@@ -50,6 +48,9 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
     kinds
         The columns Z_k of each kind of effect, of shape (n, q_k).
     """
+    from scipy.linalg import solve_triangular  # which reading a log does without
+    from scipy.optimize import minimize
+
     Z, counts = np.hstack(kinds), [one.shape[1] for one in kinds]
     X = X / np.linalg.norm(X, axis=0)
     size = float(np.mean((y - X @ np.linalg.lstsq(X, y, rcond=None)[0]) ** 2)) or 1.0

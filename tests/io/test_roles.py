@@ -196,3 +196,31 @@ def test_samples_that_cannot_be_used_are_dropped_where_the_likeliest_is_assumed(
     path.write_text("\n".join([*lines, lines[-1].partition(";")[0]]) + "\n")
     done = fric.ingest(path, output=tmp_path / "log.h5", assume=True)
     assert done.done.dropped == 2
+
+
+@pytest.mark.parametrize("clock", ["rounded", "bogus", "date", "day", "preamble", "gap"])
+def test_clocks_as_loggers_write_them(tmp_path: Path, clock: str) -> None:
+    """Stamps with too few digits, another run's first one, dates, a rate above the table, two rates."""
+    a = axis_of_a_drive(n=3000)
+    t, rows, head = a["t"].copy(), [], "time [s];position [rad];current [A]"
+    if clock == "rounded":
+        t = np.round(t, 2)
+    elif clock == "bogus":
+        t[0] = 7.5
+    elif clock == "gap":
+        t[2000:] = t[2000] + 3.0 * (t[2000:] - t[2000])
+    stamps = [f"{one:.6f}" for one in t]
+    if clock in {"date", "day"}:
+        head = "stamp;position [rad];current [A]"
+        day = "2024-03-01 " if clock == "date" else ""
+        stamps = [f"{day}10:11:{one:09.6f}" for one in t]
+    elif clock == "preamble":
+        stamps, head = [str(n % 2) for n in range(len(t))], "Sampling period: 1 ms\nflag;position [rad];current [A]"
+    rows = [f"{s};{z:.7g};{i:.5g}" for s, z, i in zip(stamps, a["position"], a["current"], strict=True)]
+    (tmp_path / "log.csv").write_text("\n".join([head, *rows]) + "\n")
+    done = fric.ingest(tmp_path / "log.csv", output=tmp_path / "log.h5", assume=True)
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert done.done.dropped == (1 if clock == "bogus" else 0)
+    assert len(log) >= 2999
+    assert np.median(np.diff(log.time)) == pytest.approx(1e-3, rel=0.01)
+    assert log.force is not None

@@ -20,7 +20,7 @@ from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
-from fric.io.mapped import Guessed, guessed
+from fric.io.mapped import Guessed, guessed, says_all
 from fric.io.propose import is_sure
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
@@ -45,6 +45,10 @@ _PAPER = re.compile(
     r"(?:read[ _-]?me|licen[cs]e|copying|notes?|about|lies[ _-]?mich|changelog|citation)\b", re.IGNORECASE
 )
 """Names of papers that lie beside logs."""
+
+
+LACKS_FORCE = "no column is named force"
+"""Why a log that its header tells is asked about: another column looks like its force."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +130,9 @@ def find_sources(
             asking[path] = why
     if asking and proposals and not mapping:
         _guessed(asking, proposals, found, seen, assume=assume)
+    for path in [path for path, why in asking.items() if why == LACKS_FORCE]:
+        if not (why := _read(path, "", found, seen, assume=assume)):
+            del asking[path]
     papers = [path for path in asking if _is_paper(path)]
     for path, why in asking.items():
         if path not in papers:
@@ -147,7 +154,7 @@ def find_sources(
 def _guessed(asking: dict[Path, str], proposals: Path, found: Sources, seen: list[Record], *, assume: bool) -> None:
     """Read what the values of files tell; take those that are read off the ones that are asked about."""
     with ExitStack() as opened:
-        guess = guessed([path for path in asking if not _is_paper(path)], opened)
+        guess = guessed([path for path in asking if not _is_paper(path)], opened, assume=assume)
         wanted = guess.usable if assume else tuple(one for one in guess.usable if is_sure(one))
         if not assume:  # a file of which one axis is open is left whole: half of it would pass for all
             unsure = {path for one in guess.found if one not in wanted for path in one.files}
@@ -238,6 +245,8 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
 
     Return why none of them fits; nothing where one does, or what is wrong was told.
     """
+    if not mapping and _lacks_force(path):
+        return LACKS_FORCE
     why = _read(path, mapping or "", found, seen, assume=assume)
     if not why or mapping:
         return why
@@ -253,6 +262,13 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
         if _taken(path, name, records, found, seen):
             found.guessed.setdefault(name, []).append(path)
     return "" if fitting else why
+
+
+def _lacks_force(path: Path) -> bool:
+    try:
+        return says_all(path) == "force"
+    except FricError:
+        return False
 
 
 def _records(path: Path, mapping: str, axis: str | None = None, *, assume: bool = False) -> list[Record] | str:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from fric.arrays import Real
+from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.flaws.files import SAMPLES_MISSING
 from fric.notice import Notice
@@ -30,10 +30,12 @@ class Clock:
     ----------
     place
         Tells where a sample is, by its row in the file.
+    uneven
+        Whether a record of two rates is told, and no error.
     """
 
-    def __init__(self, place: Callable[[int], str]) -> None:
-        self._place = place
+    def __init__(self, place: Callable[[int], str], *, uneven: bool = False) -> None:
+        self._place, self._uneven = place, uneven
         self._last: float | None = None
         self._left = np.empty(0)
         self._left_rows = np.empty(0, dtype=np.int64)
@@ -70,6 +72,16 @@ class Clock:
         self._last = float(time[-1])
         self.samples += len(time)
         self._gather(steps, rows)
+
+    def rising(self, time: Real) -> Mask:
+        """Return the samples whose stamps rise, shape (n,); the first one may be another run's last."""
+        kept = np.ones(len(time), bool)
+        if self._last is None and len(time) > 2 and time[0] > time[1]:
+            kept[0] = False
+        floor = -np.inf if self._last is None else self._last
+        stamps = np.where(kept, time, -np.inf)
+        before = np.maximum.accumulate(np.concatenate([[floor], stamps[:-1]]))
+        return np.asarray(kept & (stamps > before))
 
     def _gather(self, steps: Real, rows: NDArray[np.int64]) -> None:
         if not self._window:
@@ -120,7 +132,7 @@ class Clock:
             text = f"{1 / mean[n]:.4g} Hz there, {1 / usual:.4g} Hz elsewhere"
             spent = mean * windows
             share = float(spent[segment].sum() / spent.sum())
-            if share > ODD_SHARE or segment[0] or segment[-1]:
+            if not self._uneven and (share > ODD_SHARE or segment[0] or segment[-1]):
                 raise FricError(
                     f"two sampling rates in one record: {text}", where=f"{self._place(edge)} (about)",
                     hint="Split the file there, one record a rate.",

@@ -178,13 +178,17 @@ class Session:
 
     def _blocks(self, table: Table, chosen: Plan) -> tuple[Iterator[dict[str, Real]], list[int]]:
         """Return the channels of a table block by block, checked, inside the window; and a count of what is dropped."""
-        rows_of, clock, dropped = WholeRows(table, chosen, self._about.bad_cells == "drop"), Clock(table.place), [0]
+        drop = self._about.bad_cells == "drop"
+        rows_of, clock, dropped = WholeRows(table, chosen, drop), Clock(table.place, uneven=drop), [0]
 
         def blocks() -> Iterator[dict[str, Real]]:
             for block in table.read(chosen.wanted):
                 good, rows = rows_of.good(block)
                 channels = chosen.convert(good, rows)
                 if chosen.form == "time":
+                    if drop:
+                        rising = clock.rising(channels["time"])
+                        channels, rows = {name: one[rising] for name, one in channels.items()}, rows[rising]
                     clock.tick(channels["time"], rows)
                     channels = self._inside(channels)
                 elif self._about.window != EVERYTHING:

@@ -12,6 +12,7 @@ from fric.errors import FricError
 from fric.flaws.files import MAPPING_ASSUMED, MAPPING_OPEN, MAPPING_PROPOSED
 from fric.io.channels import plan
 from fric.io.propose import Guess, asked, assumption, guesses, is_sure, mapping_text
+from fric.io.quantities import spoken
 from fric.io.readers import tables
 from fric.io.recognise import is_hdf5
 from fric.notice import Notice
@@ -70,23 +71,42 @@ def _files(guess: Guess) -> str:
     return f"{guess.files[0]}" + (f" and {len(guess.files) - 1} more" if len(guess.files) > 1 else "")
 
 
-def guessed(paths: Sequence[Path], files: ExitStack, kind: Kind | None = None, motion: Motion | None = None) -> Guessed:
+def guessed(
+    paths: Sequence[Path],
+    files: ExitStack,
+    kind: Kind | None = None,
+    motion: Motion | None = None,
+    *,
+    assume: bool = False,
+) -> Guessed:
     """Return what is guessed of those files whose header does not say what their columns are.
 
-    Files that do not read, and those of fric's own, are none of them.
+    Files that do not read, and those of fric's own, are none of them. Of a file whose header says all but the force
+    (a current is one), that is taken where it is sure, or the likeliest is ``assume``d.
     """
-    asking = []
+    asking, free = [], set[Path]()
     for path in paths:
         try:
-            if is_hdf5(path):
-                continue
-            with closing(tables(path, None)) as opened:
-                for table in opened:
-                    try:
-                        plan(table, None, kind, motion, {})
-                    except FricError:
-                        asking.append(path)
-                        break
+            said = not is_hdf5(path) and says_all(path, kind, motion)
         except FricError:
             continue
-    return Guessed(tuple(guesses(asking, files)) if asking else ())
+        if said is None or said == "force":
+            asking.append(path)
+            free |= {path} if said else set()
+    found = guesses(asking, files) if asking else []
+    return Guessed(tuple(one for one in found if assume or is_sure(one) or not free.issuperset(one.files)))
+
+
+def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None) -> str | None:
+    """Return what the header of a foreign file leaves out: nothing, or the ``force``; None where it does not read."""
+    left = ""
+    with closing(tables(path, None)) as opened:
+        for table in opened:
+            try:
+                chosen = plan(table, None, kind, motion, {})
+            except FricError:
+                return None
+            rest = [column for n, column in enumerate(table.columns) if n not in chosen.wanted]
+            if chosen.form == "time" and not {"force", "input"} & chosen.origins.keys():
+                left = left or ("force" if any(spoken(column).quantity == "force" for column in rest) else "")
+    return left

@@ -8,17 +8,18 @@ for the user to say.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import log
 
 import numpy as np
 
 from fric.arrays import Mask, Real
+from fric.errors import FricError
 from fric.io.likely import axis_of
 from fric.io.quantities import TOLERANCE, Reading, Spoken, readings, spoken, time_units, usual_units
 from fric.io.readers.base import Column, Table
-from fric.units import Motion, in_units_of
+from fric.units import Motion, converts, in_units_of, parse
 from fric.units import factor as si_factor
 
 SURE = 0.95
@@ -37,6 +38,8 @@ EXACT = 0.99999
 """Share of the variance from which on a derivative is a command's."""
 BRAKED = 0.1
 """Share that the sign of the velocity explains of a force at least; an acceleration has less."""
+REPEATED = 0.01
+"""Share of stamps that are repeated, from which on they are rounded."""
 UNUSUAL = 0.01
 """Weight of units that are none of the usual, beside that of usual ones."""
 MODES = 4
@@ -117,7 +120,11 @@ def axes_of(tables: Sequence[Table]) -> list[Axis]:
     """Return the axes of tables that have the same columns, the surest first."""
     data = Samples(tables)
     clock = _clock(data)
+    if clock.column is None and not clock.unit:
+        clock = _said_clock(tables[0].constants) or clock
     t = data.x[:, clock.column] if clock.column is not None else np.arange(len(data.x), dtype=float)
+    if clock.column is None and clock.unit:
+        t = t * parse(clock.unit, "time")
     pairs = Pairs(data, t, clock)
     movements = [_movement(data, t, pairs, members) for members in _clusters(data, pairs)]
     movements = movements or _by_velocity(data)
@@ -143,18 +150,56 @@ def _clock(data: Samples) -> Role:
         steps = np.diff(data.x[:, n])
         steps = np.delete(steps, data.starts[1:] - 1)[1:]  # the first row may be another run's last
         says = data.said[n]
-        if len(steps) < 3 or (steps < 0).mean() > 0.001 or not np.median(steps) > 0:
+        if len(steps) < 3 or (steps < 0).mean() > 0.001 or not np.mean(steps) > 0:
             continue
-        even = 1.0 - min(float(np.subtract(*np.quantile(steps, [0.9, 0.1])) / np.median(steps)), 1.0)
+        usual = float(np.median(steps)) or float(np.quantile(steps, 0.9)) or np.inf
+        even = 1.0 - min(float(np.subtract(*np.quantile(steps, [0.9, 0.1]))) / usual, 1.0)
         score = 3.0 * (says.quantity == "time") + 0.5 * (says.quantity == "row") + even + 0.2 / (1 + n)
         score -= 2.0 * (says.quantity not in {None, "time", "row"})
         best = max(best, (score, -n))
     if best[0] < 0.9:
         return Role("time", None, "", 1.0, 0.0, "no column rises evenly")
     n = -best[1]
-    says = data.said[n]
+    says, stamps = data.said[n], data.x[: data.starts[1] if len(data.starts) > 1 else None, n]
+    if says.unit and (np.diff(stamps) == 0.0).mean() > REPEATED and _is_rounded(stamps):
+        period = float(stamps[-1] - stamps[0]) / (len(stamps) - 1)
+        return Role("time", None, f"{period:.6g} {says.unit}", 0.97, 0.97, "its stamps are rounded, and even")
     sure = 0.99 if says.quantity == "time" else 0.97 if best[0] > 1.05 else 0.9
     return Role("time", n, says.unit or "", sure, 1.0 if says.unit else 0.0, "it rises evenly")
+
+
+def _is_rounded(stamps: Real) -> bool:
+    """Say whether stamps that are repeated are those of an even clock, cut to their digits."""
+    steps = np.diff(stamps)
+    even = np.linspace(stamps[0], stamps[-1], len(stamps))
+    return bool(np.abs(stamps - even).max() < 2.0 * steps[steps > 0].min())
+
+
+_RATE = re.compile(r"(?i)\b(fs|f_s|rate|frequency|freq|sampling|samplerate|abtastrate)\b")
+_PERIOD = re.compile(r"(?i)\b(ts|t_s|dt|period|interval|sampling time|sample time|abtastzeit|step)\b")
+
+
+def _said_clock(constants: Mapping[str, str]) -> Role | None:
+    """Return the sampling period that a file says in its preamble or as a scalar, in s or Hz where it gives no unit."""
+    for name, text in constants.items():
+        plain = re.sub(r"[._]", " ", name) + " "
+        found = re.match(r"\s*([-+.\deE]+)\s*([a-zA-Zµ]*)", text)
+        of_period, of_rate = _PERIOD.search(plain) or _PERIOD.search(name), _RATE.search(plain) or _RATE.search(name)
+        if not found or not (of_period or of_rate):
+            continue
+        unit = found[2] or next((one for one in ("kHz", "Hz", "ms", "us", "s") if f"[{one}]" in name), "")
+        try:
+            value = float(found[1])
+            rate = converts(unit, "frequency") or (not unit and bool(of_rate) and not of_period)
+            seconds = value * si_factor(unit or ("Hz" if rate else "s"), "frequency" if rate else "time")
+        except (ValueError, FricError):
+            continue
+        seconds = 1.0 / seconds if rate and seconds else seconds
+        if 1e-6 < seconds < 10.0:
+            return Role(
+                "time", None, f"{seconds:.9g} s", 0.97, 0.97 if unit else 0.96, f"the file says {name} = {text}"
+            )
+    return None
 
 
 # --- pairs of positions and velocities --------------------------------------------------------------------------------
@@ -211,7 +256,8 @@ class Pairs:
             factor = self.factor[p, v]
             if wrong or (factor < 0 and not speaks) or data.levels[p] <= MODES:
                 continue
-            fits = clock.column is not None and bool(readings(first, second, clock.unit, factor))
+            unit = clock.unit if clock.column is not None else "s" if clock.unit else ""
+            fits = bool(clock.column is not None or unit) and bool(readings(first, second, unit, factor))
             edge[p, v] = speaks or (self.share[p, v] > PAIR and (fits or self.share[p, v] > 0.9995))
         return edge
 
@@ -521,9 +567,9 @@ def _in_units(data: Samples, t: Real, one: _Movement, roles: dict[str, Role], cl
         None if v is None or v.column is None else float(np.quantile(np.abs(data.x[:, v.column]), 0.98)),
     )
     first, second = said.get("position", nothing), said.get("velocity", nothing)
-    logged = clock.column is not None
+    logged = clock.column is not None or bool(clock.unit)
     factor = abs(one.factor) if one.factor and logged else None
-    clocks = {clock.unit: 1.0} if clock.unit else time_units(step, len(t)) if logged else {"s": 1.0}
+    clocks = {"s": 1.0} if clock.column is None else {clock.unit: 1.0} if clock.unit else time_units(step, len(t))
     found: list[Reading] = []
     for unit, weight in clocks.items():
         of_unit = readings(first, second, unit, factor, sizes, bool(p), bool(v))
@@ -546,7 +592,9 @@ def _in_units(data: Samples, t: Real, one: _Movement, roles: dict[str, Role], cl
     motion, motion_sure, _ = likeliest("motion")
     best = max((one for one in found if one.motion == motion), key=lambda one: one.weight)
     units = {"time": (best.time, *likeliest("time")[1:])}
-    if not logged:
+    if clock.column is None and clock.unit:
+        units["time"] = clock.unit, clock.unit_likelihood, ()
+    elif not logged:
         units["time"] = _period(one.factor, best, likeliest("position")[1] * likeliest("velocity")[1])
     for channel, of in (("position", "position"), ("velocity", "velocity")):
         units[channel] = (getattr(best, of), *likeliest(of)[1:])

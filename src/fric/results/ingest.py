@@ -147,7 +147,7 @@ def ingest(
     told: list[Notice] = []
     if mapping is None and not join and kind != "frequency-response":
         with ExitStack() as opened:
-            found = guessed(paths, opened, kind, motion)
+            found = guessed(paths, opened, kind, motion, assume=assume)
             if found.usable:
                 if not (assume or found.sure):
                     raise found.error()

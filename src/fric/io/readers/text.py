@@ -1,6 +1,7 @@
 """Text logs: CSV, TSV, with whatever delimiter, decimal mark, preamble and encoding; also ``.gz``."""
 
 import gzip
+import re
 import zlib
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -264,8 +265,21 @@ def _numbers(column: "pd.Series[Any]", decimal: str) -> Real:
         if decimal == ",":
             text = column.astype("str")
             column = text.where(~text.str.contains(".", regex=False)).str.replace(",", ".", regex=False)
-        column = pd.to_numeric(column, errors="coerce")
+        found = pd.to_numeric(column, errors="coerce")
+        column = found if found.notna().any() else _stamps(column)
     return column.to_numpy(dtype="f8", na_value=np.nan)
+
+
+def _stamps(column: "pd.Series[Any]") -> "pd.Series[Any]":
+    """Return dates, or times of a day, as seconds; NaN where a cell is neither."""
+    text = column.astype("str").str.strip()
+    first = next((one for one in text.head(20) if re.match(r"\d{1,4}[-/.:]\d{1,2}[-/.:]\d", one)), "")
+    if not first:
+        return pd.Series(np.full(len(column), np.nan))
+    if re.match(r"\d{1,2}:", first):  # of a day
+        return pd.to_timedelta(text.str.replace(",", ".", regex=False), errors="coerce").dt.total_seconds()
+    stamps = pd.to_datetime(text, errors="coerce", format="ISO8601" if re.match(r"\d{4}-", first) else "mixed")
+    return (stamps - pd.Timestamp(0)) / pd.Timedelta(1, "s")
 
 
 def _is_zipped(path: Path) -> bool:
