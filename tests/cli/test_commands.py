@@ -63,6 +63,19 @@ def test_a_lead_is_a_text_with_its_unit_too():
     assert fric.read_machine("xy-table", lead="auto").axis("x").nominal_friction.lead == "auto"
 
 
+@pytest.mark.parametrize(("words", "told"), [
+    (["--lead", "-1 ms"], "lead of the feedforward is -0.001 s"),
+    (["--lead", "1 h"], "lead of the feedforward is 3600 s"),
+    (["--gain", "nan"], "gain of the feedforward is nan"),
+    (["--gain", "-1"], "gain of the feedforward is -1"),
+])  # fmt: skip
+def test_a_feedforward_that_is_none_ends_in_a_sentence(words, told):
+    """A negative lead ended in a traceback, and a gain that is no number in the error of a circle."""
+    error = CliRunner().invoke(app, ["simulate", "circle", "xy-table", "--scheme", "c", *words]).exception
+    assert isinstance(error, FricError)
+    assert told in error.what
+
+
 def test_a_path_of_a_wrong_type_ends_in_a_sentence():
     with pytest.raises(FricError, match="path takes points, or their file, and was given an int"):
         fric.path("xy-table", 3)

@@ -10,10 +10,23 @@ from fric.control import block_type
 from fric.control.base import ControlBlock
 from fric.errors import FricError, near
 from fric.kernels.loop import BLOCKS
+from fric.reference import MOST_LEAD
 from fric.verb import typed
 
 Lead = float | Literal["auto"]
 """How far feedforward goes ahead of the reference [s]; ``auto`` for the delay T_d of the nominal plant."""
+
+LARGEST_GAIN = 100.0
+"""Of a feedforward: no share of a friction that is believed."""
+
+
+def require_feedforward(gain: float | None, lead: Lead | None) -> None:
+    """Raise a `FricError` where a gain or a lead is none of a feedforward."""
+    if gain is not None and not 0 <= gain <= LARGEST_GAIN:
+        raise FricError(f"the gain of the feedforward is {gain:g}", hint="Give a share of the friction, 1 for all.")
+    if lead is not None and lead != "auto" and not 0 <= float(lead) <= MOST_LEAD:
+        raise FricError(f"the lead of the feedforward is {lead:g} s", hint=f"Give 0 to {MOST_LEAD:g} s, or auto.")
+
 
 OBSERVER = "inverse-model"
 """The block that ``observer: true`` stands for."""
@@ -63,6 +76,7 @@ class Scheme:
     blocks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        require_feedforward(self.gain, self.lead)
         if (kind := block_type(self.controller).kind) != "controller":
             raise FricError(
                 f"scheme {self.name} asks for '{self.controller}' as its controller, which is of the kind {kind}",

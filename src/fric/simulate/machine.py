@@ -9,7 +9,7 @@ from typing import Any
 
 from fric.control.cascade import Cascade
 from fric.control.inverse_model import DisturbanceObserver
-from fric.control.scheme import Lead
+from fric.control.scheme import Lead, require_feedforward
 from fric.drive.plant import Plant
 from fric.drive.sensing import Encoder
 from fric.errors import FricError, near
@@ -39,6 +39,9 @@ class NominalFriction:
     models: Mapping[str, FrictionModel] = field(default_factory=dict)
     gain: float = 1.0
     lead: Lead = 0.0
+
+    def __post_init__(self) -> None:
+        require_feedforward(self.gain, self.lead)
 
 
 @typed

@@ -20,7 +20,7 @@ from scipy.special import stdtrit
 
 from fric.arrays import Real
 from fric.control.cascade import Cascade
-from fric.drive.plant import Plant
+from fric.drive.plant import Plant, hold_delay
 from fric.drive.sensing import Encoder
 from fric.estimate import as_filed
 from fric.friction import FrictionModel
@@ -69,7 +69,7 @@ def usual_cascade(plant: Plant, sampling: float, lags: float) -> Cascade:
     lags
         Period of its crossover over all lags in its velocity loop.
     """
-    crossover = 2 * pi / lags / (plant.T_d + 1 / (2 * pi * FILTER) + 0.5 / sampling)
+    crossover = 2 * pi / lags / (plant.T_d + 1 / (2 * pi * FILTER) + hold_delay(sampling))
     K_p = crossover / plant.B
     return Cascade(crossover / 3, K_p, K_p * crossover / 10, FILTER, sampling, inf)
 
@@ -156,7 +156,7 @@ def _made_again(
     divider = max(round(RATE * interval), 1)
     sampling = divider / interval
     plant = as_filed(plant)
-    plant = replace(plant, T_d=max(plant.T_d, 0.5 / sampling), force_lag=0.0)
+    plant = replace(plant, T_d=max(plant.T_d, hold_delay(sampling)), force_lag=0.0)
     count = min(int((m.time[end - 1] - m.time[begin]) * sampling), MOST)
     path = cubic_spline(m.time, np.round(m.position / (FINEST * m.step)) * (FINEST * m.step))
     t = m.time[begin] + np.arange(count) / sampling
