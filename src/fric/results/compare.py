@@ -9,13 +9,18 @@ from typing import Annotated, Any
 
 from fric.circles.model_shape import wrong_shape, wrong_shape_measured
 from fric.documents.comparison import comparison_tree
+from fric.documents.halves import HalvesDocument
 from fric.errors import FricError
+from fric.estimate import estimate_rows
 from fric.friction import models as known_models
+from fric.identify.halves import Halves
+from fric.identify.halves import halves as find_halves
 from fric.identify.replay.compare import Baseline, Comparison, Score, compare_models
 from fric.identify.replay.splits import split_by_cycles, split_by_folds, split_by_record
 from fric.io.circle import choose_circles
 from fric.io.recognise import recognise
 from fric.io.run import read_runs
+from fric.log import Log
 from fric.records.prepared import prepared
 from fric.results.base import Result
 from fric.results.given import Advance, logs_of, silent
@@ -80,6 +85,45 @@ class ComparisonResult(Result):
         }
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class HalvesResult(Result):
+    """How far halves of the records are apart, each identified alone.
+
+    Parameters
+    ----------
+    halves
+        Each parameter of each halving.
+    logs
+        The records.
+    """
+
+    halves: Halves
+    logs: Sequence[Log]
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The halves, in SI."""
+        return HalvesDocument.made(self.halves, logs=self.logs).tree()
+
+    def report(self) -> list[Piece]:
+        """Return a line a parameter of each halving, and how many halves agree."""
+        rows = []
+        for one in self.halves.found:
+            ((_, first, width, unit), (_, second, other, _)) = estimate_rows({"a": one.first, "b": one.second})
+            rows.append(
+                (one.by, one.parameter, f"{first} ({width})", f"{second} ({other})", unit, f"{one.half_widths:.2f}")
+            )
+        columns = ("halved by", "", "first half", "second half", "unit", "half-widths apart")
+        count = len(self.halves.found)
+        share = f"{round(self.halves.within * count)} of {count} differ by less than the half-width of their difference"
+        untold = [f"{by}: {why}" for by, why in self.halves.untold.items()]
+        return [Table(columns, rows), f"{share}; 95 % do where intervals hold", *untold]
+
+    def by_row(self) -> dict[str, dict[str, Any]]:
+        """Return by how many half-widths the halves differ, by halving and parameter."""
+        return {f"{one.by} {one.parameter}": {"half_widths": one.half_widths} for one in self.halves.found}
+
+
 @verb
 def compare(
     *logs: LogLike,
@@ -87,13 +131,14 @@ def compare(
     fit_on: Annotated[str | Sequence[str] | None, Kind(list[str], "RECORD", "records")] = None,
     cycles: Annotated[int | None, Kind(metavar="N", least=1)] = None,
     folds: Annotated[int, Kind(least=2)] = 3,
+    halves: bool = False,
     static: FrictionLike | None = None,
     plant: PlantLike | None = None,
     blocks: Count = 4,
     seed: Seed = 0,
     circles: CircleFiles = (),
     advance: Advance = silent,
-) -> ComparisonResult:
+) -> ComparisonResult | HalvesResult:
     """Fit friction models on some records or cycles and score them on others.
 
     Parameters
@@ -108,6 +153,8 @@ def compare(
         Fit on the first N cycles of a record, score on the rest.
     folds
         Cut each record in so many parts, each scored by a fit to the others. Where neither is given.
+    halves
+        Identify halves of strokes and motions apart instead, by time, record, direction and place: do they agree?
     static
         A friction file whose static map is kept. Its result is taken, too.
     plant
@@ -136,6 +183,8 @@ def compare(
         raise FricError("`fit_on=` and `cycles=` are two ways to split", hint="Give one of them.")
     records = logs_of(logs)
     axis, motion = records[0].axis, records[0].motion
+    if halves:
+        return HalvesResult(find_halves(records, plant_of(plant, axis, motion)), records)
     kept = friction_of(static, axis, motion)
     ready = prepared(records, plant_of(plant, axis, motion))
     if fit_on:

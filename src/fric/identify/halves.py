@@ -1,0 +1,165 @@
+"""Halves of what was logged, identified apart: whether intervals are as wide as repeated measurements are apart."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import hypot, isfinite
+
+import numpy as np
+
+from fric.arrays import Mask
+from fric.drive.plant import Plant
+from fric.errors import FricError
+from fric.estimate import Estimate
+from fric.identify.plant.rigid_body import identify_motion
+from fric.identify.static_map.identify import identify_static
+from fric.identify.static_map.points import SpeedPoint, stroke_points
+from fric.log import ForceVelocity, Log
+from fric.records.recognition import kind_of
+
+ALIKE = 6.0
+"""Ratio of the slowest, and of the fastest strokes of two halves, up to which they tell the same map."""
+LEAST = 200
+"""Samples of half a motion at least."""
+
+
+@dataclass(frozen=True)
+class Halved:
+    """A parameter of two halves of the records."""
+
+    by: str  # By what they were halved
+    parameter: str  # Its name
+    first: Estimate  # Of the first half
+    second: Estimate  # Of the second half
+
+    @property
+    def half_widths(self) -> float:
+        """By how much they differ, in half-widths of the 95 % interval of a difference [1]: 95 of 100 are below 1."""
+        return abs(float(self.first) - float(self.second)) / hypot(self.first.half_width, self.second.half_width)
+
+
+@dataclass(frozen=True)
+class Halves:
+    """How far halves of the records of an axis are apart."""
+
+    axis: str  # Name of the axis
+    found: tuple[Halved, ...]  # Each parameter of each halving
+    untold: Mapping[str, str]  # Why a halving tells nothing, by what it is
+
+    @property
+    def within(self) -> float:
+        """Share of the parameters whose halves differ by less than a half-width [1]: 0.95 where intervals hold."""
+        return float(np.mean([one.half_widths <= 1.0 for one in self.found])) if self.found else float("nan")
+
+
+def halves(logs: Sequence[Log], plant: Plant | None = None) -> Halves:
+    """Identify halves of the records apart, by time, in turns, by record, direction and place.
+
+    Of strokes it is the static map, each stroke with the error of its mean; of motions mass and friction of the rigid
+    axis.
+
+    Raises
+    ------
+    FricError
+        When the records hold neither strokes nor motions, or no half tells anything.
+    """
+    kinds = [kind_of(log) for log in logs]
+    strokes = [log for log, kind in zip(logs, kinds, strict=True) if kind == "constant-velocity"]
+    motions = [log for log, kind in zip(logs, kinds, strict=True) if kind == "motion"]
+    found: list[Halved] = []
+    untold: dict[str, str] = {}
+    pairs = [*(_of_strokes(strokes, plant) if strokes else ()), *(_of_motions(motions) if motions else ())]
+    for by, first, second in pairs:
+        try:
+            one, other = first(), second()
+        except FricError as error:
+            untold[by] = error.what
+            continue
+        found += [
+            Halved(by, name, one[name], other[name]) for name in one.keys() & other.keys()
+            if _closed(one[name]) and _closed(other[name])
+        ]  # fmt: skip
+    if not found:
+        why = "; ".join(dict.fromkeys(untold.values())) or "there are neither strokes nor motions"
+        raise FricError(f"no halves can be compared: {why}", where=logs[0].where if logs else "")
+    order = list(dict.fromkeys(one.by for one in found))
+    return Halves(logs[0].axis, tuple(sorted(found, key=lambda one: (order.index(one.by), one.parameter))), untold)
+
+
+Fit = Callable[[], Mapping[str, Estimate]]
+
+
+def _closed(estimate: Estimate) -> bool:
+    return estimate.ci95 is not None and isfinite(estimate.half_width) and estimate.half_width > 0.0
+
+
+def _of_strokes(logs: Sequence[Log], plant: Plant | None) -> Iterator[tuple[str, Fit, Fit]]:
+    points, _ = stroke_points(logs, plant=plant)
+    names = [log.name for log in logs]
+    points.sort(key=lambda point: (names.index(point.record), point.start))
+    whole = identify_static(logs, plant=plant, direction="both", delta=1.0)
+    offset = float(whole.static.estimates["offset"]) if whole.static is not None else 0.0
+
+    def fit(chosen: Mask, load: float | None = None) -> Fit:
+        def made() -> Mapping[str, Estimate]:
+            reach = [(abs(velocity[some]).min(), abs(velocity[some]).max()) for some in (chosen, ~chosen) if some.any()]
+            if len(reach) < 2 or any(max(ends) > ALIKE * min(ends) for ends in zip(*reach, strict=True)):
+                raise FricError("one half has other speeds than the other")
+            table = _table([point for point, one in zip(points, chosen, strict=True) if one], logs[0])
+            found = identify_static([table], direction="both", delta=1.0, load=load).static
+            return {} if found is None else found.estimates
+
+        return made
+
+    velocity = np.array([point.velocity for point in points])
+    number, of_record = np.arange(len(points)), np.array([names.index(point.record) for point in points])
+    speed = np.argsort(np.argsort(velocity))
+    forward = velocity > 0
+    yield "time", fit(2 * number < len(points)), fit(2 * number >= len(points))
+    yield "turns", fit(speed // 2 % 2 == 0), fit(speed // 2 % 2 == 1)
+    if len(names) > 1:
+        yield "record", fit(of_record % 2 == 0), fit(of_record % 2 == 1)
+    if forward.any() and not forward.all():
+        yield "direction", fit(forward, offset), fit(~forward, offset)
+    at = [None if p.stretch is None or p.stretch[0].position is None else _place(p) for p in points]
+    if None not in at:
+        low = np.array(at, float) < float(np.median(np.array(at, float)))
+        yield "place", fit(low), fit(~low)
+
+
+def _place(point: SpeedPoint) -> float:
+    log, segment = point.stretch  # type: ignore[misc]
+    return float(np.mean(log.require("position", "a place")[segment.start : segment.stop]))
+
+
+def _table(points: Sequence[SpeedPoint], log: Log) -> ForceVelocity:
+    columns = np.array([(point.velocity, point.force, point.standard_error) for point in points]).reshape(-1, 3).T
+    velocity, force, error = columns
+    return ForceVelocity(velocity, force, error=error, axis=log.axis, motion=log.motion, name="half")
+
+
+def _before(middle: int, end: int) -> tuple[int, int]:
+    return 0, middle
+
+
+def _after(middle: int, end: int) -> tuple[int, int]:
+    return middle, end
+
+
+def _of_motions(logs: Sequence[Log]) -> Iterator[tuple[str, Fit, Fit]]:
+    def fit(some: Sequence[Log]) -> Fit:
+        return lambda: identify_motion(some).estimates
+
+    def side(name: str) -> Fit:
+        def made() -> Mapping[str, Estimate]:
+            found = identify_motion(logs, direction="each").estimates
+            return {key.removesuffix(name): one for key, one in found.items() if key.endswith(name)}
+
+        return made
+
+    long = [log for log in logs if len(log) >= 2 * LEAST]
+    if long:
+        first, second = ([log.slice(*ends(len(log) // 2, len(log))) for log in long] for ends in (_before, _after))
+        yield "time", fit(first), fit(second)
+    if len(logs) > 1:
+        yield "record", fit(logs[::2]), fit(logs[1::2])
+    yield "direction", side("_positive"), side("_negative")
