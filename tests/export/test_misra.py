@@ -39,7 +39,9 @@ def test_exported_c_has_no_findings(names: list[str], tmp_path: Path) -> None:
         named = ["gms"] if single else names
         made = [part(typical(name)) for name in named]
         made += [part(typical(name), "machine") for name in named if name == "gms" or name in DIRECTED]
-        for n, one in enumerate([*made, scheme_part("f")]):  # each an axis of its own, for names are compared too
+        for n, one in enumerate(
+            [*made, scheme_part("c" if single else "f")]
+        ):  # each an axis of its own, for names are compared too
             for name, text in c_files(replace(one, axis=f"a{n}{single:d}"), single=single).items():
                 (tmp_path / name).write_text(str(text))
                 if name.endswith(".c"):

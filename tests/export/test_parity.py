@@ -67,12 +67,39 @@ def test_c_gives_the_librarys_forces_in_double_and_in_single_precision(name: str
 
 
 @needs_compiler
+@pytest.mark.parametrize("scheme", ["b", "c"])
+def test_single_precision_is_within_a_thousandth_of_double(scheme: str, tmp_path: Path) -> None:
+    rows, _ = along_a_run(scheme)
+    rng = np.random.default_rng(3)
+    walk = 0.01 + np.cumsum(np.cumsum(rng.normal(size=4000))) * 1e-9
+    v = np.gradient(walk, 1 / SAMPLING)
+    random = [
+        {"position": z, "velocity": rate, "acceleration": a, "measured": z, "control": 0.0, "input": 0.0}
+        for z, rate, a in zip(walk.tolist(), v.tolist(), np.gradient(v, 1 / SAMPLING).tolist(), strict=True)
+    ]
+    double, single = (InC(scheme_part(scheme), tmp_path, single=one) for one in (False, True))
+    for motion in (rows, random):
+        told = []
+        for made in (double, single):
+            made.reset()
+            told.append(np.array([made.step(**row) for row in motion]))
+        assert np.abs(told[1] - told[0]).max() <= 1e-3 * np.abs(told[0]).max()
+
+
+def test_an_observer_in_single_precision_is_refused() -> None:
+    """As an estimate off by 0.7 to 7 %, unsaid."""
+    with pytest.raises(FricError, match="has an observer, which single precision"):
+        c_files(scheme_part("f"), single=True)
+
+
+@needs_compiler
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("role", ["compensation", "machine"])
 def test_strict_compilers_have_nothing_to_say(compiler: str, role: Role, tmp_path: Path) -> None:
     made = [part(typical(name), role) for name in exportable()]
     made += [scheme_part("f")] if role == "compensation" else []
     for single in (False, True):
+        made = [one for one in made if not (single and one.blocks)]
         included = ""
         for n, one in enumerate(
             made

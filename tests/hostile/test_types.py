@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,14 @@ import numpy as np
 import pytest
 
 from fric.circles.measured import AxisTrace, MeasuredCircle
+from fric.circles.voltage import voltage_record
+from fric.control.cascade import Cascade
+from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.io.hdf5 import read_records, write_logs
 from fric.io.ingest import ingest
 from fric.log import ForceVelocity, FrequencyResponse, Log
+from fric.reference import circle as circular
 from fric.simulate.path import PointPath, RecordedPath
 
 N = 64
@@ -110,3 +115,42 @@ def test_a_log_file_of_others_is_held_to_the_same(tmp_path: Path, values: np.nda
         file["records/a"].create_dataset("force", data=values)
     with pytest.raises(FricError, match="record 'a'"):
         read_records(path)
+
+
+def turning(seconds: float, rate: float = 2000.0, **gaps: float) -> MeasuredCircle:
+    t = np.arange(seconds * rate) / rate
+    t = np.where(np.arange(len(t)) < len(t) // 2, t, t + gaps.get("gap", 0.0))
+    angle = 25.0 * t
+    axes = {name: AxisTrace(t, z + 1e-7, z, z * 10) for name, z in (("x", np.cos(angle)), ("y", np.sin(angle)))}
+    axes = {
+        name: replace(one, position=one.position * 2e-3, reference=one.reference * 2e-3) for name, one in axes.items()
+    }
+    return MeasuredCircle(2e-3, 0.05, 1, axes)
+
+
+@pytest.mark.parametrize(
+    ("test", "match"),
+    [
+        (turning(0.01), "less|too little|a whole revolution"),
+        (turning(0.1), "too little of the circle"),
+        (turning(0.5, gap=1e6), "samples cover the time of"),
+    ],
+)
+def test_a_circle_that_is_none_is_told_before_it_is_tuned_by(test: MeasuredCircle, match: str) -> None:
+    """As a singular matrix, an empty filter, and an array of terabytes."""
+    with pytest.raises(FricError, match=match):
+        voltage_record(test, "x")
+
+
+@pytest.mark.parametrize("value", [np.inf, 1e300, np.nan])
+def test_gains_that_no_drive_has(value: float) -> None:
+    """As eigenvalues of infinity in `design`."""
+    with pytest.raises(FricError, match="K_p of the controller is"):
+        Cascade(100.0, value, 1.0, 500.0, 4000.0)
+    with pytest.raises(FricError, match="B of the plant is"):
+        LinearPlant(1.0, value, 1e-3)
+
+
+def test_a_lead_that_asks_for_terabytes() -> None:
+    with pytest.raises(FricError, match="a lead of 1e"):
+        circular(0.01, 0.1, 1, 4000.0)[0].ahead(1e9)

@@ -6,7 +6,10 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from fric.arrays import Complex, Real
+from fric.errors import FricError
 
+MOST_MISSING = 4.0
+"""Samples that the time of one that was recorded may hold on average."""
 SMOOTHED = 200.0
 """Corner of the filter over the tracking error [Hz]."""
 
@@ -46,9 +49,20 @@ def low_pass(corner: float, sampling: float) -> Real:
 
 
 def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
-    """Return channels at even instants: as they are, or between their samples where these are missing or jitter."""
+    """Return channels at even instants: as they are, or between their samples where these are missing or jitter.
+
+    Raises
+    ------
+    FricError
+        When most samples are missing.
+    """
     period = float(np.median(np.diff(time)))
-    t = time[0] + period * np.arange(round((time[-1] - time[0]) / period) + 1)
+    samples = round((time[-1] - time[0]) / period) + 1
+    if samples > MOST_MISSING * len(time):
+        raise FricError(
+            f"{len(time)} samples cover the time of {samples:.3g}", hint="Record it again, without gaps in its time."
+        )
+    t = time[0] + period * np.arange(samples)
     if len(t) == len(time) and np.abs(t - time).max() < 0.02 * period:
         mean = float(time[-1] - time[0]) / (len(time) - 1)
         return time[0] + mean * np.arange(len(time)), list(channels)

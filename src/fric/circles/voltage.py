@@ -33,6 +33,8 @@ BREAK_AWAY = 0.5e-6
 FINE = 8
 ROWS = 400.0
 """Samples a second that are compared, at least [Hz]: behind the filter nothing new is told between them."""
+LEAST, TURNED = 32, 1.5 * pi
+"""Samples that are compared, and angle that they cover [rad], at least."""
 SLIDING, COARSE = 0.35, 8
 """Where an axis moves faster than this share of the feed, friction is replayed from every so-manieth sample."""
 TAPS = 3.0
@@ -178,13 +180,15 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
             f"the test was recorded at {sampling:.3g} Hz", where=where,
             hint=f"Tuning needs {SLOWEST:g} Hz at least: what happens at a reversal takes some milliseconds.",
         )  # fmt: skip
-    rate_of = np.gradient(z_m, t)  # behind the filter of what is compared, noise and all: no motion is taken off
-    a = np.gradient(rate_of, t)
-    a[1:-1] = (z_m[2:] - 2 * z_m[1:-1] + z_m[:-2]) * sampling**2
     # how fine the motion behind a reversal is: its time over the first half micrometre
     along = (2 * BREAK_AWAY * test.radius) ** 0.5 / test.feed
     every = max(1, int(min(sampling / SLOWEST, sampling * along / FINE)))
     rate = sampling / every
+    thin = t[::every]
+    angle, revolution, used = _seen(test, thin, where) if like is None else (like.angle, like.revolution, like.used)
+    rate_of = np.gradient(z_m, t)  # behind the filter of what is compared, noise and all: no motion is taken off
+    a = np.gradient(rate_of, t)
+    a[1:-1] = (z_m[2:] - 2 * z_m[1:-1] + z_m[:-2]) * sampling**2
     sections = low_pass(COMPARED, rate)
     z, v = smoothed(t, r, r - z_m)
 
@@ -192,7 +196,6 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
         thin = decimate(values, every, ftype="fir") if every > 1 else values
         return np.asarray(sosfiltfilt(sections, thin))
 
-    thin = t[::every]
     inertia, damping, voltage = (compared(values)[: len(thin)] for values in (a, rate_of, u))
     smooth = np.ascontiguousarray(z[::every]), np.ascontiguousarray(v[::every])
     spline = CubicSpline(thin, voltage)
@@ -201,11 +204,6 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
             like, position=smooth[0], velocity=smooth[1], inertia=inertia, damping=damping, voltage=spline,
             raw=(t, r, z_m, u), whole=z, test=test,
         )  # fmt: skip
-    angle, revolution, moving = _revolutions(test, thin)
-    edge = int(rate / COMPARED * 4)
-    used = moving & (thin - thin[0] >= RUN_IN * (thin[-1] - thin[0]))
-    used[:edge] = used[-edge:] = False
-    used &= np.arange(len(thin)) % max(int(rate / ROWS), 1) == 0
     slides = np.abs(np.gradient(r, t))[::every] > SLIDING * test.feed
     nodes = np.flatnonzero(~slides | (np.arange(len(thin)) % COARSE == 0) | (np.arange(len(thin)) == len(thin) - 1))
     return VoltageRecord(
@@ -244,6 +242,28 @@ def refined(
     return replace(
         record, position=np.ascontiguousarray(z[::every]), velocity=np.ascontiguousarray(v[::every]), whole=z
     )
+
+
+def _seen(test: MeasuredCircle, t: Real, where: str) -> tuple[Real, Indices, Mask]:
+    """Return angle and revolution at even instants, and at which of them voltages are compared.
+
+    Raises
+    ------
+    FricError
+        When these are less than most of a revolution.
+    """
+    angle, revolution, moving = _revolutions(test, t)
+    rate = 1.0 / float(t[1] - t[0])
+    edge = int(rate / COMPARED * 4)
+    used = moving & (t - t[0] >= RUN_IN * (t[-1] - t[0]))
+    used[:edge] = used[-edge:] = False
+    used &= np.arange(len(t)) % max(int(rate / ROWS), 1) == 0
+    if np.count_nonzero(used) < LEAST or np.ptp(angle[used]) < TURNED:
+        raise FricError(
+            "too little of the circle is left behind its run-in to tune by", where=where,
+            hint="Record two revolutions at steady feed.",
+        )  # fmt: skip
+    return angle, revolution, used
 
 
 def _revolutions(test: MeasuredCircle, t: Real) -> tuple[Real, Indices, Mask]:

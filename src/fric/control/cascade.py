@@ -11,6 +11,7 @@ from fric.drive.sensing import low_pass_pole
 from fric.errors import FricError
 from fric.friction.base import Parameter
 from fric.kernels.block import Sample, compiled_block
+from fric.series import GAIN
 from fric.verb import require_numbers
 
 SEEN, FILTERED, INTEGRAL, PENDING = range(4)
@@ -81,6 +82,8 @@ class Cascade(ControlBlock):
             value = getattr(self, name)
             if not (value > 0 or (name == "K_i" and value == 0)):
                 raise FricError(f"{name} of the controller is {value:g}", hint=f"{name} is a positive number.")
+            if value > GAIN and name != "limit":
+                raise FricError(f"{name} of the controller is {value:g}, which no drive has", hint="Look at its unit.")
 
     @property
     def T_s(self) -> float:

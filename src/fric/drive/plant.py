@@ -8,6 +8,7 @@ import numpy as np
 from fric.arrays import Complex, Real
 from fric.errors import FricError
 from fric.kernels.elementary import exp, expm1
+from fric.series import GAIN
 from fric.verb import require_numbers
 
 MOST_SAMPLES = 10_000
@@ -48,6 +49,8 @@ class LinearPlant:
             value = getattr(self, field.name)
             if not (value > 0 or (field.name in {"A", "T_d"} and value == 0) or _signed(field.name, value)):
                 raise FricError(f"{field.name} of the plant is {value:g}", hint=f"{field.name} is a positive number.")
+            if not abs(value) <= GAIN:
+                raise FricError(f"{field.name} of the plant is {value:g}, which no drive has", hint="Look at its unit.")
 
     def transport_delay(self, sampling: float) -> float:
         """Return the delay of eq. (1) without the hold of a controller that samples at ``sampling`` [Hz], in s.

@@ -76,7 +76,7 @@ def swing(strokes: Strokes) -> Correction | None:
 def rounding(strokes: Strokes) -> Correction | None:
     """Allow for coarse steps of the force: they put off all strokes by one amount, and the slow against the fast."""
     by, points = rounded_by(strokes.points), strokes.points
-    if by == 0.0:
+    if by == 0.0 or len(points) < 2:
         return None
     along = np.argsort(np.argsort(np.abs(strokes.velocity))) / (0.5 * (len(points) - 1)) - 1.0
     together = by * np.sign(strokes.force) * np.array([np.ones_like(along), along])
