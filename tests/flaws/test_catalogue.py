@@ -272,6 +272,16 @@ def resting(off: float) -> Log:
     return Log(time=t, position=moves, force=force, name="a")
 
 
+def uneven_motion(by: float) -> Log:
+    """Return a motion whose viscous friction differs from its mean by a share, up and down with the direction."""
+    t = np.arange(8000) / 1e3
+    v = 0.2 * np.cos(3.0 * t) + 0.1 * np.cos(11.0 * t)
+    position = 0.2 / 3.0 * np.sin(3.0 * t) + 0.1 / 11.0 * np.sin(11.0 * t)
+    a = -0.6 * np.sin(3.0 * t) - 1.1 * np.sin(11.0 * t)
+    force = 10.0 * a + 500.0 * (v + by * np.abs(v)) + 20.0 * np.sign(v)
+    return Log(time=t, position=position, force=force + np.random.default_rng(1).normal(scale=0.2, size=len(t)))
+
+
 def strokes(level: float, number: int) -> ForceVelocity:
     v = np.outer([-1.0, 1.0], np.geomspace(1e-4, 0.05, 8)).ravel()
     force = np.sign(v) * level * (50.0 + 30.0 * np.exp(-np.abs(v) / 2e-3)) + 100.0 * v
@@ -311,6 +321,7 @@ SHOWN: dict[str, Show] = {
     "spring-in-series": lambda s: response(mode=N(encoder="motor" if is_so(s) else "table", ratio=0.5, frequency=80.0)),
     "amplitudes-disagree": lambda s: response(friction={"differs": is_so(s), "coulomb": Estimate(-1.0, "m/s²")}),
     "friction-in-response": lambda s: response(friction={"differs": is_so(s), "coulomb": Estimate(1.0, "m/s²")}),
+    "viscous-by-direction": lambda s: rigid_body.identify_motion([uneven_motion(s * rigid_body.UNLIKE)]).warnings,
     "residuals-alike": lambda s: rigid(lag=0.3 * s),
     "axis-rests": lambda s: rigid(rests=0.1 * s),
     "not-physical": lambda s: rigid(F_c=1.0 - 1.0 * s),

@@ -27,6 +27,9 @@ A_HOLDS_FRICTION = Flaw("A-holds-friction", lambda f: "note" if f.small else "wr
     widens={"A": 0.3, "level": 0.05})
 A_HOLDS_VISCOUS = Flaw("A-holds-viscous", "note",
     "A includes the viscous friction of the guideway, over the moving mass, besides the drive's own damping.")
+VISCOUS_BY_DIRECTION = Flaw("viscous-by-direction", "doubt",
+    "The directions differ: F_v is {forward} forwards and {backward} backwards, and their mean holds for neither.",
+    "Identify again with --direction each.", widens={"A": 0.1})
 T_D_AT_BOUND = Flaw("T_d-at-bound", "doubt", "T_d ends at its bound, {hold:the hold alone|zero}: input and position "
     "are not logged at one instant, or the assumed hold is wrong.", "Check the log, and --hold.", widens={"T_d": 0.3})
 T_D_ASSUMED = Flaw("T_d-assumed", "doubt", "T_d is not seen in a motion: half a sample, the hold alone, is assumed.",

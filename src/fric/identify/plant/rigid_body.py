@@ -13,7 +13,14 @@ from fric.errors import FricError
 from fric.estimate import Estimate
 from fric.flaws.channel import K_F_MISSING
 from fric.flaws.drift import RECORDS_VARY
-from fric.flaws.response import A_HOLDS_VISCOUS, AXIS_RESTS, NOT_PHYSICAL, RESIDUALS_ALIKE, T_D_ASSUMED
+from fric.flaws.response import (
+    A_HOLDS_VISCOUS,
+    AXIS_RESTS,
+    NOT_PHYSICAL,
+    RESIDUALS_ALIKE,
+    T_D_ASSUMED,
+    VISCOUS_BY_DIRECTION,
+)
 from fric.identify.plant.covariance import Between, between_records, hac_covariance
 from fric.identify.plant.force_constant import against_mass
 from fric.identify.plant.force_constant import force_constant as slope_of_force
@@ -29,6 +36,8 @@ from fric.units import Motion, readable, si_unit
 
 DIFFERENT = 1e-3
 """Probability with which records of the same parameters scatter so, under which it is said that they differ."""
+UNLIKE = 0.05
+"""Share of the viscous friction by which the directions differ from their mean, from which on it is said."""
 REST = 0.01
 """Share of the largest speed below which the axis counts as resting."""
 
@@ -167,7 +176,8 @@ def identify_motion(
         logs[0].axis, motion, channel, estimates, dict(zip(names, map(float, deviation), strict=True)), plant,
         float(np.linalg.norm(residual) / np.linalg.norm(y)), float(np.linalg.cond(X)), lag, rates[0], settings[0],
         time, y, X @ values,
-        (*_varies(between, estimates), *_warnings(records, estimates, lag, deviation, half / quantile, K_f, delay),
+        (*_varies(between, estimates), *_directions(X, y, lengths, estimates),
+         *_warnings(records, estimates, lag, deviation, half / quantile, K_f, delay),
          *scale.warnings, *against_mass(plant, mass, motion), *record_flaws(logs, "plant")),
     )  # fmt: skip
 
@@ -239,6 +249,21 @@ def _plant(  # noqa: PLR0913 - what a motion tells and what is given besides
     if K_f is not None:
         found["K_f"] = K_f
     return found
+
+
+def _directions(X: Real, y: Real, lengths: Sequence[int], estimates: Mapping[str, Estimate]) -> Iterator[Notice]:
+    """Say that viscous friction differs by direction: ``F_v·ż + d·|ż|`` has F_v + d forwards and F_v - d backwards."""
+    if "F_v" not in estimates:
+        return
+    more = np.column_stack([X, np.abs(X[:, 1])])
+    if np.linalg.cond(more / np.linalg.norm(more, axis=0)) > CONDITION:
+        return
+    values = np.linalg.lstsq(more, y, rcond=None)[0]
+    error = float(np.sqrt(hac_covariance(more, y - more @ values, lengths)[-1, -1]))
+    mean, by = float(values[1]), float(values[-1])
+    if abs(by) > max(float(stdtrit(len(y) - len(values), 1 - DIFFERENT / 2)) * error, UNLIKE * abs(mean)):
+        unit = estimates["F_v"].unit
+        yield VISCOUS_BY_DIRECTION.found(forward=Estimate(mean + by, unit), backward=Estimate(mean - by, unit))
 
 
 def _varies(between: Between | None, estimates: Mapping[str, Estimate]) -> Iterator[Notice]:
