@@ -49,7 +49,8 @@ class FricError(Exception):
 
     def at(self, where: str) -> "FricError":
         """Return the same error, told with the place where it was found (outermost place first)."""
-        return FricError(self.what, where=f"{where}: {self.where}" if self.where else where, hint=self.hint)
+        place = f"{where}: {self.where}" if self.where else where
+        return FricError(self.what, where=place, hint=self.hint, form=self.form)
 
 
 def near(given: str, known: Iterable[str]) -> str:

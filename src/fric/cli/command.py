@@ -139,7 +139,7 @@ class Command:
                 found(self.run)(self, values) if self.run else self.end(self.call(values), values)
             except FricError as error:
                 what, where, hint = map(self.worded, (error.what, error.where, error.hint))
-                raise FricError(what, where=where, hint=hint) from None
+                raise FricError(what, where=where, hint=hint, form=error.form) from None
 
         command.__doc__ = self.help
         taken = self.parameters()
