@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 Motion = Literal[
     "linear", "rotary", "linear/A", "rotary/A", "linear/%", "rotary/%", "linear/V", "rotary/V", "linear/count",
-    "rotary/count",
+    "rotary/count", "linear/N*m",
 ]  # fmt: skip
-"""What an axis does, and behind a slash the unit of its forces where they are in the drive's own."""
+"""What an axis does, and behind a slash the unit of its forces where that is the drive's own, or its motor's."""
 MOTIONS: tuple[Motion, ...] = get_args(Motion)
 
 SI_UNITS: dict[str, tuple[str, str]] = {

@@ -20,7 +20,7 @@ from fric.io.circle import choose_circles
 from fric.io.hdf5 import read_records
 from fric.io.ingest import ingest as read_foreign
 from fric.io.ingest_circle import ingest_circles
-from fric.io.mapped import Guessed, guessed, says_all
+from fric.io.mapped import Guessed, axes_said, guessed, says_all
 from fric.io.propose import is_sure
 from fric.io.readers import endings
 from fric.io.recognise import HDF5_SIGNATURE, recognise
@@ -247,7 +247,8 @@ def _foreign(path: Path, mapping: str | None, found: Sources, seen: list[Record]
     """
     if not mapping and _lacks_force(path):
         return LACKS_FORCE
-    why = _read(path, mapping or "", found, seen, assume=assume)
+    whys = [_read(path, mapping or "", found, seen, axis=axis, assume=assume) for axis in axes_said(path)]
+    why = whys[0] if all(whys) else ""
     if not why or mapping:
         return why
     with TemporaryDirectory() as folder:

@@ -13,7 +13,7 @@ from fric.errors import FricError
 from fric.io.hdf5 import header_of, log_writer
 from fric.io.ingest_session import IngestedRecord, Progress, Session, StatedLog
 from fric.io.readers import tables
-from fric.io.readers.base import Table
+from fric.io.readers.base import OF_SEVERAL, Table
 from fric.notice import Notice
 from fric.output import refuse_ending, refuse_existing
 from fric.units import Motion
@@ -86,15 +86,15 @@ def ingest(
     held = header_of(output) if append and output.exists() else None
     with ThreadPoolExecutor(1) as beside, ExitStack() as files:  # digests are taken while the file is read
         session = Session(stated, progress or (lambda _: None), beside)
-        opened, refused = _first_readable(sources, mapping, session, held, files)
+        opened, refused = _first_readable(sources, stated, session, held, files)
         chosen_axis, chosen_motion = opened.axis
         with log_writer(output, axis=chosen_axis, motion=chosen_motion, append=append, force=force) as writer:
             session.known = writer.digests()
             if join and not refused:
-                tables_of = [opened.tables, *(_tables(source, mapping, files) for source in sources[1:])]
+                tables_of = [opened.tables, *(_tables(source, mapping, files, stated.axis) for source in sources[1:])]
                 session.join(sources, tables_of, writer, chosen_motion)
             for n, source in enumerate([] if join else sources[opened.number :], opened.number):
-                found = opened.tables if n == opened.number else _tables(source, mapping, files)
+                found = opened.tables if n == opened.number else _tables(source, mapping, files, stated.axis)
                 try:
                     session.read(source, found, writer, chosen_axis, chosen_motion)
                 except FricError as error:
@@ -118,7 +118,7 @@ class _Opened(NamedTuple):
 
 def _first_readable(
     sources: Sequence[Path],
-    mapping: MappingDocument | None,
+    stated: StatedLog,
     session: Session,
     held: tuple[str, Motion] | None,
     files: ExitStack,
@@ -127,7 +127,7 @@ def _first_readable(
     refused: list[FricError] = []
     for n, source in enumerate(sources):
         try:
-            rest = _tables(source, mapping, files)
+            rest = _tables(source, stated.mapping, files, stated.axis)
             first = next(rest)
             return _Opened(n, chain([first], rest), session.of_axis(first, held)), refused
         except FricError as error:
@@ -144,8 +144,12 @@ def _together(refused: Sequence[FricError], files: int) -> FricError:
     return FricError(f"{len(refused)} of {files} files cannot be read:\n" + "\n".join(lines), hint=" ".join(hints[:2]))
 
 
-def _tables(path: Path, mapping: MappingDocument | None, files: ExitStack) -> Iterator[Table]:
-    return files.enter_context(closing(tables(path, mapping.format if mapping else None)))
+def _tables(path: Path, mapping: MappingDocument | None, files: ExitStack, axis: str | None) -> Iterator[Table]:
+    """Yield the tables of a file; of one that has several axes, those of the one that is asked for, or of the first."""
+    for table in files.enter_context(closing(tables(path, mapping.format if mapping else None))):
+        names = table.said.get(OF_SEVERAL, "").split()
+        if not names or table.said["axis"] == (axis if axis in names else names[0]):
+            yield table
 
 
 def sizes(paths: Sequence[Path]) -> int:

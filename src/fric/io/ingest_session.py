@@ -12,13 +12,13 @@ from fric.arrays import Real
 from fric.columns import FORCE_VELOCITY, KINDS, Kind
 from fric.documents.mapping import FileMapping, MappingDocument, filled
 from fric.errors import FricError
-from fric.flaws.files import CELLS_DROPPED
+from fric.flaws.files import CELLS_DROPPED, COLUMNS_LEFT_OUT
 from fric.io.audit import Clock, Signs
 from fric.io.channels import Form, Plan, plan
 from fric.io.digest import FileDigest, digest_of_all
 from fric.io.hdf5 import LogWriter
 from fric.io.join import joined
-from fric.io.readers.base import Table
+from fric.io.readers.base import OF_SEVERAL, Table
 from fric.io.rows import WholeRows
 from fric.notice import Notice
 from fric.units import Motion, drive_unit, words_of
@@ -113,6 +113,8 @@ class Session:
             if "name" in table.said and (same := _digest(table, digest)) in self.known:
                 self.skipped.append((f"{path}, record '{table.said['name']}'", self.known[same]))
                 continue
+            if others := [name for name in table.said.get(OF_SEVERAL, "").split() if name != table.said["axis"]]:
+                self.warnings.append(COLUMNS_LEFT_OUT.found(str(path), columns=others))
             source = table.said.get("source") or str(path)
             sha256_of = partial(_digest, table, digest)
             record = self._add(table, self._plan(table, motion), writer, source, sha256_of)

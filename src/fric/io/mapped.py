@@ -14,6 +14,7 @@ from fric.io.channels import plan
 from fric.io.propose import Guess, asked, assumption, guesses, is_sure, mapping_text
 from fric.io.quantities import spoken
 from fric.io.readers import tables
+from fric.io.readers.base import OF_SEVERAL
 from fric.io.recognise import is_hdf5
 from fric.notice import Notice
 from fric.units import Motion
@@ -110,3 +111,14 @@ def says_all(path: Path, kind: Kind | None = None, motion: Motion | None = None)
             if chosen.form == "time" and not {"force", "input"} & chosen.origins.keys():
                 left = left or ("force" if any(spoken(column).quantity == "force" for column in rest) else "")
     return left
+
+
+def axes_said(path: Path) -> list[str | None]:
+    """Return the axes that a foreign file says it has tables of; None alone where it has one, or says none."""
+    try:
+        with closing(tables(path, None)) as opened:
+            for table in opened:
+                return list(table.said.get(OF_SEVERAL, "").split()) or [None]
+    except FricError:
+        pass
+    return [None]

@@ -30,6 +30,10 @@ BLOCK = 131_072
 """Samples a block: a few MiB, whatever the file's size."""
 
 
+OF_SEVERAL = "axes"
+"""Key of what a table says of itself: the names of the axes that its file has tables of."""
+
+
 class Format(NamedTuple):
     """A format that a reader reads: its name, endings of files, and the module and extra that it needs, if any."""
 

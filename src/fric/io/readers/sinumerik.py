@@ -1,22 +1,27 @@
 """Traces of SINUMERIK Operate, saved as XML.
 
-There is no genuine sample in public; the elements are those that the public package Trace-Tools reads: ``traceData``,
-``dataFrame``, a ``dataSignal`` (``name``, ``description``) for each signal, a ``rec`` (``time`` in seconds, ``f1``,
-``f2``, …) for each instant, in which a slower signal may lack. Units are not told: a mapping says them.
+The elements are those that the public package Trace-Tools reads, and that genuine traces have: a ``dataFrame`` holds
+a ``dataSignal`` (``id``, ``name``: its address, ``description``, ``interval``, ``unitsType``) for each signal, and a
+``rec`` (``time`` in seconds, ``f1``, ``f2``, …) for each instant. Where intervals are told, a value that lacks is as
+before, and so is a whole record; a signal of a longer interval is slower. Else what lacks is of a slower signal. The
+address tells in every language what a signal is, and its axis; ``unitsType`` its unit. Else a mapping says them.
 """
 
+import re
 from array import array
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 from xml.parsers import expat
 
 import numpy as np
 
+from fric.arrays import Indices, Real
 from fric.documents.mapping import Layout
 from fric.errors import FricError
 from fric.flaws.files import SAMPLES_WITHOUT_VALUE
 from fric.input import regular
-from fric.io.readers.base import Column, Format, Memory, Table
+from fric.io.readers.base import OF_SEVERAL, Column, Format, Memory, Table
 from fric.io.readers.joined import Joined, Part
 
 FORMAT = Format("SINUMERIK trace", (".xml",))
@@ -24,41 +29,153 @@ MOST = 1 << 30
 """Bytes of a trace that are read at most: its samples are held in memory."""
 NO_VALUE = 9.2e18
 """What is above is no value: the bits of a NaN, written as an integer."""
+SETUP = 1 << 20
+"""Bytes of setup before the data at most."""
+MOST_FILLED = 4_000_000
+"""Instants of a trace at most, with those at which nothing changed."""
+CHANNELS = (
+    ("reference", r"CmdPos"), ("position", r"ActPos2nd"), ("position", r"ActPos"), ("velocity", r"ActVel"),
+    ("force", r"Act(ual)?Torque|TorqueAct|\bMotTorque"), ("force", r"Act(ual)?Curr|CurrAct|CurrentAct|ActCurrent"),
+)  # fmt: skip
+"""Channels by the address of a signal, the better one first."""
+UNITS = {"posn": ("mm", "deg"), "velo": ("mm/min", "rpm"), "veloRot": ("rpm", "rpm"), "current": ("A", "A"),
+         "torque": ("N*m", "N*m"), "accel": ("m/s^2", "rev/s^2")}  # fmt: skip
+"""Units of linear and rotary axes by ``unitsType``."""
+_AXIS = re.compile(r"\[[^\]]*?(\d+)\s*\]\s*$")
+
+
+class Signal(NamedTuple):
+    """One signal, as the trace declares it."""
+
+    id: str
+    address: str
+    description: str
+    interval: float
+    units: str
+
+    @property
+    def axis(self) -> str:
+        """Number of the axis in the address; empty where there is none."""
+        found = _AXIS.search(self.address)
+        return found[1] if found else ""
 
 
 def recognises(path: Path, head: bytes) -> float:
-    """A trace is XML that names its signals or its frame near its beginning."""
-    return 0.9 * (b"<traceData" in head or b"<dataSignal" in head)
+    """A trace is XML that names its session, its signals or its frame, some 19 kB behind its beginning or sooner."""
+    marks = (b"<traceSession", b"<traceData", b"<dataSignal")
+    if not any(mark in head for mark in marks) and head.lstrip(b"\xef\xbb\xbf \r\n").startswith(b"<?xml"):
+        with path.open("rb") as file:
+            head = file.read(SETUP)
+    return 0.9 * any(mark in head for mark in marks)
 
 
 def tables(path: Path, layout: Layout) -> Iterator[Table]:
-    """Read a trace: one table; signals of different rates are put on one clock."""
+    """Read a trace: a table an axis, where signals tell theirs; signals of different rates are put on one clock."""
     trace = _Trace(regular(path, MOST))
-    if not trace.names:
+    if not trace.signals:
         raise FricError("names no signal", where=str(path), hint="Save the trace again, with its data.")
-    clocks: dict[bytes, list[int]] = {}
-    for n, time in enumerate(trace.time):
-        if len(time):
-            clocks.setdefault(time.tobytes(), []).append(n)
-    if not clocks:
+    if not len(trace.time):
         raise FricError("holds no samples", where=str(path), hint="Save the trace again, with its data.")
+    time, values = np.frombuffer(trace.time), np.frombuffer(trace.values).reshape(len(trace.time), -1)
+    values = np.where(values > NO_VALUE, np.nan, values)
+    said = [SAMPLES_WITHOUT_VALUE.found(str(path), samples=trace.without)] if trace.without else []
+    if not any(signal.interval for signal in trace.signals):
+        parts = _as_logged(path, trace.signals, time, values)
+        if not parts:
+            raise FricError("holds no samples", where=str(path), hint="Save the trace again, with its data.")
+        yield Joined(path, parts, notices=said)
+        return
+    time, values = _filled(path, trace, time, values)
+    axes = list(dict.fromkeys(signal.axis for signal in trace.signals if signal.axis)) or [""]
+    names = " ".join(f"axis{axis}" for axis in axes) if len(axes) > 1 else ""
+    for axis in axes:
+        members = [n for n, signal in enumerate(trace.signals) if signal.axis in {axis, ""}]
+        about = {"axis": f"axis{axis}", "name": f"{path.stem}-axis{axis}", OF_SEVERAL: names} if names else {}
+        rotary = _rotates([trace.signals[n] for n in members])
+        columns = dict(zip(members, _columns([trace.signals[n] for n in members], rotary=rotary), strict=True))
+        parts = []
+        for interval in sorted({trace.signals[n].interval for n in members}):
+            own = [n for n in members if trace.signals[n].interval == interval]
+            rows = _instants(time, values[:, own], interval)
+            data = [time[rows], *(values[rows, n] for n in own)]
+            parts.append(Part(Memory(path, (Column("time", "s"), *(columns[n] for n in own)), data), 0))
+        yield Joined(path, parts, trace.constants, about, said)
+
+
+def _as_logged(path: Path, signals: list[Signal], time: Real, values: Real) -> list[Part]:
+    """Return the signals on the clocks that they have values at."""
+    clocks: dict[bytes, list[int]] = {}
+    for n in range(len(signals)):
+        there = np.isfinite(values[:, n])
+        if there.any():
+            clocks.setdefault(there.tobytes(), []).append(n)
     parts = []
     for members in clocks.values():
-        columns = (Column("time", "s"), *(Column(trace.names[n]) for n in members))
-        data = [np.frombuffer(trace.time[members[0]]), *(np.frombuffer(trace.values[n]) for n in members)]
-        parts.append(Part(Memory(path, columns, data), 0))
-    without = [SAMPLES_WITHOUT_VALUE.found(str(path), samples=trace.without)] if trace.without else []
-    yield Joined(path, parts, notices=without)
+        there = np.isfinite(values[:, members[0]])
+        columns = (Column("time", "s"), *(Column(signals[n].description or signals[n].address) for n in members))
+        parts.append(Part(Memory(path, columns, [time[there], *(values[there, n] for n in members)]), 0))
+    return parts
+
+
+def _filled(path: Path, trace: "_Trace", time: Real, values: Real) -> tuple[Real, Real]:
+    """Return the trace with what is as before: values that lack, and records where nothing changed."""
+    order = np.argsort(time, kind="stable")
+    time, values = time[order], values[order]
+    step = min(signal.interval for signal in trace.signals if signal.interval)
+    if not trace.lost:
+        count = np.maximum(np.rint(np.diff(time) / step).astype(int), 1)
+        if count.sum() > MOST_FILLED:
+            raise FricError(f"spans {time[-1] - time[0]:.4g} s at {step:.4g} s a sample", where=str(path),
+                            hint="Save the trace again, a shorter part of it.")  # fmt: skip
+        source = np.concatenate([np.repeat(np.arange(len(count)), count), [len(time) - 1]])
+        within = np.arange(len(source)) - np.concatenate([[0], np.cumsum(count)])[source]
+        values = np.where((within == 0)[:, None], values[source], np.nan)
+        time = time[source] + within * step
+    rows = np.where(np.isfinite(values), np.arange(len(time))[:, None], -1)
+    last = np.maximum.accumulate(rows, axis=0)
+    return time, np.where(last >= 0, np.take_along_axis(values, np.maximum(last, 0), axis=0), np.nan)
+
+
+def _instants(time: Real, values: Real, interval: float) -> Indices:
+    """Return the rows of signals of one interval: from the first that all have a value at."""
+    there = np.flatnonzero(np.isfinite(values).all(axis=1))
+    if not len(there):
+        return there
+    phase = (time[there] - time[there[0]]) / interval if interval else np.zeros(len(there))
+    return np.asarray(there[np.abs(phase - np.rint(phase)) < 0.25])
+
+
+def _rotates(signals: list[Signal]) -> bool:
+    """Say whether an axis turns: its speeds are in revolutions, and none is along a line."""
+    units = {signal.units for signal in signals}
+    return "veloRot" in units and "velo" not in units
+
+
+def _columns(signals: list[Signal], *, rotary: bool) -> list[Column]:
+    """Return the columns of an axis: channels by their addresses, other signals by theirs."""
+    taken: dict[str, int] = {}
+    for channel, pattern in CHANNELS:
+        for n, signal in enumerate(signals):
+            unit = UNITS.get(signal.units, ("", ""))[rotary]
+            along = channel != "velocity" or rotary or signal.units == "velo"  # a motor's speed is none of its axis
+            if channel not in taken and unit and along and re.search(pattern, signal.address):
+                taken[channel] = n
+    names = {n: channel for channel, n in taken.items()}
+    return [
+        Column(names.get(n) or signal.address or signal.description, UNITS.get(signal.units, (None, None))[rotary])
+        for n, signal in enumerate(signals)
+    ]
 
 
 class _Trace:
-    """The signals of a trace, read element by element."""
+    """The signals of a trace, read element by element: a row a record, NaN where a value lacks."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.without = path, 0
-        self.names: list[str] = []
-        self.time: list[array[float]] = []
-        self.values: list[array[float]] = []
+        self.path, self.without, self.lost = path, 0, 0
+        self.signals: list[Signal] = []
+        self.constants: dict[str, str] = {}
+        self.time, self.values = array("d"), array("d")
+        self._at: dict[str, int] = {}
         parser = expat.ParserCreate()
         parser.StartElementHandler, parser.StartDoctypeDeclHandler = self._begin, self._refuse
         try:
@@ -68,27 +185,45 @@ class _Trace:
             raise FricError(f"is no whole XML ({error})", where=str(path), hint="Save the trace again.") from None
 
     def _begin(self, tag: str, about: dict[str, str]) -> None:
-        if tag == "dataSignal":
-            self.names.append(about.get("description") or about.get("name") or f"signal {len(self.names) + 1}")
-            self.time.append(array("d"))
-            self.values.append(array("d"))
-        elif tag == "rec":
-            try:
-                time = float(about.pop("time"))
-                for key, text in about.items():
-                    if key[0] == "f" and key[1:].isdigit():
-                        self._take(int(key[1:]) - 1, time, float(text))
-            except (KeyError, ValueError, IndexError):
-                raise FricError(
-                    f"has a rec that does not read: {about}", where=str(self.path), hint="Save the trace again."
-                ) from None
+        if tag == "rec":
+            self._record(about)
+        elif tag == "dataSignal":
+            if len(self.time):
+                raise FricError("holds several frames", where=str(self.path), hint="Save them one by one.")
+            name = about.get("id") or f"f{len(self.signals) + 1}"
+            given = (about.get("name", ""), about.get("description", ""), _number(about.get("interval")))
+            self._at[name] = len(self.signals)
+            self.signals.append(Signal(name, *given, about.get("unitsType", "")))
+            if not (given[0] or given[1]):
+                self.signals[-1] = self.signals[-1]._replace(description=f"signal {len(self.signals)}")
+        elif tag == "frameHeader":
+            self.lost += int(_number(about.get("dropOuts")))
+            self.constants |= {key: about[key] for key in ("startTime",) if key in about}
 
-    def _take(self, n: int, time: float, value: float) -> None:
-        if value > NO_VALUE:
-            self.without += 1
-        else:
-            self.time[n].append(time)
-            self.values[n].append(value)
+    def _record(self, about: dict[str, str]) -> None:
+        row = [np.nan] * len(self.signals)
+        try:
+            time = float(about.pop("time"))
+            for key, text in about.items():
+                if key[0] == "f" and key[1:].isdigit():
+                    value = float(text)
+                    self.without += value > NO_VALUE
+                    row[self._at[key]] = value
+        except (KeyError, ValueError):
+            raise FricError(
+                f"has a rec that does not read: {about}", where=str(self.path), hint="Save the trace again."
+            ) from None
+        self.time.append(time)
+        self.values.extend(row)
 
     def _refuse(self, *_: object) -> None:
         raise FricError("declares a document type, as no trace does", where=str(self.path), hint="Save it again.")
+
+
+def _number(text: str | None) -> float:
+    """Return a number that an attribute holds, 0 where it holds none."""
+    try:
+        found = float(text or 0.0)
+    except ValueError:
+        return 0.0
+    return found if np.isfinite(found) and found >= 0.0 else 0.0
