@@ -188,6 +188,18 @@ def test_a_force_that_rises_along_the_axis_is_taken_off() -> None:
         assert "wrong" not in told.values()
 
 
+def test_a_force_that_rises_one_way_and_falls_the_other_is_no_drift_of_friction() -> None:
+    """An offset and a gain that both creep: |force| rises in every stroke forwards, and falls faster backwards."""
+    logs = []
+    for log in session():
+        forward = np.gradient(log.position, log.time) > 0
+        logs.append(replace(log, force=log.force * (1.0 + np.where(forward, 0.002, -0.008) * log.time)))
+    assert over_time(steady(logs)) is None
+    both = [replace(log, force=log.force * (1.0 - 0.004 * log.time)) for log in session()]
+    assert (found := over_time(steady(both))) is not None
+    assert found.rate == pytest.approx(-0.004, rel=0.2)
+
+
 def test_a_force_that_settles_within_strokes_is_no_drift() -> None:
     logs = []
     for log in session():

@@ -9,6 +9,7 @@ guideway warms up.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
@@ -153,7 +154,8 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     """Return the rate at which the size of the force changes, where it is not zero; None where it is, or is not known.
 
     The slope of the force in each stroke is regressed on the size of the force (the rate), on the speed (a force over
-    position) and on the velocity (friction over position), so that neither place is taken for time.
+    position) and on the velocity (friction over position), so that neither place is taken for time. Strokes of either
+    direction alone show it, or it is none; it is sure where slow and fast ones do.
 
     Parameters
     ----------
@@ -164,19 +166,22 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     late = _trends(strokes, 0.5)
     if whole is None or late is None:
         return None
-    rate, deviation, freedom = whole[0][0], whole[1][0], whole[2]
+    rate, deviation, freedom = whole.values[0], whole.errors[0], whole.freedom
+    forward, backward, *speeds = (one * rate > 0.0 for one in whole.apart)
+    if not (forward and backward):  # it is no friction that changes
+        return None
     likely, sure = (
         abs(rate) > float(stdtrit(freedom, 0.5 * (1.0 + one))) * deviation for one in (LIKELY_RATE, SURE_RATE)
     )
     if not likely or abs(rate) > FASTEST:
         return None
-    if not 1.0 / SETTLING < late[0][0] / rate < SETTLING:  # what settles changes less and less
+    if not 1.0 / SETTLING < late.values[0] / rate < SETTLING:  # what settles changes less and less
         return None
     logs = {id(log): log for log, _ in strokes}.values()
     spans = sorted((float(log.time[0]), float(log.time[-1])) for log in logs)
     one_clock = all(after[0] >= before[1] for before, after in pairwise(spans))  # with the pauses, where it is known
     duration = spans[-1][1] - spans[0][0] if one_clock else sum(end - begin for begin, end in spans)
-    return OverTime(rate, float(stdtrit(freedom, 0.975)) * deviation, duration, one_clock, sure)
+    return OverTime(rate, float(stdtrit(freedom, 0.975)) * deviation, duration, one_clock, sure and all(speeds))
 
 
 def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | None:
@@ -191,18 +196,26 @@ def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | 
     """
     if (found := _trends(strokes, 0.5, settled=False)) is None:
         return None
-    (_, rises, _), (_, deviation, _), freedom = found
-    sure = abs(rises) > float(stdtrit(freedom, 0.5 * (1.0 + SURE_RATE))) * deviation
-    return (rises, float(stdtrit(freedom, 0.975)) * deviation) if sure else None
+    rises, deviation = found.values[1], found.errors[1]
+    sure = abs(rises) > float(stdtrit(found.freedom, 0.5 * (1.0 + SURE_RATE))) * deviation
+    return (rises, float(stdtrit(found.freedom, 0.975)) * deviation) if sure else None
 
 
-def _trends(
-    strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bool = True
-) -> tuple[list[float], list[float], int] | None:
-    """Return the relative rate [1/s], force and friction over position [N/m] from a share of each stroke on.
+class _Trends(NamedTuple):
+    """What the slopes of strokes in time are made of."""
 
-    Each with its standard error, and the freedom of all.
-    """
+    values: list[float]
+    """Relative rate [1/s], force over position and friction over position [N/m]."""
+    errors: list[float]
+    """Their standard errors."""
+    freedom: int
+    """Of all."""
+    apart: list[float]
+    """The relative rate of strokes forwards and backwards, of the slower and the faster half alone [1/s]."""
+
+
+def _trends(strokes: Sequence[tuple[Log, Segment]], begin: float, *, settled: bool = True) -> _Trends | None:
+    """Return what the slopes of strokes are made of, from a share of each stroke on."""
     rows, slopes, errors = [], [], []
     for log, segment in strokes:
         first = segment.start if settled else segment.onset
@@ -224,12 +237,16 @@ def _trends(
     # what ripples over encoder counts averages out sooner than noise: all strokes together tell by how much
     w = 1.0 / np.maximum(rest, noise * min(float(np.median(rest / np.maximum(noise, 1e-9 * rest))), 1.0))
     A, b = X * w[:, np.newaxis], y * w
-    if np.linalg.matrix_rank(A) < 3:
+    if np.linalg.matrix_rank(A / np.linalg.norm(A, axis=0), tol=1e-6) < 3:
         return None
     solution, *_ = np.linalg.lstsq(A, b, rcond=None)
     freedom = len(y) - 3
     spread = max(float(np.sum((b - A @ solution) ** 2)) / freedom, 1.0)
-    return solution.tolist(), np.sqrt(spread * np.diag(np.linalg.inv(A.T @ A))).tolist(), freedom
+    deviations: Real = np.sqrt(spread * np.diag(np.linalg.inv(A.T @ A)))
+    made = b - A[:, 1:] @ solution[1:]  # by the rate
+    forward, slow = X[:, 2] > 0, X[:, 1] < np.median(X[:, 1])
+    apart = [float(A[some, 0] @ made[some] / (A[some, 0] @ A[some, 0])) for some in (forward, ~forward, slow, ~slow)]
+    return _Trends(solution.tolist(), deviations.tolist(), freedom, apart)
 
 
 def _slope(t: Real, F: Real) -> tuple[float, float, float]:
