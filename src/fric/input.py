@@ -1,5 +1,6 @@
 """Inputs are regular files of a bounded size, and what a library meets in a damaged one is told as such."""
 
+import shlex
 import stat
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -83,3 +84,49 @@ def _ours(error: Exception) -> bool:
     while place is not None and place.tb_next is not None:
         place = place.tb_next
     return place is not None and place.tb_frame.f_code.co_filename.startswith(_OWN)
+
+
+TAKEN = {
+    "friction": "`fric simulate circle MACHINE.yaml --friction x={0}` takes it, "
+    "`fric identify gms LOG.h5 --static {0}`",
+    "plant": "`fric design controller {0} -o controller.yaml` takes it, `fric identify static LOG.h5 --plant {0}`",
+    "controller": "`fric design observer PLANT.yaml --controller {0}` takes it, `fric auto LOGS --controller {0}`",
+    "observer": "`fric simulate circle MACHINE.yaml --friction x={0}` takes it",
+    "machine": "`fric simulate circle {0}` takes it, `fric diagnose CIRCLE.h5 --machine {0}`",
+    "log": "`fric inspect {0}` says what it is good for",
+    "circle": "`fric diagnose {0}` takes it, `fric auto LOGS --circle {0}`",
+    "run": "`fric report {0} -o report.html` takes it",
+    "mapping": "`fric ingest FILES --map {0} -o log.h5` takes it",
+    "schemes": "`fric simulate circle MACHINE.yaml --schemes {0}` takes it",
+    "spread": "`fric simulate circle MACHINE.yaml --monte-carlo 100 --spread {0}` takes it",
+}
+"""What to type with a file of each kind that fric writes."""
+MADE = {
+    "friction": "`fric identify static LOG.h5 -o friction.yaml`",
+    "plant": "`fric identify plant LOG.h5 -o plant.yaml`",
+    "controller": "`fric design controller PLANT.yaml -o controller.yaml`",
+    "machine": "`fric auto LOGS -o found`, in found/machine.yaml",
+    "log": "`fric ingest FILES -o log.h5`",
+    "circle": "`fric ingest --kind circle FILE -o circle.h5`",
+    "run": "`fric simulate circle MACHINE.yaml -o run.h5`",
+}
+"""How a file of each kind is made."""
+
+
+def other_kind(path: Path, given: str, wanted: str) -> FricError:
+    """Return the error of a file of fric's that is of another kind than is wanted, with what to type.
+
+    Parameters
+    ----------
+    path
+        The file.
+    given, wanted
+        What it says that it is, as ``plant/1``, and what it should be.
+    """
+    kind, asked = (one.partition("/")[0] for one in (given, wanted))
+    name = shlex.quote(str(path))
+    hints = [TAKEN[kind].format(name)] if kind in TAKEN else []
+    hints += [f"a {asked} file is made by {MADE[asked]}"] if asked in MADE else []
+    hint = "; ".join(hints)
+    what = f"is a {kind} file, and a {asked} file is asked for" if kind in TAKEN else f"holds {given}, not {wanted}"
+    return FricError(what, where=str(path), hint=f"{hint[:1].upper()}{hint[1:]}." if hint else "")

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+import fric
 from fric import FricError
 from fric.drive.plant import Plant
 from fric.friction.gms import GMS
 from fric.friction.stribeck import StaticMap
 from fric.identify.gms.identify import identify_gms
+from fric.log import Log
 from tests.identify.presliding import APART, PAPER, TABLE_1, pair, record, rms_error
 
 SLIDING = {"frequency": 2.0, "mean": 1e-3, "cycles": 12, "kind": "sliding-sine", "dt": 1e-3}
@@ -201,3 +203,17 @@ def test_six_seeds_through_an_encoder():  # twenty in closed loop: test_gms_in_c
         fit = identify_gms(pair(seed=seed), static=PAPER)
         assert rms_error(fit.model) < 1.0
         assert len(fit.blocks) == 3
+
+
+def test_a_stroke_that_is_taken_for_a_sine_is_left_out_and_said() -> None:
+    """It cost the whole identification: two good records are enough."""
+    good = fric.read("data/presliding-sine.h5")
+    slow = next(log for log in fric.read("data/constant-velocity.h5"))
+    half = len(slow.time) // 2  # there, and not back
+    stroke = Log(slow.time[:half], position=slow.position[:half], force=slow.force[:half], kind="presliding-sine")
+    with_it, without = (fric.identify_gms(*logs, refine=False) for logs in ([stroke, *good], good))
+    (told,) = (one for one in with_it.warnings if one.code == "record-left-out")
+    assert "no whole cycle" in told
+    assert with_it.document["gms"] == without.document["gms"]
+    with pytest.raises(FricError, match="no whole cycle"):
+        fric.identify_gms(stroke)

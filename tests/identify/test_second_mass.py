@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
+import fric
 from fric.documents.machine_files import read_machine
 from fric.drive.plant import LinearPlant
 from fric.drive.resonance import Encoder, Resonance
@@ -17,6 +18,7 @@ from fric.identify.plant.frequency_response import measure_response
 from fric.identify.plant.identify import identify_plant
 from fric.identify.plant.spectra import find_period
 from fric.io.hdf5 import read_logs
+from fric.log import FrequencyResponse
 from fric.notice import Notice
 from fric.simulate.experiment import frequency_response
 from tests.identify.flawed_axis import RATE, Machine, shaken
@@ -197,3 +199,16 @@ def test_a_period_is_found_where_few_high_lines_are_tall() -> None:
     period, n = 2000, np.arange(16_000)
     u = sum(a * np.cos(2 * np.pi * k * n / period) for a, k in ((0.3, 1), (0.3, 16), (1.2, 86), (2.0, 150)))
     assert find_period(np.asarray(u) + np.random.default_rng(1).normal(0, 1e-3, len(n))) == period
+
+
+@pytest.mark.parametrize("deviation", [1e-4, 1e-3])
+def test_a_resonance_above_all_lines_is_no_second_mass(deviation: float) -> None:
+    """A current loop of second order bends the last lines as a mode beyond them would: one of 2135 Hz was told."""
+    f = np.geomspace(5.0, 1500.0, 60)
+    s, w = 2j * np.pi * f, 2 * np.pi * 1500.0
+    G = LinearPlant(14.0, 2.4, 0.6e-3).response(f) * w**2 / (s**2 + 1.4 * w * s + w**2)
+    errors = np.random.default_rng(0).normal(size=(2, f.size))
+    G = G * (1 + deviation * (errors[0] + 1j * errors[1]))
+    known = {"deviation": np.full(f.size, deviation), "coherence": np.full(f.size, 0.999)}
+    found = fric.identify_plant(FrequencyResponse(f, np.abs(G), np.unwrap(np.angle(G)), **known))
+    assert "second_mass" not in found.document

@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
+import fric
 from fric import FricError
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
@@ -184,9 +185,9 @@ def test_truncated_hdf5(tmp_path, log):
 def test_hdf5_of_another_type(tmp_path, log):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file.attrs["fric"] = "run/1"
-    with pytest.raises(FricError, match="holds run/1, not log/1"):
+    with pytest.raises(FricError, match="is a run file, and a log file is asked for"):
         ingest(tmp_path / "run.h5", tmp_path / "new.h5")
-    with pytest.raises(FricError, match="holds run/1, not log/1"):
+    with pytest.raises(FricError, match="is a run file, and a log file is asked for"):
         ingest(tmp_path / "good.csv", tmp_path / "run.h5", append=True)
     with h5py.File(tmp_path / "run.h5") as file:
         assert list(file) == []
@@ -307,3 +308,35 @@ def log(tmp_path) -> Path:
     (tmp_path / "good.csv").write_text(HEADER + rows(GOOD))
     ingest(tmp_path / "good.csv", tmp_path / "log.h5")
     return tmp_path / "log.h5"
+
+
+KINDS = {
+    "friction": "fric: friction/1\naxis: x\nmotion: linear\nstatic: {F_c: 60 N, F_s: 90 N, v_s: 2 mm/s}\n",
+    "plant": "fric: plant/1\naxis: x\nmotion: linear\nA: 14 1/s\nB: 2.4 m/(s^2*V)\nT_d: 0.6 ms\nK_f: 150 N/V\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("call", "is_a", "types"),
+    [
+        (lambda f: fric.circle(f / "friction.yaml"), "friction", "fric simulate circle MACHINE.yaml --friction x="),
+        (lambda f: fric.identify_gms("data/presliding-sine.h5", static=f / "plant.yaml"), "plant", "--plant "),
+        (lambda f: fric.export_axis("c", f / "friction.yaml", axis="x"), "friction", "`fric auto LOGS -o found`"),
+        (lambda f: fric.identify_static(f / "plant.yaml"), "plant", "`fric ingest FILES -o log.h5`"),
+        (lambda f: fric.identify_static("data/circle.h5"), "circle", "`fric diagnose data/circle.h5`"),
+        (lambda f: fric.diagnose("data/sliding-sine.h5"), "log", "`fric inspect data/sliding-sine.h5`"),
+        (lambda f: fric.circle("data/sliding-sine.h5"), "log, a circle or a run", "`fric inspect data"),
+        (
+            lambda f: fric.design_controller(f / "friction.yaml"),
+            "friction",
+            "`fric identify plant LOG.h5 -o plant.yaml`",
+        ),
+        (lambda f: fric.diagnose("data/circle.h5", machine=f / "plant.yaml"), "plant", "in found/machine.yaml"),
+    ],
+)
+def test_a_file_of_another_kind_says_what_to_type(call, is_a: str, types: str, tmp_path: Path) -> None:
+    for name, text in KINDS.items():
+        (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(FricError, match=f"is a {is_a}.*, and a .* is asked for") as refused:
+        call(tmp_path)
+    assert types in refused.value.hint

@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fric
 from fric.documents.records import InspectionDocument
 from fric.io.hdf5 import read_records
 from fric.log import FrequencyResponse, Log
 from fric.records.inspection import inspect
+from fric.simulate.experiment import experiment
 from tests.records.kinematics import encoder, strokes
 
 DATA = Path(__file__).parents[2] / "data"
@@ -172,3 +174,13 @@ def test_noise_makes_no_reversals_in_a_long_rest():
     position = 1e-4 * path + 1e-6 * rng.standard_normal(len(path))
     log = Log(time=1e-3 * np.arange(len(path)), position=position, force=np.zeros(len(path)))
     assert len(inspect(log).reversals) == 1
+
+
+@pytest.mark.parametrize("cycles", [5, 20])
+def test_a_sine_in_sliding_is_no_stroke(cycles: int) -> None:
+    """6 ± 2.5 mm/s was taken for a stroke, polluted the map, and was missing for C."""
+    axis = fric.read_machine("virtual-rig").axis("x")
+    (log,) = experiment(axis, "sliding-sine", mean=6e-3, swing=2.5e-3, frequency=1.0, cycles=cycles, samples=2000)
+    assert inspect(replace(log, kind=None)).kind == "sliding-sine"
+    (stroke,) = experiment(axis, "constant-velocity", speeds=[6e-3], samples=2000)
+    assert inspect(replace(stroke, kind=None)).kind == "constant-velocity"

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import fric
 from fric.documents.friction import static_tree
 from fric.documents.plant import PlantDocument
 from fric.documents.yaml import read_document, write_document
@@ -117,3 +118,16 @@ def test_an_axis_that_is_not_there_is_none(files: SimpleNamespace) -> None:
     assert collect([files.march]).of("friction", "z") is None
     with pytest.raises(FricError):
         collect([files.folder / "none.yaml"])
+
+
+def test_the_points_are_those_that_the_map_was_fitted_to(tmp_path: Path) -> None:
+    """They were the raw means of the strokes, and `--plot` had those without what comes again at the same places."""
+    plant = fric.identify_plant("data/frequency-response.h5")
+    static = fric.identify_static("data/constant-velocity.h5", plant=plant)
+    static.save(tmp_path / "static.yaml")
+    inputs = collect([tmp_path / "static.yaml", Path("data/constant-velocity.h5")])
+    points = friction_curves(inputs, inputs.items[0]).points
+    assert any(point.over_position for point in static.fit.points)
+    offset = static.document["static"]["offset"]["value"]
+    found, fitted = ([point.force for point in ones] for ones in (points, static.fit.points))
+    np.testing.assert_allclose(np.array(found) + offset, fitted, rtol=1e-3)

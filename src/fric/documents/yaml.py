@@ -18,7 +18,7 @@ from fric.documents.base import Document
 from fric.documents.bundled import located
 from fric.errors import FricError, clean, near, printable
 from fric.estimate import as_filed
-from fric.input import foreign, regular
+from fric.input import foreign, other_kind, regular
 from fric.output import staged
 
 D = TypeVar("D", bound=Document)
@@ -56,7 +56,7 @@ def read_document(path: Path | str, model: type[D]) -> D:
     if found is None:
         raise FricError("does not say what it is", where=str(path), hint=f"Start it with 'fric: {model.type_name()}'.")
     if found != model.type_name():
-        raise FricError(f"holds {found}, not {model.type_name()}", where=str(path))
+        raise other_kind(path, str(found), model.type_name())
     try:
         return model.model_validate(plain(tree), context={"folder": path.parent})
     except ValidationError as error:
@@ -96,6 +96,11 @@ def _read(path: Path) -> Any:
             return _tree(text)
     except FricError as error:
         cause = error.__context__
+        if isinstance(cause, UnicodeDecodeError) and path.read_bytes()[:4] == b"\x89HDF":
+            raise FricError(
+                "is a log, a circle or a run, and a YAML file is asked for", where=str(path),
+                hint=f"`fric inspect {path}` takes a log, `fric diagnose {path}` a circle or a run.",
+            ) from None  # fmt: skip
         if isinstance(cause, UnicodeDecodeError):
             raise FricError("is no YAML document in UTF-8", where=str(path)) from None
         if isinstance(cause, ReusedAnchorWarning):

@@ -17,5 +17,5 @@ FORCE_LATE = Flaw("force-late", "doubt",
     "The force is logged later than the position: {late}. It was moved back by the mean.",
     "Log both channels at one instant.")
 FORCE_LATE_OPEN = Flaw("force-late-open", "doubt",
-    "The force may be logged later than the position: {late}. What the model misses looks alike, and k may be off.",
+    "The model misses these records as it would a force that is logged late: k may be off.",
     "Log both channels at one instant, and more samples a cycle.")

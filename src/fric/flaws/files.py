@@ -32,6 +32,7 @@ NO_LOG = Flaw("no-log", "doubt", "There is no log.")
 FILE_COPIES = Flaw("file-copies", "note", "Left out, since other files hold the same samples: {files}.")
 FILE_LEFT_OUT = Flaw("file-left-out", "doubt", "Left out: {why}.",
     "{propose:`{propose}` writes a mapping to look at and fill in, for --map.|}")
+RECORD_LEFT_OUT = Flaw("record-left-out", "doubt", "Left out, since it does not suit: {why}.")
 FILE_UNUSED = Flaw("file-unused", "note", "It ({kinds}) is used by no step of axis {axis}: it adds nothing to its "
     "other records, or lacks what a step asks for.", "Logs of another machine go into a run of their own.")
 MAPPING_BUNDLED = Flaw("mapping-bundled", "note",

@@ -9,7 +9,7 @@ import h5py
 from fric.circles.measured import CHANNELS, AxisTrace, Instrument, MeasuredCircle, measured_from_run
 from fric.columns import BALL_BAR, channel_dimension
 from fric.errors import FricError, clean
-from fric.input import foreign
+from fric.input import TAKEN, foreign, other_kind
 from fric.io.run import FORMAT as RUN
 from fric.io.run import read_runs
 from fric.io.safe_hdf5 import column, open_file, text
@@ -77,6 +77,8 @@ def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
             with foreign(path, "Make it again with `fric ingest --kind circle`.", lacking=True):
                 groups = [file, *(file[f"tests/{name}"] for name in sorted(file.get("tests", ()), key=int))]
                 return [_read(group, str(path)) for group in groups]
+    if found != RUN and found.partition("/")[0] in TAKEN:
+        raise other_kind(path, found, FORMAT)
     if found != RUN:
         raise FricError(
             f"holds {found}, not {FORMAT} or {RUN}", where=str(path),

@@ -1,6 +1,7 @@
 """HDF5 files as they come from anywhere: what leads out of the file, or is not there, is refused before it is read."""
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from mmap import ACCESS_READ, mmap
@@ -12,7 +13,7 @@ import numpy as np
 
 from fric.arrays import Real
 from fric.errors import FricError, printable
-from fric.input import foreign, regular
+from fric.input import TAKEN, foreign, other_kind, regular
 
 MOST_OBJECTS = 200_000
 """Groups and datasets of a file at most."""
@@ -45,6 +46,10 @@ def open_file(
         raise FricError("may not be read", where=str(path)) from None
     except Exception:  # whatever h5py meets in a damaged file
         if what.startswith("is no whole HDF5") and path.suffix.lower() not in {".h5", ".hdf5"}:
+            with path.open("rb") as head:
+                kind = re.match(rb"fric: (\w+)/", head.read(80))
+            if kind and kind[1].decode() in TAKEN:
+                raise other_kind(path, kind[1].decode(), "log") from None
             what, hint = "is no log file of fric's", "Read it with `fric ingest` first, and give the log file."
         raise FricError(what, where=str(path), hint=hint) from None
     with foreign(path, hint), file:
@@ -154,6 +159,8 @@ def check_type(file: h5py.File, path: Path, wanted: str, hint: str) -> None:
     """Raise when an open file does not say that it is of the type that is wanted, as ``log/1``."""
     found = text(file.attrs, "fric", "nothing of fric's")
     if found != wanted:
+        if found.partition("/")[0] in TAKEN:
+            raise other_kind(path, found, wanted)
         raise FricError(f"holds {found}, not {wanted}", where=str(path), hint=hint)
 
 

@@ -18,6 +18,12 @@ STROKE_SHARE = 0.3
 """The same where the axis reverses or stops between any two speeds: then there are strokes, and their ramps."""
 SINE_FIT = 0.99
 """Share of the variance that one sine explains in a record of a sine; a triangle has 0.986."""
+AROUND = 0.9
+"""Share of a motion's spectrum about its strongest line, from which on a sine is fitted to it."""
+SWINGS = 0.25
+"""Swing of the velocity over its mean from which on a sine in sliding is none of the ripples that strokes have."""
+REPEATS = 1.5
+"""Cycles, but for those at the ends, that it has at least."""
 LINES = 9.0
 """Spectral lines among which the power of a broad-band excitation is spread at least; strokes have five at most."""
 RISING_SHARE = 0.01
@@ -54,6 +60,12 @@ class Sine:
         """Whether the motion reverses, rather than sliding on."""
         return 2.0 * np.pi * self.frequency * self.amplitude > abs(self.mean_velocity)
 
+    @property
+    def in_sliding(self) -> bool:
+        """Whether it swings about a steady speed again and again, by more than a stroke does."""
+        swing = 2.0 * np.pi * self.frequency * self.amplitude
+        return not self.reversals and self.cycles >= REPEATS and swing > SWINGS * abs(self.mean_velocity)
+
 
 def fitted_sine(time: Real, position: Real) -> Sine | None:
     """Return the sine that a motion follows at full amplitude, or None where it is none.
@@ -76,7 +88,7 @@ def fitted_sine(time: Real, position: Real) -> Sine | None:
     even = np.interp(np.linspace(0.0, span, len(t)), t, level)
     spectrum = np.abs(np.fft.rfft(even * np.hanning(len(t)))) ** 2
     peak = int(np.argmax(spectrum[1:])) + 1
-    if spectrum[max(peak - 2, 0) : peak + 3].sum() < 0.95 * spectrum.sum():
+    if spectrum[max(peak - 2, 0) : peak + 3].sum() < AROUND * spectrum.sum():
         return None
     guess = peak / span
     thin = max(len(t) // 4096, 1)
@@ -133,6 +145,8 @@ def recognised_kind(
         How many reversals it has.
     """
     steady = sum(segment.stop - segment.onset for segment in segments)
+    if sine is not None and sine.in_sliding:
+        return "sliding-sine"
     if sine is not None and steady < STROKE_SHARE * len(log):
         return "presliding-sine" if sine.reversals and (rise is None or rise > RISING_SHARE) else "sliding-sine"
     if _is_broad_band(log):

@@ -96,9 +96,8 @@ def too_weak(contours: Sequence[Contour]) -> list[str]:
         same = all(a * b > 0 for a, b in zip(one.glitches, without.glitches, strict=True))
         if same and left > SAME_SIGN_LEFT:
             return [
-                f"{one.named} leaves {left:.0%} of the glitch with the same sign at every reversal, as a feedforward "
-                f"of about {1 - left:.0%} of the true friction would: friction has risen since it was identified, or "
-                "the gain is low. Identify again before anything else is tuned."
+                f"{one.named} leaves {left:.0%} of the glitch with the same sign at every reversal: it feeds forward "
+                f"about {1 - left:.0%} of the friction. Raise its gain, or identify again if the logs are old."
             ]
     return []
 

@@ -19,7 +19,8 @@ from fric.friction.gms import GMS
 from fric.friction.stribeck import STATIC_PARAMETERS, StaticMap
 from fric.identify.gms.cycles import HysteresisCycles, find_cycles
 from fric.identify.gms.virgin_curve import VirginCurve, virgin_curve
-from fric.identify.static_map.points import SpeedPoint, stroke_points
+from fric.identify.static_map.identify import stroke_forces
+from fric.identify.static_map.points import SpeedPoint
 from fric.log import ForceVelocity, Log
 from fric.records.prepared import prepared
 from fric.report.report_input import Item, ReportInput
@@ -62,7 +63,7 @@ def friction_curves(inputs: ReportInput, item: Item) -> FrictionCurves:
     points: tuple[SpeedPoint, ...] = ()
     if static and strokes and not notes:
         offset = float(sections["static"]["offset"]) if "offset" in sections["static"] else 0.0
-        found, _ = stroke_points(strokes, plant=plant)
+        found = stroke_forces(strokes, item.motion, plant)
         points = tuple(replace(point, force=point.force - offset) for point in found)
     together = {name: block.covariance() for name in static if (block := item.document.fit_of(name).covariance)}
     maps = {

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.special import expit, logit, stdtrit
@@ -12,6 +12,7 @@ from fric.choice import simplest
 from fric.drive.plant import Plant
 from fric.errors import FricError
 from fric.estimate import Covariance, Estimate
+from fric.flaws.files import RECORD_LEFT_OUT
 from fric.friction import FrictionModel
 from fric.friction.directed import directed, mean_map
 from fric.friction.gms import GMS
@@ -42,6 +43,8 @@ from fric.records.flaws import record_flaws
 from fric.records.prepared import Prepared, prepared
 from fric.threads import one_blas_thread
 from fric.units import Motion, si_unit
+
+T = TypeVar("T")
 
 ASSUMED_C = 1e4
 """Attraction parameter [N/s] where no record in sliding tells it: a lag s/C of 10 to 16 ms for Table 1."""
@@ -87,18 +90,58 @@ def identify_gms(  # noqa: PLR0913 - the verb of its name gives each setting
             hint="Look at what `fric identify static` says of that map, or leave `static=` out.",
         )
     presliding, left_out = without_clipped(presliding, 0.0)
-    ready = prepared([*presliding, *sliding], plant)
+    given = prepared([*presliding, *sliding], plant)
+    slow, unsuited = _suited(given[: len(presliding)], cycles)
+    ready = [*slow, *given[len(presliding) :]]
     doubtful = settled(of_shares((one.log, one.done.inertia_share, one.done.damping_share) for one in ready))
     hunting = Hunting(plant, places)
 
     def identified(records: Sequence[Prepared]) -> tuple[GMSFit, Mapping[str, Estimate]]:
-        given = static, negative, blocks, most_blocks, knots, refined, cycles, hunting
-        return _identified(records, len(presliding), *given)
+        asked = static, negative, blocks, most_blocks, knots, refined, cycles, hunting
+        return _identified(records, sum(map(_is_slow, records)), *asked)
 
-    result, lateness = _on_time(ready, identified)
+    try:
+        result, lateness = _on_time(ready, identified)
+    except FricError as error:
+        without = _without_one(ready, lambda records: _on_time(records, identified))
+        if without is None:
+            raise
+        (result, lateness), one = without
+        unsuited.append(RECORD_LEFT_OUT.found(one.log.where, why=error.what))
     warnings = notices_of(result, sliding_logged=bool(sliding), plant_given=plant is not None)
     amiss = record_flaws([*presliding, *sliding], "gms")
-    return replace(result, warnings=(*lateness, *warnings, *amiss, *doubtful, *left_out))
+    return replace(result, warnings=(*lateness, *warnings, *amiss, *doubtful, *left_out, *unsuited))
+
+
+def _suited(
+    records: Sequence[Prepared], cycles: tuple[int, int] | None
+) -> tuple[list[Prepared], list[Notice]]:  # fmt: skip
+    """Return the records that hold whole cycles, and what there is to say of the others; all where none does."""
+    kept, left_out = [], []
+    for record in records:
+        try:
+            find_cycles(record, cycles)
+            kept.append(record)
+        except FricError as error:
+            left_out.append(RECORD_LEFT_OUT.found(record.log.where, why=error.what))
+    return (kept, left_out) if kept else (list(records), [])
+
+
+def _is_slow(record: Prepared) -> bool:
+    return record.log.kind != "sliding-sine"
+
+
+def _without_one(
+    records: Sequence[Prepared], identified: Callable[[Sequence[Prepared]], T]
+) -> tuple[T, Prepared] | None:
+    """Return what is identified without one of three pre-sliding records or more, and that one; None where none is."""
+    slow = [*filter(_is_slow, records)]
+    for one in slow if len(slow) > 2 else ():
+        try:
+            return identified([other for other in records if other is not one]), one
+        except FricError:
+            continue
+    return None
 
 
 def _on_time(

@@ -73,12 +73,14 @@ def solve_with_modes(lines: Lines) -> Found:
 def _is_determined(solution: Solution, lines: Lines) -> bool:
     """Say whether frequency and ratio of a second mass are told by the lines, and the rigid axis below it as well.
 
-    Friction around rest is a spring, too: of its lowest lines a small motion makes a resonance, at or below them.
+    Friction around rest is a spring, too: of its lowest lines a small motion makes a resonance, at or below them. A
+    resonance above all lines is none that was seen: a filter, or a delay that is not whole, bends them alike.
     """
     half, values = solution.half_widths()[3:], solution.values[3:]
     ratio = len(values) < 3 or bool(half[2] < values[2] < 0.99)
-    below = BELOW * float(lines.frequency.min()) <= float(np.exp(values[0]))
-    return ratio and below and bool(half[0] < 0.1)
+    at = float(np.exp(values[0]))
+    within = BELOW * float(lines.frequency.min()) <= at <= float(lines.frequency.max())
+    return ratio and within and bool(half[0] < 0.1)
 
 
 def _best_mode(lines: Lines) -> Found | None:

@@ -116,6 +116,16 @@ def identify_static(  # noqa: PLR0913 - the verb of its name gives each setting
     )  # fmt: skip
 
 
+def stroke_forces(
+    records: Sequence[Log | ForceVelocity], motion: Motion, plant: Plant | None
+) -> tuple[SpeedPoint, ...]:
+    """Return the points that a map is fitted to, corrected as `identify_static` does unless it is asked otherwise."""
+    strokes = corrected(Strokes.of(records, Asked(motion, plant)), AT_ANY_SPEED)
+    speed = np.abs(strokes.velocity)
+    several = np.ptp(speed) > 0.02 * speed.max()
+    return tuple((corrected(strokes, OF_A_MAP) if several else strokes).points)
+
+
 def _refuse_stuck_force(strokes: Strokes) -> None:
     force = strokes.force
     if np.ptp(force) <= 1e-9 * np.abs(force).max(initial=0.0):
