@@ -128,7 +128,7 @@ class Command:
     @property
     def help(self) -> str:
         """The help of the command."""
-        return "\n\n".join(filter(None, (self.text or self.form.text, self.more)))
+        return self.worded("\n\n".join(filter(None, (self.text or self.form.text, self.more))))
 
     def function(self) -> Callable[..., None]:
         """Return the function that Typer makes the command of."""
@@ -172,7 +172,8 @@ class Command:
         return [*made, *([parameter("force", Annotated[bool, force], False)] if self.replaces else [])]
 
     def _parameter(self, one: Any, *, place: bool = False) -> Parameter:
-        return parameter_of(one, self.flags.get(one.name, ""), self.helps.get(one.name, ""), place=place)
+        text = self.worded(self.helps.get(one.name, one.help))
+        return parameter_of(replace(one, help=text), self.flags.get(one.name, ""), place=place)
 
     def call(self, given: Mapping[str, Any], read: str = READ_MACHINE) -> Callable[..., Any]:
         """Return what makes the result of the verb, of what was given; it takes who is told of progress.
@@ -198,7 +199,7 @@ class Command:
         return make
 
     def worded(self, text: str) -> str:
-        """Return an error's text, which names arguments as ```load='5 N'```, with the options that they are here."""
+        """Return a text that names arguments, as ```load='5 N'```, with the options that they are here."""
 
         def option_of(found: re.Match[str]) -> str:
             flag = self.flags.get(found[1], f"--{found[1].replace('_', '-')}")

@@ -28,7 +28,7 @@ def parameter(name: str, hint: Any, default: Any = Parameter.empty) -> Parameter
     return Parameter(name, Parameter.KEYWORD_ONLY, annotation=hint, default=default)
 
 
-def parameter_of(given: Argument, flags: str = "", text: str = "", *, place: bool = False) -> Parameter:
+def parameter_of(given: Argument, flags: str = "", *, place: bool = False) -> Parameter:
     """Return what a command takes for an argument of its verb.
 
     Parameters
@@ -37,8 +37,6 @@ def parameter_of(given: Argument, flags: str = "", text: str = "", *, place: boo
         The argument.
     flags
         Names of the option, where that of the argument is not its name.
-    text
-        The help, where the first sentence of the argument's description is not.
     place
         Whether it is given by its place, not by a name.
     """
@@ -53,10 +51,10 @@ def parameter_of(given: Argument, flags: str = "", text: str = "", *, place: boo
         if metavar:
             settings["metavar"] = f"{metavar}…" if given.several else metavar
         settings = {key: value for key, value in settings.items() if value is not None}
-        made: Any = argument(text or given.help, **settings)
+        made: Any = argument(given.help, **settings)
     else:
         names = flags.split() or ([f"--{given.name.replace('_', '-')}"] if read is not bool or not default else [])
-        made = option(text or given.help, *names, metavar=metavar, **settings)
+        made = option(given.help, *names, metavar=metavar, **settings)
     if many:
         read, default = list[read], None if default == () else default  # type: ignore[valid-type]
     if given.several and default is Parameter.empty:

@@ -44,7 +44,14 @@ class Identified:
 
 
 @verb
-def read_identified(path: Path | str, *, nominal_files: Iterable[str] = (), **instead: Any) -> Identified:
+def read_identified(
+    path: Path | str,
+    *,
+    nominal_files: Iterable[str] = (),
+    gain: float | None = None,
+    lead: float | str | None = None,
+    friction_model: str | None = None,
+) -> Identified:
     """Read a machine file with the intervals of what was identified of it.
 
     What is identified of an axis is what its controller believes: the friction file given in ``nominal_files``, or that
@@ -53,7 +60,7 @@ def read_identified(path: Path | str, *, nominal_files: Iterable[str] = (), **in
 
     Parameters
     ----------
-    path, nominal_files, instead
+    path, nominal_files, gain, lead, friction_model
         As in `fric.documents.machine_files.read_machine`.
 
     Raises
@@ -62,7 +69,7 @@ def read_identified(path: Path | str, *, nominal_files: Iterable[str] = (), **in
         As `read_machine`; and when no parameter has an interval.
     """
     nominal_files = tuple(nominal_files)
-    machine = read_machine(path, nominal_files=nominal_files, **instead)
+    machine = read_machine(path, nominal_files=nominal_files, gain=gain, lead=lead, friction_model=friction_model)
     intervals: dict[str, Intervals] = {}
     covariances: dict[str, Sequence[Covariance]] = {}
     beyond: dict[str, Mapping[str, Spread]] = {}

@@ -128,7 +128,7 @@ def design_controller(
     K_v
         Position gain, as '126 1/s'.
     view
-        The figure that --plot draws. Or `figure` of the result.
+        What the figure shows.
 
     Raises
     ------

@@ -108,7 +108,8 @@ def ingest(
     Parameters
     ----------
     files
-        Logs: text (also .gz), .mat, .mf4, …; --list tells the formats. Log files of fric's own are read, too.
+        Logs: text (also .gz), .mat, .mf4, …; `fric ingest --list` tells the formats. Log files of
+        fric's own are read, too.
     output
         The log file to write. It is written whole or not at all.
     mapping

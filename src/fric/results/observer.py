@@ -133,14 +133,14 @@ def design_observer(
 
     Two limits are told: |T·Delta| ≤ 1 at every frequency (eq. (8)), with the confidence of the response, and the
     peak sensitivity of the whole loop. The smaller is taken. Without a measured response no bandwidth is recommended: Q
-    is held below the first mode, as --first-mode says or as it is assumed.
+    is held below the first mode, as `first_mode=` says or as it is assumed.
 
     Parameters
     ----------
     plant
         The plant, eq. (1): A, B, T_d. Its file or its result.
     log
-        A frequency response, or a record to take it from; without it Q is held below --first-mode. No bandwidth is
+        A frequency response, or a record to take it from; without it Q is held below `first_mode=`. No bandwidth is
         recommended then: the mode is stated, or else assumed, and marked so.
     filter
         The shape of Q.
@@ -162,7 +162,7 @@ def design_observer(
     averages
         Records that a table's coherence was averaged over, for its confidence.
     view
-        The figure that --plot draws; q is Fig. 7. Or `figure` of the result.
+        What the figure shows; q is Fig. 7.
 
     Raises
     ------
