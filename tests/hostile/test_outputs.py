@@ -257,3 +257,35 @@ def test_a_polite_kill_inside_the_compiler_ends_as_one_elsewhere(function, event
     assert done.stdout == "struck\n"
     assert done.stderr.splitlines() == ["error: interrupted", "Outputs that were not finished are not there."]
     assert done.returncode == 128 + signal.SIGTERM
+
+
+SWALLOWED = """
+import os, signal, sys
+from fric.cli import main as command
+def app():
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+    except BaseException as error:
+        raise SystemError("<built-in function loads> returned a result with an exception set") from error
+    if "warn" in sys.argv:
+        import numpy as np
+        np.float64(1e308) * 10
+command.app = app
+command.main()
+"""
+
+
+def test_a_polite_kill_that_a_library_makes_an_error_of_ends_as_one_elsewhere(warm, tmp_path):
+    """As four nested SystemErrors where it struck Numba's unpickling."""
+    words = [shutil.which("python", path=warm["PATH"]), "-c", SWALLOWED]
+    done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, env=warm, check=False)
+    assert done.stderr.splitlines() == ["error: interrupted", "Outputs that were not finished are not there."]
+    assert done.returncode == 128 + signal.SIGTERM
+
+
+def test_a_library_warns_of_its_own_code_in_no_command(warm, tmp_path):
+    """As NumPy's RuntimeWarnings in `auto`, `report`, `tune` and `export`."""
+    code = SWALLOWED.replace("os.kill(os.getpid(), signal.SIGTERM)", "pass")
+    words = [shutil.which("python", path=warm["PATH"]), "-c", code, "warn"]
+    done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, env=warm, check=False)
+    assert (done.returncode, done.stderr) == (0, "")

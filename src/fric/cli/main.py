@@ -5,6 +5,7 @@ import gc
 import os
 import signal
 import sys
+import warnings
 from types import FrameType
 
 import typer
@@ -48,6 +49,8 @@ class _InterruptedError(BaseException):
 HELD = ("numba", "llvmlite")
 """Libraries that no exception out of nowhere may strike: it is lost in a finalizer or a callback of theirs, ends in
 another error where compiled code asked for what is unpickled, or frees memory twice."""
+_STRUCK: list[int] = []
+"""Signals that were raised: a library written in C that one strikes may end in a SystemError."""
 AGAIN = 0.01
 """After which time an interrupt that struck one of them is tried again [s]."""
 
@@ -60,6 +63,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
             signal.setitimer(signal.ITIMER_REAL, AGAIN)
             return
         frame = frame.f_back
+    _STRUCK.append(number)
     raise _InterruptedError(number)
 
 
@@ -67,6 +71,8 @@ def main() -> None:
     """Run the command line; a `FricError` is told on standard error and ends with exit status 1, Ctrl-C with 130."""
     gc.set_threshold(OBJECTS)
     prepare_streams()
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # what libraries say of their own code; of data fric warns itself
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
     try:
@@ -84,8 +90,10 @@ def main() -> None:
             raise
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - nothing is flushed there at the end
         _fail(f"standard output cannot be written: {error.strerror}", 1)
-    except _InterruptedError as interrupted:
-        _fail("interrupted\nOutputs that were not finished are not there.", 128 + int(interrupted.args[0]))
+    except (_InterruptedError, SystemError):
+        if not _STRUCK:
+            raise
+        _fail("interrupted\nOutputs that were not finished are not there.", 128 + _STRUCK[-1])
 
 
 _NAMES = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM)

@@ -10,6 +10,8 @@ from scipy import fft, special
 from fric.arrays import Complex, Mask, Real
 from fric.errors import FricError
 
+SHORTEST = 8
+"""Samples of a period at least."""
 ALIKE = 0.5
 """Autocorrelation from which on a signal counts as periodic; noise in the loop takes from it."""
 
@@ -116,6 +118,8 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
         When there are fewer than two periods.
     """
     count = len(input) // period
+    if period < SHORTEST:
+        raise FricError(f"a period of {period} samples is too short for a response", hint="Give the right `period=`.")
     if count < 2:
         raise FricError(
             f"a record of {len(input)} samples holds {count} period(s) of {period}",
