@@ -18,7 +18,7 @@ from fric.io.channels import Form, Plan, plan
 from fric.io.digest import FileDigest, digest_of_all
 from fric.io.hdf5 import LogWriter
 from fric.io.join import joined
-from fric.io.readers.base import OF_SEVERAL, Table
+from fric.io.readers.base import OF_SEVERAL, RECORD, Table
 from fric.io.rows import WholeRows
 from fric.notice import Notice
 from fric.units import Motion, drive_unit, words_of
@@ -95,7 +95,7 @@ class Session:
 
     def read(self, path: Path, found: Iterable[Table], writer: LogWriter, axis: str, motion: Motion) -> None:
         """Add the records of one file, which are its tables."""
-        digest = FileDigest(path, self._beside)
+        digest, none, before = FileDigest(path, self._beside), list[FricError](), len(self.records)
         if self.known and digest.result() in self.known:
             self.skipped.append((str(path), self.known[digest.result()]))
             self._progress(path.stat().st_size)
@@ -103,7 +103,13 @@ class Session:
         for table in found:
             if not self.known and table.passes_bytes:
                 table.listener = digest.take
-            own = self.of_axis(table, (axis, motion))
+            try:
+                own = self.of_axis(table, (axis, motion))
+            except FricError as error:
+                if RECORD not in table.said:
+                    raise
+                none.append(error)  # beside records stand parameters
+                continue
             if own != (axis, motion):
                 raise FricError(
                     f"is of the {words_of(own[1])} axis {own[0]}, and the log file of the {words_of(motion)} {axis}",
@@ -120,6 +126,8 @@ class Session:
             record = self._add(table, self._plan(table, motion), writer, source, sha256_of)
             self.known[record.sha256] = record.name
             self.records.append(record)
+        if none and len(self.records) == before:
+            raise none[0]
 
     def check_signs(self) -> None:
         """Refuse logs in which friction would drive the axis, unless the signs are stated."""

@@ -14,7 +14,7 @@ from fric.errors import FricError, printable
 from fric.io.likely import axis_of, looking_like, measures, named_as
 from fric.io.readers import tables
 from fric.io.readers.base import Column, Table, plain_name
-from fric.io.roles import SURE, Axis, Role, axes_of, tag
+from fric.io.roles import SURE, Axis, Role, axes_of, in_memory, tag, without_data
 from fric.io.words import OF_MEANS
 from fric.output import staged
 from fric.units import MOTIONS, Motion, converts, rotates, si_unit
@@ -110,14 +110,17 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
     FricError
         When a file does not read.
     """
-    opened = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
     if join:
+        opened = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
         parts = tuple((table, _chosen(table)) for table in opened)
         whole = Axis("", _motion([t.columns[r.column] for t, a in parts for r in a.roles.values() if r.column]), 1.0)
         return [Guess(tuple(paths), opened[0], whole, False, joined=parts)]
     groups: dict[tuple[Column, ...], list[Table]] = {}
-    for table in opened:
-        groups.setdefault(tuple(table.columns), []).append(table)
+    for path in paths:
+        with closing(tables(path, None)) as of_file:
+            for table in of_file:  # which is read as long as its file is open
+                members = groups.setdefault(tuple(table.columns), [])
+                members.append(in_memory(table) if len(members) < MOST_FILES else without_data(table))
     found = [guess for members in groups.values() for guess in _of_group(members)]
     motions: dict[str, Motion] = {}
     for guess in found:  # what is of another motion, or in other units, is another axis
@@ -130,12 +133,12 @@ def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> l
 
 def _of_group(members: Sequence[Table]) -> Iterator[Guess]:
     """Yield the guess for each axis of tables that have the same columns."""
-    first, names = members[0], tuple(table.path for table in members)
+    first, names = members[0], tuple(dict.fromkeys(table.path for table in members))
     by_name = _chosen(first)
     if _holds_means(first, by_name):
         yield _with_name(Guess(names, first, _chosen_means(first), False, FORCE_VELOCITY))
         return
-    axes = axes_of(members[:: max(len(members) // MOST_FILES, 1)][:MOST_FILES])
+    axes = axes_of(members[:MOST_FILES])
     if len(axes) <= 1:
         axes = [_filled(axes[0], by_name) if axes else by_name]
     for axis in axes:

@@ -18,7 +18,7 @@ from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.io.likely import axis_of
 from fric.io.quantities import TOLERANCE, Reading, Spoken, readings, spoken, time_units, usual_units
-from fric.io.readers.base import Column, Table
+from fric.io.readers.base import Column, Memory, Table
 from fric.units import Motion, converts, in_units_of, parse
 from fric.units import factor as si_factor
 
@@ -103,6 +103,17 @@ class Samples:
             inside[max(start - window, 0) : start] = False
         rows = np.flatnonzero(inside)
         return rows[:: max(len(rows) // ROWS, 1)]
+
+
+def in_memory(table: Table) -> Memory:
+    """Return a table with its first rows in memory, for when its file is closed."""
+    head = _head(table, MOST_VALUES // max(len(table.columns), 1) // 4)
+    return Memory(table.path, table.columns, list(head.T), table.constants, table.said)
+
+
+def without_data(table: Table) -> Memory:
+    """Return a table without its rows."""
+    return Memory(table.path, table.columns, [np.empty(0)] * len(table.columns), table.constants, table.said)
 
 
 def _head(table: Table, most: int) -> Real:

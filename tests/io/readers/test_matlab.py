@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+import fric
 from fric import FricError
 from fric.documents.mapping import MappingDocument
 from fric.documents.yaml import read_document
@@ -128,3 +129,38 @@ def test_what_a_reading_process_gives_is_values_alone():
         assert str(again) == str(made)
     with pytest.raises(pickle.UnpicklingError, match="is no value"):
         _Values(io.BytesIO(pickle.dumps(print))).load()
+
+
+def stroke(n: int, seed: int) -> dict[str, np.ndarray]:
+    t = np.arange(n) * 1e-3
+    v = 0.05 * np.sign(np.sin(2 * np.pi * t / 0.4)) * (1.0 + 0.2 * seed)
+    v = np.convolve(v, np.hanning(40) / np.hanning(40).sum(), "same")
+    current = np.tanh(v / 1e-3) + 0.02 * np.random.default_rng(seed).standard_normal(n)
+    return {"t": t, "pos": np.cumsum(v) * 1e-3, "vel": v, "cur": current}
+
+
+@pytest.mark.parametrize("nest", ["structs", "cell", "matrices", "struct-array"])
+def test_records_of_one_file_are_records(tmp_path, nest):
+    """Strokes of different lengths as structs, in a cell, as a matrix each, in an array of structs; gains beside."""
+    runs = [stroke(1500 + 100 * k, k) for k in range(3)]
+    path = tmp_path / "runs.mat"
+    if nest == "structs":
+        found = {f"run{k}": one for k, one in enumerate(runs)}
+    elif nest == "matrices":
+        found = {f"run{k}": np.column_stack(list(one.values())) for k, one in enumerate(runs)}
+    elif nest == "cell":
+        cell = np.empty(3, dtype=object)
+        cell[:] = runs
+        found = {"runs": cell}
+    else:
+        array = np.empty(3, dtype=[(name, object) for name in runs[0]])
+        for k, one in enumerate(runs):
+            array[k] = tuple(one.values())
+        found = {"runs": array}
+    savemat(path, found | {"gain": np.array([1.0, 2.0, 3.0])})
+    done = fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    logs = read_logs(tmp_path / "log.h5")
+    assert sorted(len(log) for log in logs) == [1500, 1600, 1700]
+    assert len({log.name for log in logs}) == 3
+    assert all(log.force is not None and log.position is not None for log in logs)
+    assert done.done.motion.endswith("/A") or nest == "matrices"

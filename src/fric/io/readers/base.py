@@ -34,6 +34,10 @@ OF_SEVERAL = "axes"
 """Key of what a table says of itself: the names of the axes that its file has tables of."""
 
 
+RECORD = "record"
+"""The same of a table that is one of several records of its file, some of which may be none."""
+
+
 class Format(NamedTuple):
     """A format that a reader reads: its name, endings of files, and the module and extra that it needs, if any."""
 

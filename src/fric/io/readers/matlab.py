@@ -2,6 +2,8 @@
 
 import io
 import pickle
+import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,7 +16,7 @@ import numpy as np
 from fric.apart import run_python
 from fric.documents.mapping import Layout
 from fric.errors import FricError
-from fric.io.readers.base import Column, Format, Memory, Table
+from fric.io.readers.base import RECORD, Column, Format, Memory, Table
 from fric.io.safe_hdf5 import open_file
 
 _V73 = b"MATLAB 7.3 MAT-file"
@@ -36,6 +38,10 @@ pickle.dump(found, out, protocol=5)
 """
 
 FORMAT = Format("MATLAB", (".mat",))
+SHORT = 30
+"""Samples that a record has at least, where lengths part records."""
+_PARTED = re.compile(r"(?P<struct>.+)\.(?P<field>[^.()]+)|(?P<matrix>.+)\(:,(?P<line>\d+)\)")
+"""A name as `_take_apart` makes it: a field of a struct, or a column of a matrix."""
 
 
 def recognises(path: Path, head: bytes) -> float:
@@ -49,10 +55,11 @@ def tables(path: Path, layout: Layout) -> Iterator[Table]:
         new = file.read(len(_V73)) == _V73
     if not new:
         about = path.stat()
-        yield _table(path, _load(path, about.st_mtime_ns, about.st_size))
+        yield from _tables(path, _load(path, about.st_mtime_ns, about.st_size))
         return
     with open_file(path, "is no whole MATLAB file (cut short?)", "Save it again.") as source:
-        yield _table(path, {name: _tree(node, source) for name, node in source.items() if not name.startswith("#")})
+        found = {name: _tree(node, source) for name, node in source.items() if not name.startswith("#")}
+        yield from _tables(path, found)
 
 
 @lru_cache(maxsize=2)
@@ -123,7 +130,8 @@ def _tree(node: Any, file: h5py.File, depth: int = 0) -> Any:
     return [_Line(node, n) for n in range(node.shape[0])] if node.ndim == 2 else None
 
 
-def _table(path: Path, variables: Mapping[str, Any]) -> Table:
+def _tables(path: Path, variables: Mapping[str, Any]) -> Iterator[Table]:
+    """Yield the tables of variables: one, or one a record where structs, cells or matrices have the same columns."""
     columns: dict[str, Any] = {}
     constants: dict[str, str] = {}
     for name, value in variables.items():
@@ -133,7 +141,40 @@ def _table(path: Path, variables: Mapping[str, Any]) -> Table:
             "holds no vector of numbers", where=str(path),
             hint="Objects such as timeseries and timetable are not read: save their arrays.",
         )  # fmt: skip
-    return Memory(path, tuple(map(Column, columns)), list(columns.values()), constants)
+    records = _records(columns)
+    for name, own in records.items():
+        said = {"name": f"{path.stem}-{name}", RECORD: name} if len(records) > 1 else {}
+        yield Memory(path, tuple(map(Column, own)), list(own.values()), constants, said)
+
+
+def _records(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the columns of each record, the longest first; of all in one where nothing parts them.
+
+    Structs or cells with the same fields are records, and so are matrices with as many columns; what stands beside
+    them with their length, as a time, belongs to each. Else columns of one length are a record.
+    """
+    groups: dict[str, dict[str, Any]] = {}
+    for name, values in columns.items():
+        found = _PARTED.fullmatch(name)
+        prefix, leaf = (found["struct"] or found["matrix"], found["field"]) if found else ("", name)
+        leaf = leaf if found is None or leaf else f"column {int(found['line']) - 1}"
+        groups.setdefault(prefix, {})[leaf] = values
+    fields = Counter(frozenset(group) for name, group in groups.items() if name and len(group) > 1)
+    common, count = fields.most_common(1)[0] if fields else (frozenset(), 0)
+    if count > 1:
+        records = {}
+        for name, group in groups.items():
+            if name and group.keys() == common:
+                n = len(next(iter(group.values())))
+                records[name] = {k: v for k, v in groups.get("", {}).items() if len(v) == n} | group
+        return dict(sorted(records.items(), key=lambda one: -len(next(iter(one[1].values())))))
+    lengths: dict[int, dict[str, Any]] = {}
+    for name, values in columns.items():
+        lengths.setdefault(len(values), {})[name] = values
+    whole = {n: own for n, own in lengths.items() if len(own) > 1 and n > SHORT}
+    if len(whole) > 1:
+        return {str(n): whole[n] for n in sorted(whole, reverse=True)}
+    return {"": dict(columns)}
 
 
 def _take_apart(name: str, value: Any, columns: dict[str, Any], constants: dict[str, str]) -> None:
