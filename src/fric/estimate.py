@@ -162,6 +162,10 @@ def note_of(entry: Mapping[str, Any]) -> str:
     return ", ".join(flag for flag in ("fixed", "assumed") if entry.get(flag))
 
 
+DIGITS = 8
+"""Digits of a value at most, however narrow its interval is."""
+
+
 def _size(value: float, interval: Any) -> float:
     """Return what a value and its interval are read in: the value, or a tenth of a limit far beyond it."""
     limits = [abs(limit) for limit in interval or () if limit is not None and not isinf(limit)]
@@ -176,5 +180,6 @@ def in_digits(value: float, interval: Any, scale: float = 1.0) -> tuple[str, str
     if not width > 0:
         text = " … ".join("open" if limit not in limits else significant(limit * scale, 4) for limit in interval or ())
         return significant(value * scale, 4), text
-    decimals = min(max(0, 1 - floor(log10(width))), 9)
+    whole = floor(log10(max(map(abs, limits)) * scale)) if any(limits) else 0
+    decimals = min(max(0, 1 - floor(log10(width))), max(0, DIGITS - 1 - whole), 9)
     return f"{value * scale:.{decimals}f}", " … ".join(f"{limit * scale:.{decimals}f}" for limit in limits)

@@ -248,3 +248,11 @@ def test_the_public_names_are_the_subject():
     assert not [name for name in fric.__all__ if any(word in name for word in plumbing)]
     vocabulary = {"GMS", "StaticMap", "LuGre", "Plant", "Machine", "Axis", "Log", "read", "identify_gms", "circle"}
     assert vocabulary <= set(fric.__all__)
+
+
+def test_the_range_of_a_short_motion_far_from_zero_is_seen():
+    t = np.arange(4000) / 1e3
+    log = fric.Log(t, position=-0.3 + 15e-6 * np.sin(2 * np.pi * t), force=10.0 * np.sin(2 * np.pi * t + 0.3))
+    printed = repr(fric.inspect(log))
+    assert "-300.015 mm  -299.985 mm" in printed
+    assert not re.search(r"\d\.\d{8}", printed)  # however sure a number is, it is not printed to its last digit

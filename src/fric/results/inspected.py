@@ -1,6 +1,7 @@
 """What an inspection found, in words and tables."""
 
 from collections.abc import Sequence
+from math import floor, log10
 
 from fric.estimate import estimate_rows
 from fric.records.inspected import Channel, Inspection, ResponseInspection, TableInspection
@@ -100,7 +101,10 @@ def _gaps(found: Inspection) -> str:
 def _channel_row(name: str, channel: Channel) -> tuple[str, ...]:
     step = _value(channel.step, channel.unit) if channel.step else ""
     clipped = str(channel.clipped) if channel.clipped else ""
-    return name, _value(channel.low, channel.unit), _value(channel.high, channel.unit), step, clipped
+    size, span = max(abs(channel.low), abs(channel.high)), channel.high - channel.low
+    digits = min(4 + max(0, floor(log10(size / span))), 9) if span > 0 else 4  # so many that the two differ
+    low, high = (readable(one, channel.unit, digits) for one in (channel.low, channel.high))
+    return name, low, high, step, clipped
 
 
 def _briefly(found: Sequence[Inspected]) -> list[Piece]:
