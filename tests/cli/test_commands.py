@@ -76,6 +76,23 @@ def test_a_feedforward_that_is_none_ends_in_a_sentence(words, told):
     assert told in error.what
 
 
+@pytest.mark.parametrize("period", ["1e-300 s", "1 h"])
+def test_a_period_that_no_record_holds_twice_is_told(period, tmp_path):
+    """One below a sample ended in a division by zero."""
+    words = ["identify", "plant", "data/frequency-response.h5", "-o", str(tmp_path / "plant.yaml"), "--period", period]
+    error = CliRunner().invoke(app, words).exception
+    assert isinstance(error, FricError)
+    assert "the right --period" in error.hint
+
+
+def test_a_controller_of_no_rate_is_told(tmp_path):
+    words = ["identify", "plant", "data/frequency-response.h5", "-o", str(tmp_path / "plant.yaml")]
+    assert CliRunner().invoke(app, words).exit_code == 0
+    error = CliRunner().invoke(app, ["design", "controller", words[-1], "--sampling", "0 Hz"]).exception
+    assert isinstance(error, FricError)
+    assert error.what == "'0 Hz' is not positive"
+
+
 def test_a_path_of_a_wrong_type_ends_in_a_sentence():
     with pytest.raises(FricError, match="path takes points, or their file, and was given an int"):
         fric.path("xy-table", 3)

@@ -15,7 +15,7 @@ from fric.documents.plant import PlantDocument
 from fric.errors import FricError
 from fric.notice import Notice
 from fric.results.design import Design
-from fric.results.given import in_si, quantity
+from fric.results.given import in_si, positive, quantity
 from fric.results.given_models import document_of
 from fric.results.kinds import PlantLike, Quantity
 from fric.results.names import plain_names
@@ -138,7 +138,7 @@ def design_controller(
     document = document_of(PlantDocument, plant)
     motion, linear = document.motion, document.linear(document.motion)
     asked = Requirement(in_si(phase_margin, "angle"), parse_gain(gain_margin))
-    rate, low_pass = in_si(sampling, "frequency"), in_si(velocity_filter, "frequency")
+    rate, low_pass = positive(sampling, "frequency"), positive(velocity_filter, "frequency")
     largest = inf if limit is None else in_si(limit, "input")
     gains = {"rate": K_v, "velocity gain": K_p, "position gain": K_i}
     if any(gain is not None for gain in gains.values()):

@@ -85,8 +85,11 @@ def quantity(given: str | float | None, dimension: str, motion: Motion = "linear
     FricError
         When the text is no quantity of this dimension, or the value is not positive.
     """
-    if given is None:
-        return None
+    return None if given is None else positive(given, dimension, motion)
+
+
+def positive(given: str | float, dimension: str, motion: Motion = "linear") -> float:
+    """Return a positive quantity given in SI, or as a text with its unit."""
     value = in_si(given, dimension, motion)
     if not value > 0:
         raise FricError(f"'{given}' is not positive", hint="Give a positive value.")

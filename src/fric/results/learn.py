@@ -123,7 +123,7 @@ class LearnedTable(Result):
 def learn(
     given: Annotated[CircleLike, Kind(metavar="MACHINE.yaml|CIRCLE.h5")],
     *,
-    rounds: int | None = None,
+    rounds: Annotated[int | None, Kind(least=1, most=1000)] = None,
     velocity: Annotated[Quantity, "velocity"] = "100 mm/s",
     radius: Annotated[Quantity, "position"] = "30 mm",
     clockwise: bool = False,

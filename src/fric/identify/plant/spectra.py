@@ -117,9 +117,9 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
     FricError
         When there are fewer than two periods.
     """
-    count = len(input) // period
     if period < SHORTEST:
         raise FricError(f"a period of {period} samples is too short for a response", hint="Give the right `period=`.")
+    count = len(input) // period
     if count < 2:
         raise FricError(
             f"a record of {len(input)} samples holds {count} period(s) of {period}",
