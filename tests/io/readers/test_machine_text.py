@@ -1,5 +1,8 @@
 """What controls write as text: TwinCAT's Scope, SINUMERIK's traces."""
 
+import re
+from contextlib import closing
+
 import numpy as np
 import pytest
 
@@ -7,6 +10,7 @@ from fric import FricError
 from fric.documents.mapping import MappingDocument
 from fric.io.hdf5 import read_logs
 from fric.io.ingest import ingest
+from fric.io.readers import tables
 
 CONTROLLER, DRIVE = np.arange(2000) * 0.5, np.arange(500) * 2.0  # ms
 
@@ -167,3 +171,31 @@ def test_a_count_of_periods_that_jumps_is_a_lost_row(tmp_path):
     assert len(read(tmp_path / "whole.txt", mapping=given)[1]) == 6000
     with pytest.raises(FricError, match=r"line 3001.*1 rows are lost: the count jumps from 2999 to 3001"):
         read(tmp_path / "trace.txt", mapping=given)
+
+
+@pytest.mark.parametrize("comma", [False, True])
+def test_halscope_in_either_locale_without_its_last_zeros(tmp_path, comma):
+    t = np.arange(3000) * 1e-4
+    v = np.convolve(np.sign(np.sin(40 * t)), np.hanning(80) / np.hanning(80).sum(), "same")
+    z, output = np.cumsum(v) * 1e-4, np.tanh(v / 0.01) + 0.01 * np.random.default_rng(0).standard_normal(len(t))
+    pins = ("joint.0.motor-pos-fb", "pid.x.output", "joint.0.motor-pos-fb")
+    rows = [" ".join(f"{pin} {one:.6f}" for pin, one in zip(pins, (a, b, a), strict=True))
+            for a, b in zip([*z, 0.0], [*output, 0.0], strict=True)]  # fmt: skip
+    text = "Sampling period is 100000 nSec\n" + "\n".join(rows) + "\n"
+    path = tmp_path / "scope.log"
+    path.write_text(re.sub(r"(\d)\.(\d{6})", r"\1,\2", text) if comma else text)
+    with closing(tables(path)) as found:
+        (table,) = found
+        (block,) = table.read(range(4))
+    assert [column.name for column in table.columns] == ["time", pins[0], pins[1], f"{pins[0]} (2)"]
+    assert len(block.columns[0]) == 3000
+    np.testing.assert_allclose(np.diff(block.columns[0]), 1e-4)
+    np.testing.assert_allclose(block.columns[1], z, atol=1e-6)
+
+
+@pytest.mark.parametrize("body", ["", "a 1 b 2\nb 2 a 1\n", "a 1 b\n"])
+def test_a_halscope_record_that_is_none(tmp_path, body):
+    path = tmp_path / "scope.log"
+    path.write_text("Sampling period is 100000 nSec\n" + body)
+    with pytest.raises(FricError), closing(tables(path)) as found:
+        next(found)

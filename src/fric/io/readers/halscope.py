@@ -1,0 +1,58 @@
+"""Text of LinuxCNC's halscope: ``Sampling period is 100000 nSec``, then ``pin value pin value …`` a sample.
+
+A decimal comma is that of the locale, a pin may stand twice, and the last sample may be zeros that nobody measured.
+Pins give no units.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from fric.documents.mapping import Layout
+from fric.errors import FricError
+from fric.input import regular
+from fric.io.readers.base import Column, Format, Memory, Table
+
+FORMAT = Format("LinuxCNC halscope", (".log", ".txt", ".csv"))
+MOST = 256 << 20
+"""Bytes of a record that are read at most: halscope itself holds 64,000 samples."""
+_PERIOD = re.compile(rb"\s*Sampling period is (\d+)\s*nSec")
+
+
+def recognises(path: Path, head: bytes) -> float:
+    """Its first line tells the sampling period in nanoseconds."""
+    return 1.0 * bool(_PERIOD.match(head))
+
+
+def tables(path: Path, layout: Layout) -> Iterator[Table]:
+    """Read a record: one table of the time and of each pin."""
+    content = regular(path, MOST).read_bytes()
+    found = _PERIOD.match(content)
+    period = int(found[1]) * 1e-9 if found else 0.0
+    rows = [line.split() for line in content.decode("utf-8", "replace").splitlines()[1:] if line.strip()]
+    if not rows or not period:
+        raise FricError("holds no samples", where=str(path), hint="Save the record again.")
+    names = rows[0][0::2]
+    samples = []
+    for n, row in enumerate(rows, 2):
+        if row[0::2] != names or len(row) != 2 * len(names):
+            raise FricError("does not name the pins of the first sample", where=f"{path}, line {n}",
+                            hint="Save the record again.")  # fmt: skip
+        samples.append([_number(cell) for cell in row[1::2]])
+    values = np.array(samples)
+    if len(values) > 1 and not values[-1].any() and values[-2].any():
+        values = values[:-1]
+    before = [names[:n].count(name) for n, name in enumerate(names)]
+    distinct = [f"{name} ({count + 1})" if count else name for name, count in zip(names, before, strict=True)]
+    columns = (Column("time", "s"), *map(Column, distinct))
+    yield Memory(path, columns, [*np.vstack([np.arange(len(values)) * period, values.T])])
+
+
+def _number(cell: str) -> float:
+    """Return a number, NaN where it is none; a pin of bits says TRUE or FALSE."""
+    try:
+        return float({"TRUE": "1", "FALSE": "0"}.get(cell, cell).replace(",", "."))
+    except ValueError:
+        return float("nan")
