@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import h5py
+import nlopt
 import numpy as np
 import pytest
 
@@ -17,6 +18,7 @@ from fric.errors import FricError
 from fric.io.hdf5 import read_logs, write_logs
 from fric.log import Log
 from fric.output import refuse_existing, staged
+from fric.search import minimised
 
 
 def log(name: str = "a") -> Log:
@@ -88,6 +90,7 @@ def test_the_next_run_removes_what_a_killed_one_left_and_nothing_else(tmp_path):
 ADDS = """
 import sys
 from pathlib import Path
+import nlopt
 import numpy as np
 from fric.io.hdf5 import log_writer
 from fric.log import Log
@@ -128,6 +131,7 @@ WRITERS = {
 FULL = """
 import sys, resource, signal
 from pathlib import Path
+import nlopt
 import numpy as np
 import fric
 from fric.control.scheme import choose_schemes
@@ -289,3 +293,16 @@ def test_a_library_warns_of_its_own_code_in_no_command(warm, tmp_path):
     words = [shutil.which("python", path=warm["PATH"]), "-c", code, "warn"]
     done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, env=warm, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_what_is_raised_inside_a_search_ends_it():
+    """NLopt went on, and made SystemErrors in one another of a polite kill and of any error of a model."""
+    calls = []
+
+    def cost(x):
+        calls.append(x)
+        raise KeyError("static")
+
+    with pytest.raises(KeyError, match="static"):
+        minimised(nlopt.opt(nlopt.LN_SBPLX, 2), cost, np.zeros(2))
+    assert len(calls) == 1

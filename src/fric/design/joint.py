@@ -24,6 +24,7 @@ from fric.design.margins import three_digits
 from fric.design.observer import PEAK_SENSITIVITY, WholeLoop
 from fric.design.perturbation import Perturbation, model_perturbation
 from fric.errors import FricError
+from fric.search import minimised
 
 GAINS = (0.25, 6.0)
 """How much K_p and K_i together, and K_v, may differ from those of the cascade that is there, as factors."""
@@ -105,7 +106,7 @@ def design_jointly(
         chosen = cascade(x)
         return loop_with(block, chosen, Delta, replace(setting, cascade=chosen))
 
-    def cost(x: Real, _: Real) -> float:
+    def cost(x: Real) -> float:
         block = kind.tuned_to(float(np.exp(x[3])), replace(setting, cascade=cascade(x)))
         whole, blocks = loop(x, block)
         peak = whole.peak(blocks)
@@ -118,13 +119,12 @@ def design_jointly(
     high = np.array([log(GAINS[1]), log(GAINS[1]), max(edge, log(0.6)), log(tuned.upper)])
     start = np.array([0.0, 0.0, max(edge, log(0.6)) - 0.05, log(_first(kind, setting, peak_sensitivity, Delta))])
     optimizer = nlopt.opt(nlopt.LN_SBPLX, 4)
-    optimizer.set_min_objective(cost)
     optimizer.set_lower_bounds(low)
     optimizer.set_upper_bounds(high)
     optimizer.set_initial_step(np.array([0.4, 0.3, -0.2, 0.4]))
     optimizer.set_maxeval(STEPS)
     optimizer.set_xtol_abs(2e-3)
-    found = np.asarray(optimizer.optimize(np.clip(start, low + 1e-9, high - 1e-9)))
+    found = minimised(optimizer, cost, np.clip(start, low + 1e-9, high - 1e-9))
     chosen = _digits(cascade(found))
     block = design_block(kind, replace(setting, cascade=chosen), peak_sensitivity=peak_sensitivity, perturbation=Delta)
     whole, blocks = loop_with(block.block, chosen, Delta, replace(setting, cascade=chosen))

@@ -15,6 +15,7 @@ from fric.choice import simplest
 from fric.errors import FricError
 from fric.identify.gms.virgin_curve import VirginCurve
 from fric.identify.nonnegative import nonnegative
+from fric.search import minimised
 
 MOST_BLOCKS = 6
 """Blocks that the information criterion may choose where the user sets no limit."""
@@ -263,11 +264,10 @@ def _optimized(
     optimizer = nlopt.opt(algorithm, len(start))
     optimizer.set_lower_bounds(low)
     optimizer.set_upper_bounds(high)
-    optimizer.set_min_objective(lambda x, gradient: cost(x))
     optimizer.set_maxeval(500 * len(start))
     optimizer.set_xtol_abs(1e-7)
     optimizer.set_ftol_rel(1e-10)
-    return np.asarray(optimizer.optimize(np.clip(start, low, high)))
+    return minimised(optimizer, cost, np.clip(start, low, high))
 
 
 def weights(curve: VirginCurve) -> Real:

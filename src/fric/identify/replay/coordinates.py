@@ -155,7 +155,7 @@ class Coordinates:
 
     def on_guideway(self, model: FrictionModel, values: Mapping[str, Mapping[str, object]]) -> FrictionModel:
         """Return a model with the map of the negative direction, at the level of the records."""
-        if self.negative is None:
+        if self.negative is None or "static" not in values:  # a model with a force of its own has no map
             return model
         level = values["static"].get(LEVEL.name, 1.0)
         assert isinstance(level, float)

@@ -16,6 +16,7 @@ from fric.identify.replay.block_slopes import block_slopes
 from fric.identify.replay.coordinates import Coordinates
 from fric.progress import tried
 from fric.records.prepared import Prepared
+from fric.search import minimised
 
 COARSE = 4_000
 """Samples that the coarse search replays."""
@@ -141,18 +142,15 @@ class Search:
         every = -(-sum(len(r.force) for r in self.records) // COARSE)
         few = Search(self.coordinates, [record.thinned(every) for record in self.records])
 
-        def cost(y: Real, _: Real) -> float:
-            return few.cost(self.coordinates.spread_start(y))
-
         size = self.coordinates.coarse
         search = nlopt.opt(nlopt.GN_CRS2_LM, size)
         search.set_lower_bounds(np.zeros(size))
         search.set_upper_bounds(np.ones(size))
-        search.set_min_objective(cost)
         search.set_maxeval(EVALUATIONS * (size + 1))
         search.set_ftol_rel(1e-4)
         nlopt.srand(seed + 1)  # 0 would be the time of day
-        x = self.coordinates.spread_start(np.asarray(search.optimize(np.full(size, 0.5))))
+        spread = self.coordinates.spread_start
+        x = spread(minimised(search, lambda y: few.cost(spread(y)), np.full(size, 0.5)))
         return few._hopped(x, np.random.default_rng(seed))
 
     def _hopped(self, x: Real, rng: np.random.Generator) -> Real:

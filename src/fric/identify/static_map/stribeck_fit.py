@@ -21,6 +21,7 @@ from scipy.special import stdtrit
 from fric.arrays import Real
 from fric.friction.stribeck import STATIC_PARAMETERS, stribeck_shares
 from fric.identify.nonnegative import nonnegative
+from fric.search import minimised
 
 PARAMETERS = (*STATIC_PARAMETERS, "offset")
 DELTA_RANGE = (0.3, 3.0)
@@ -282,9 +283,8 @@ def _direct(cost: Cost, lower: Real, upper: Real) -> Real:
     optimiser = nlopt.opt(nlopt.GN_DIRECT_L, len(lower))
     optimiser.set_lower_bounds(lower)
     optimiser.set_upper_bounds(upper)
-    optimiser.set_min_objective(lambda x, gradient: cost(x))
     optimiser.set_maxeval(60 if len(lower) == 1 else 400)
-    return np.asarray(optimiser.optimize((lower + upper) / 2))
+    return minimised(optimiser, cost, (lower + upper) / 2)
 
 
 def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) -> Real:
@@ -307,8 +307,7 @@ def _polished(cost: Cost, start: Real, lower: Real, upper: Real, *, near: bool) 
     optimiser = nlopt.opt(nlopt.LN_SBPLX, len(lower))
     optimiser.set_lower_bounds(lower)
     optimiser.set_upper_bounds(upper)
-    optimiser.set_min_objective(lambda x, gradient: cost(x))
     optimiser.set_initial_step(step)
     optimiser.set_xtol_abs(1e-5 if near else 1e-9)
     optimiser.set_maxeval(2000)
-    return np.asarray(optimiser.optimize(start))
+    return minimised(optimiser, cost, start)

@@ -1,0 +1,42 @@
+"""Searches of NLopt, which an error in their cost ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fric.arrays import Real
+
+if TYPE_CHECKING:
+    import nlopt
+
+
+def minimised(search: nlopt.opt, cost: Callable[[Real], float], start: Real) -> Real:
+    """Return where a search of NLopt finds the least cost, shape (n,).
+
+    What the cost raises ends the search, and is raised. NLopt itself goes on with the error set, and what is told then
+    are SystemErrors in one another: so ended a polite kill that struck a search.
+    """
+    from nlopt import ForcedStop  # of which `design` does without until it searches
+
+    raised: list[BaseException] = []
+
+    def told(x: Real, _: Real) -> float:
+        try:
+            return inf if raised else cost(x)
+        except BaseException as error:
+            raised.append(error)
+            search.force_stop()
+            return inf
+
+    search.set_min_objective(told)
+    try:
+        found = search.optimize(start)
+    except ForcedStop:
+        found = start
+    if raised:
+        raise raised[0]
+    return np.asarray(found)
