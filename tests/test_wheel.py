@@ -67,15 +67,9 @@ def test_bundled_names_and_pages_in_an_empty_folder(fric, tmp_path):
 
 def test_the_session_of_the_readme_in_a_copied_example(fric, tmp_path):
     fric("example", "-o", "session", cwd=tmp_path)
-    text = (ROOT / "README.md").read_text(encoding="utf-8").split("## A session")[1].split("\n## ")[0]
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
     commands = [line.removeprefix("$ fric ").split() for line in re.findall(r"^\$ fric .*$", text, re.MULTILINE)]
-    assert len(commands) >= 5
-    session = tmp_path / "session"
+    assert commands
     for words in commands:
-        expanded = [
-            str(path.relative_to(session)) if "*" in word else word
-            for word in words
-            for path in (sorted(session.glob(word)) if "*" in word else [Path(word)])
-        ]
-        fric(*expanded, cwd=session)
-    assert (session / "circles.png").stat().st_size > 10_000
+        shown = fric(*(word for word in words if word != "2>&1"), cwd=tmp_path / "session")
+        assert shown.count("trusted.") == 1

@@ -4,6 +4,7 @@ import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from os import environ
 from os.path import relpath
 from pathlib import Path
 from time import monotonic
@@ -253,7 +254,8 @@ class Session:
         self.script.append(text)
         found = results[0] if results else None
         brief, whole = (found.brief(), repr(found)) if found is not None else ("" if made else "up to date", "")
-        self._tell(step, text, f"{brief:<66} {monotonic() - begun:5.1f} s" if made else brief, whole)
+        timed = made and "SOURCE_DATE_EPOCH" not in environ  # which asks for the same text again
+        self._tell(step, text, f"{brief:<66} {monotonic() - begun:5.1f} s" if timed else brief, whole)
         return True
 
     def _tell(self, step: Step, command: str, brief: str, whole: str) -> None:
