@@ -268,6 +268,7 @@ def test_a_step_that_fails_is_told_and_the_rest_goes_on(tmp_path):
     assert counted.startswith("7 steps: 6 run, 1 failed")
     assert failed == "failed: x: gms: no cycle is whole. Log three."
     assert page.endswith("report.html")
+    assert "x: gms: no cycle is whole. Log three." in (tmp_path / "out/report.html").read_text(encoding="utf-8")
     again = fric.auto(*LOGS, output=tmp_path / "out", run=refuse_gms)
     assert "7 steps: 6 up to date, 1 failed" in str(again)
 

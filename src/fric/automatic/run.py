@@ -237,7 +237,8 @@ def auto(
     if pages:
         pages += [subject] if subject is not None else []
         read = [*pages, *(path for one in axes.values() for path in one.logs)]
-        asked = {"circle": found.circles, "tolerance": None if allowed is None else f"{allowed!r} m"}
+        failed = [f"{name}: {failure}" for name, failure in session.failed.items()]
+        asked = {"circle": found.circles, "tolerance": None if allowed is None else f"{allowed!r} m", "failed": failed}
         session.take(step("report", "report", read, asked, [*read, *found.circles], output=folder / "report.html"))
         page = make_report(*pages, circles=found.circles, tolerance=allowed)
     session.close()

@@ -148,7 +148,8 @@ def _tuned(step: Step, advance: Advance) -> Result:
 
 def _reported(step: Step, advance: Advance) -> Result:
     circles, tolerance = (step.options.get(name) for name in ("circle", "tolerance"))
-    return make_report(*step.given, circles=circles or (), tolerance=tolerance, advance=advance)
+    failed = step.options.get("failed", ())
+    return make_report(*step.given, circles=circles or (), tolerance=tolerance, failed=failed, advance=advance)
 
 
 VERBS: Mapping[str, Callable[[Step, Advance], Result]] = {

@@ -31,6 +31,7 @@ class Summary:
     wrong: Sequence[tuple[str, str]]
     further: int  # How many further warnings there are
     next_step: str  # What to do where there is no verdict
+    failed: Sequence[str] = ()  # Steps that failed, and why
 
 
 def summary_of(
@@ -63,6 +64,7 @@ def summary_of(
         facts, verdicts, *min(results, key=lambda one: ORDER.index(one[0])),
         [_sentence(one, inputs.tolerance) for one in measured], wrong,
         sum(str(one) not in reasons for _, one in every) - len(wrong), "" if verdicts else next_step,
+        inputs.failed,
     )  # fmt: skip
 
 

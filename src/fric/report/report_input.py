@@ -164,6 +164,7 @@ class ReportInput:
     circles: tuple[Measured, ...] = ()  # Measured circles
     machine: str = ""  # The machine file that was given, or that the runs were made with; empty where there is none
     tolerance: float | None = None  # Glitch that is allowed [m]; None where nothing was asked
+    failed: tuple[str, ...] = ()  # Steps that failed on the way to what is reported, and why
     maps: tuple[tuple[str, CircleMapDocument], ...] = ()  # Names of the maps over feed and radius, and what they hold
 
     def of(self, kind: str, axis: str) -> Item | None:

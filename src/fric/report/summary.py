@@ -1,7 +1,7 @@
 """A report as a result: the few words of it that a command prints, and its page."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
@@ -69,6 +69,7 @@ def make_report(
     circles: CircleFiles = (),
     title: str = "",
     tolerance: Annotated[Quantity | None, "position"] = None,
+    failed: Annotated[Sequence[str], Kind(list[str], "TEXT")] = (),
     advance: Advance = silent,
 ) -> Report:
     """Make one self-contained HTML page: what to use, what a circle shows, what was identified, and what drifted.
@@ -88,6 +89,8 @@ def make_report(
         Heading of the page. By the machine and its axes where not given.
     tolerance
         Glitch that is allowed, as "5 um": pass or not.
+    failed
+        A step that failed, and why, to be said on the page; repeatable.
     advance
         Is told of each machine that is drawn where a run's controllers know exactly what is true of theirs.
 
@@ -99,7 +102,7 @@ def make_report(
     allowed = None if tolerance is None else bounded("tolerance", tolerance)
     paths, measured = (list(map(Path, given)) for given in (files, circles))
     found = collect(paths, measured, allowed)
-    return Report(with_machines(found, advance), title)
+    return Report(replace(with_machines(found, advance), failed=tuple(failed)), title)
 
 
 def report_document(inputs: ReportInput) -> dict[str, Any]:
