@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from math import floor, isinf, log10
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, Self, TypeVar
 
 from fric.units import prefixed, significant
 
@@ -60,6 +60,15 @@ class Estimate:
         if isinstance(self.value, tuple):
             raise TypeError(f"{len(self.value)} values in {self.unit} are not one number")
         return float(self.value)
+
+    @classmethod
+    def read(cls, entry: Mapping[str, Any]) -> Self:
+        """Return what `as_dict` gave."""
+        value, limits = entry["value"], entry.get("ci95")
+        if isinstance(value, list):
+            value, limits = tuple(value), limits and tuple(map(tuple, limits))
+        limits = limits and tuple(limits)
+        return cls(value, entry["unit"], limits, bool(entry.get("fixed")), bool(entry.get("assumed")))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the mapping that stands in a YAML or JSON document; what is unset is left out."""

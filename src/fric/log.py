@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
 
 from fric.columns import (
     CHANNELS,
@@ -16,7 +19,7 @@ from fric.columns import (
 )
 from fric.errors import FricError
 from fric.series import keep
-from fric.units import Motion, si_unit
+from fric.units import Motion, factor, si_unit
 from fric.verb import typed
 
 if TYPE_CHECKING:
@@ -116,6 +119,36 @@ class Log(_FromFile):
                 where=self.where,
                 hint="Map one of them to a column.",
             )
+
+    @classmethod
+    def from_frame(cls, frame: Any, units: Mapping[str, str] | None = None, **about: Any) -> Self:
+        """Return a record of the columns of a data frame that are channels: ``position [um]``, or ``position``.
+
+        Parameters
+        ----------
+        frame
+            A `pandas.DataFrame`, or a mapping of columns.
+        units
+            Unit by channel, where a column's name does not say it; SI else.
+        about
+            Name, kind, axis and motion of the record.
+
+        Raises
+        ------
+        FricError
+            When there is no time, a unit does not fit, or a column holds no numbers.
+        """
+        motion, found = about.get("motion", "linear"), dict[str, Any]()
+        for column in frame:
+            channel, _, unit = str(column).partition("[")
+            channel, unit = channel.strip(), unit.rstrip("] ")
+            if channel in CHANNELS:
+                unit = (units or {}).get(channel, unit)
+                scale = factor(unit, channel_dimension(channel), motion) if unit else 1.0
+                found[channel] = scale * np.asarray(frame[column], float)
+        if "time" not in found:
+            raise FricError("there is no column 'time'", hint=f"Name columns {', '.join(CHANNELS)}, as in 'time [ms]'.")
+        return cls(**found, **about)
 
     def __repr__(self) -> str:
         text = ", ".join(name for name in self.channels() if name != "time")

@@ -6,6 +6,7 @@ import ast
 import importlib
 import inspect as introspection
 import json
+import pickle
 import re
 import textwrap
 from pathlib import Path
@@ -256,3 +257,35 @@ def test_the_range_of_a_short_motion_far_from_zero_is_seen():
     printed = repr(fric.inspect(log))
     assert "-300.015 mm  -299.985 mm" in printed
     assert not re.search(r"\d\.\d{8}", printed)  # however sure a number is, it is not printed to its last digit
+
+
+def test_parameters_are_attributes_and_a_map_predicts():
+    static = fric.identify_static(STROKES)
+    F_c, entry = static.F_c, static.document["static"]["F_c"]
+    assert (float(F_c), F_c.unit, list(F_c.ci95)) == (entry["value"], "N", entry["ci95"])
+    with pytest.raises(AttributeError, match="has no 'F_d'"):
+        static.F_d  # noqa: B018
+    assert pickle.loads(pickle.dumps(static)).F_s.value == static.F_s.value
+    force, half = static.predict([-0.02, 0.02])
+    assert force[0] < 0 < force[1]
+    assert np.all(half > 0)
+    level = static.F_c.value + 0.02 * static.sigma.value + static.offset.value
+    assert static.predict(0.02)[0][0] == pytest.approx(level, rel=0.02)
+
+
+def test_a_frame_is_a_record_and_a_run_is_a_circle():
+    (log, *_) = fric.read(STROKES)
+    frame = pd.DataFrame({"time [ms]": 1e3 * log.time, "position": 1e6 * log.position, "force [N]": log.force, "x": 0})
+    made = fric.Log.from_frame(frame, {"position": "um"}, kind="constant-velocity")
+    np.testing.assert_allclose(made.position, log.position, rtol=1e-12)
+    np.testing.assert_allclose(made.time, log.time, rtol=1e-12)
+    for broken, why in ((frame.drop(columns="time [ms]"), "no column 'time'"), (frame[::-1], "time")):
+        with pytest.raises(fric.FricError, match=why):
+            fric.Log.from_frame(broken, {"position": "um"})
+    run = fric.circle("virtual-rig", "a,b")
+    with pytest.raises(fric.FricError, match="holds 2 circles") as refused:
+        fric.diagnose(run)
+    assert "`scheme='a'`" in refused.value.hint
+    found = fric.diagnose(run, scheme="a")
+    assert found.found.glitches["+x"].value == pytest.approx(40e-6, rel=0.1)
+    assert float(fric.identify_controller(run, scheme="a").K_p) == pytest.approx(130.9, rel=0.01)

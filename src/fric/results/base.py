@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fric.errors import FricError
-from fric.estimate import elements, note_of
+from fric.estimate import Estimate, elements, note_of
 from fric.notice import Notice
 from fric.results.text import Piece, html, plain
 from fric.units import readable
@@ -131,6 +131,16 @@ class Identified(Result):
         rows = [row for name, section in self.sections().items() for row in _rows(name, section)]
         frame = pd.DataFrame(rows, columns=["section", "parameter", "value", "low", "high", "unit", "note"])
         return frame.set_index(["section", "parameter"])
+
+    if not TYPE_CHECKING:  # a name that is no parameter is an error to a type checker
+
+        def __getattr__(self, name: str) -> Estimate:
+            """Return a parameter by its name, with unit and interval: ``static.F_c``."""
+            if not name.startswith("_") and name != "document":
+                for section in self.sections().values():
+                    if name in section:
+                        return Estimate.read(section[name])
+            raise AttributeError(f"{type(self).__name__} has no '{name}'")
 
     def brief(self) -> str:
         """Return the values that have no index, as ``F_c 63.3 N``."""

@@ -107,6 +107,7 @@ def circles_of(given: Iterable[Any], scheme: str | None = None) -> list[Measured
     from fric.circles.measured import MeasuredCircle
 
     ones = [one for part in given for one in (part if isinstance(part, list | tuple) else [part])]
+    ones = [test for one in ones for test in _of_run(one, scheme)]
     tests = [one for one in ones if isinstance(one, MeasuredCircle)]
     files = [path_of(CIRCLES, one) for one in ones if not isinstance(one, MeasuredCircle)]
     if files:
@@ -114,6 +115,20 @@ def circles_of(given: Iterable[Any], scheme: str | None = None) -> list[Measured
 
         tests += choose_circles(files, scheme)
     return tests
+
+
+def _of_run(given: Any, scheme: str | None) -> list[Any]:
+    """Return the circles of a result that was simulated, as they were recorded; anything else as it is."""
+    runs = getattr(given, "runs", None) if isinstance(given, Result) else None
+    if runs is None:
+        return [given]
+    from fric.circles.measured import measured_from_run
+
+    chosen = [run for run in runs if scheme in (None, run.scheme.name)]
+    if len(chosen) != 1:
+        names = " or ".join(f"`scheme='{run.scheme.name}'`" for run in runs)
+        raise FricError(f"the result holds {len(chosen)} circles, and one is asked for", hint=f"Say which: {names}.")
+    return [measured_from_run(chosen[0])]
 
 
 def machine_of(given: Any) -> Machine:

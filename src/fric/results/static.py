@@ -5,6 +5,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
+import numpy as np
+
+from fric.arrays import Real
 from fric.documents.friction import static_tree
 from fric.documents.plant import PlantDocument
 from fric.drive.plant import Plant
@@ -43,6 +46,23 @@ class StaticResult(IdentifiedFriction):
     def document(self) -> dict[str, Any]:
         """The friction file."""
         return static_tree(self.fit, self.logs)
+
+    def predict(self, velocity: Any) -> tuple[Real, Real]:
+        """Return the force [N] at velocities [m/s], the offset in it, and half the width of its 95 % band.
+
+        Raises
+        ------
+        FricError
+            When one speed alone was logged.
+        """
+        v, fit = np.atleast_1d(np.asarray(velocity, float)), self.fit
+        if fit.static is None:
+            raise FricError("one speed was logged, and no map follows", hint="Log strokes at ten speeds.")
+        force, half = fit.static.predict(v)
+        if fit.negative is not None:
+            mirrored, wide = fit.negative.predict(-v)
+            force, half = np.where(v < 0, -mirrored, force), np.where(v < 0, wide, half)
+        return force, half
 
     def report(self) -> list[Piece]:
         """Return the map, and how well it fits."""
