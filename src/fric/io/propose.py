@@ -12,6 +12,7 @@ from fric.columns import CHANNELS, FORCE_VELOCITY, FORCE_VELOCITY_DIMENSIONS, KI
 from fric.documents.mapping import MappingDocument
 from fric.errors import FricError, printable
 from fric.io.likely import axis_of, looking_like, measures, named_as
+from fric.io.quantities import bare, spoken
 from fric.io.readers import tables
 from fric.io.readers.base import Column, Table, plain_name
 from fric.io.roles import SURE, Axis, Role, axes_of, in_memory, tag, without_data
@@ -140,15 +141,17 @@ def _of_group(members: Sequence[Table]) -> Iterator[Guess]:
         return
     axes = axes_of(members[:MOST_FILES])
     if len(axes) <= 1:
-        axes = [_filled(axes[0], by_name) if axes else by_name]
+        axes = [_filled(first, axes[0], by_name) if axes else by_name]
     for axis in axes:
         yield _with_name(Guess(names, first, axis, False), alone=len(axes) == 1)
 
 
-def _filled(axis: Axis, by_name: Axis) -> Axis:
+def _filled(table: Table, axis: Axis, by_name: Axis) -> Axis:
     """Return what the values tell of an axis, and what they leave open of its names."""
     taken = {role.column for role in axis.roles.values()}
     for channel, role in by_name.roles.items():
+        if role.column is not None and spoken(table.columns[role.column]).quantity == "other":
+            continue  # a supply is in V, and no input
         if channel not in axis.roles and role.column not in taken and not (channel == "velocity" or role.others):
             axis.roles[channel] = role
     return axis
@@ -157,7 +160,7 @@ def _filled(axis: Axis, by_name: Axis) -> Axis:
 def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
     """Return a guess with the name of its axis: as columns or files tell it, x where nothing does."""
     columns = [guess.table.columns[role.column] for role in guess.axis.roles.values() if role.column is not None]
-    name = axis_of(*(column.name.removesuffix(f"_{column.unit}") for column in columns))
+    name = axis_of(*map(bare, columns))
     if name is None and alone:
         name = axis_of(*(path.name.split(".")[0] for path in guess.files)) or axis_of(
             *(f"axis {path.parent.name}" for path in guess.files)

@@ -52,16 +52,18 @@ class Spoken(NamedTuple):
     commanded: bool = False
     measured: bool = False
     rotary: bool = False
+    told: str = ""  # Which of `QUANTITIES` the name tells: a force may be a current, or a load
 
 
 def spoken(column: Column) -> Spoken:
     """Return what the name and the unit of a column say."""
-    name = _words(column.name.removesuffix(f"_{column.unit}"))
+    name = _words(bare(column))
     unit = _unit_of(column)
     by_unit = _quantity_of(unit) if unit else None
     by_name = next((quantity for quantity, known in QUANTITIES.items() if _has(name, known)), None)
     commanded, measured = _has(name, words.REFERENCE), _has(name, words.MEASURED)
     by_name = words.LETTERS.get(name, by_name) if by_name is None and not commanded else by_name
+    told = by_name or ""
     if by_name in {"current", "load"}:
         by_name = "force"
     if name in {"index", "row", "sample", "no", "nr", "count", "idx", "counter"}:
@@ -71,7 +73,16 @@ def spoken(column: Column) -> Spoken:
         quantity = "time"
     if unit and quantity != by_unit and by_name not in {"error", "other", "row"}:
         unit = None
-    return Spoken(quantity, unit, commanded, measured, _has(name, ROTARY) and not _has(name, ("linear",)))
+    return Spoken(quantity, unit, commanded, measured, _has(name, ROTARY) and not _has(name, ("linear",)), told)
+
+
+def bare(column: Column) -> str:
+    """Return the name of a column without the unit that it ends in."""
+    if column.unit or _unit_of(column) is None:
+        return column.name.removesuffix(f"_{column.unit}")
+    parts = re.split(r"(?<=[^_\s])[_\s]+(?=[^_\s])", column.name)
+    two = len(parts) > 2 and "_".join(parts[-2:]).casefold() in SUFFIX
+    return " ".join(parts[: -2 if two else -1]) or column.name
 
 
 def _words(name: str) -> str:
@@ -242,6 +253,8 @@ def usual_units(channel: str, says: Spoken, motion: str, values: Real) -> tuple[
         return "V", 0.9, ()
     size = float(np.quantile(np.abs(values), 0.98)) if len(values) else 0.0
     newtons = "N*m" if motion == "rotary" else "N"
-    if says.quantity == "force" and says.measured:
-        return newtons, 0.5, ("A", "%")
+    if says.told == "current":
+        return ("A", 0.9, ("mA", "%")) if size < 200 else ("mA", 0.7, ("A", "%"))
+    if says.told in {"force", "load"}:
+        return (newtons, 0.6, ("A", "%")) if says.told == "force" else ("%", 0.7, ("A", newtons))
     return ("A", 0.5, (newtons, "%")) if size < 50 else ("%", 0.4, (newtons, "A"))

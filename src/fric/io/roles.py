@@ -17,7 +17,7 @@ import numpy as np
 from fric.arrays import Mask, Real
 from fric.errors import FricError
 from fric.io.likely import axis_of
-from fric.io.quantities import TOLERANCE, Reading, Spoken, readings, spoken, time_units, usual_units
+from fric.io.quantities import TOLERANCE, Reading, Spoken, bare, readings, spoken, time_units, usual_units
 from fric.io.readers.base import Column, Memory, Table
 from fric.units import Motion, converts, in_units_of, parse
 from fric.units import factor as si_factor
@@ -279,8 +279,8 @@ _NO_VELOCITY = {"position", "acceleration", "force", "input", "mode", "time", "r
 
 def tag(column: Column) -> str | None:
     """Return what tells the axis in a name: a letter of an axis, or a number."""
-    name = axis_of(column.name.removesuffix(f"_{column.unit}"))
-    numbers = re.findall(r"(?<!\d)\d{1,2}(?!\d)", re.sub(r"\[[^]]*\]|\([^)]*\)$", "", column.name))
+    name = axis_of(bare(column))
+    numbers = re.findall(r"(?<!\d)\d{1,2}(?!\d)", re.sub(r"\[[^]]*\]|\([^)]*\)$", "", bare(column)))
     unnamed = column.name.startswith("column ")
     return name or (numbers[-1] if numbers and not unnamed else None)
 
