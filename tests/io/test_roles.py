@@ -224,3 +224,24 @@ def test_clocks_as_loggers_write_them(tmp_path: Path, clock: str) -> None:
     assert len(log) >= 2999
     assert np.median(np.diff(log.time)) == pytest.approx(1e-3, rel=0.01)
     assert log.force is not None
+
+
+@pytest.mark.parametrize(("turn", "unit"), [(360.0, "deg"), (2 * np.pi, "rad"), (1.0, "rev")])
+def test_an_angle_that_begins_again_goes_on(tmp_path: Path, turn: float, unit: str) -> None:
+    a = axis_of_a_drive()
+    angle = 5.0 * a["position"] * turn / (2 * np.pi)
+    head = f"time [s];angle [{unit}];motor current [A]"
+    path = write(tmp_path / "log.csv", head, a["t"], angle % turn, a["current"])
+    done = fric.ingest(path, output=tmp_path / "log.h5", assume=True)
+    (log,) = read_logs(tmp_path / "log.h5")
+    assert done.done.records[0].channels.keys() == {"time", "position", "force"}
+    assert log.position is not None
+    np.testing.assert_allclose(log.position - log.position[0], 5.0 * (a["position"] - a["position"][0]), atol=1e-4)
+
+
+def test_a_square_wave_does_not_begin_again(tmp_path: Path) -> None:
+    square = np.sign(np.sin(np.arange(4000) / 150.0))
+    a = axis_of_a_drive()
+    (axis,) = told(write(tmp_path / "log.csv", "time;position;speed command;current", a["t"], a["position"], square,
+                         a["current"]))  # fmt: skip
+    assert all(role.turn == 0.0 for role in axis.roles.values())

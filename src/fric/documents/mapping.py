@@ -72,6 +72,7 @@ class Channel(Part):
     unit: str | None = Field(default=None, description="unit of the column; left out, that of the header")
     scale: str | None = Field(default=None, description='what one logged unit is, such as "0.0984 mN*m"')
     file: str | None = Field(default=None, description='of --join: files that hold it, as "*force*.csv"')
+    wraps: float | None = Field(default=None, gt=0, description="what an angle begins again after, as logged: 360")
     sign: Literal[1, -1] | None = Field(default=None, description="-1 where the log counts the other way")
 
     @model_validator(mode="after")

@@ -53,11 +53,15 @@ _DECIBEL = re.compile(r"dB\s*(?:\((.*)\))?")
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a channel comes from: a column with its factor to SI, or one value; ``decibel`` undoes a logarithm."""
+    """Where a channel comes from: a column with its factor to SI, or one value.
+
+    ``decibel`` undoes a logarithm; an angle that ``wraps`` begins again after so much, in SI.
+    """
 
     column: int | None
     factor: float
     decibel: bool = False
+    wraps: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,15 @@ class Plan:
                 most = MOST_DECIBEL if origin.decibel else most / max(abs(origin.factor), TINY)
                 found[origin.column] = min(found[origin.column], most)
         return list(found.values())
+
+    def unwrapped(self, channels: dict[str, Real], last: dict[str, float]) -> dict[str, Real]:
+        """Return the channels with angles that begin again going on from where they were ``last``, which is moved."""
+        for name, origin in self.origins.items():
+            if origin.wraps and len(channels[name]):
+                values = np.concatenate([[last.get(name, channels[name][0])], channels[name]])
+                channels[name] = np.unwrap(values, period=origin.wraps)[1:]
+                last[name] = float(channels[name][-1])
+        return channels
 
     def description(self) -> dict[str, str]:
         """Return each channel with the column that it is read from."""
@@ -256,7 +269,8 @@ def origin_of(
         return Origin(None, period)
     column = _column(table, channel.column, name, fields)
     if channel.scale is not None:
-        return Origin(column, sign * parsed(channel.scale, dimension))
+        scale = parsed(channel.scale, dimension)
+        return Origin(column, sign * scale, wraps=abs(scale) * (channel.wraps or 0.0))
     unit = filled(channel.unit, fields, where) if channel.unit is not None else table.columns[column].unit
     if unit is None and dimension == "ratio":
         return Origin(column, 1.0)
@@ -269,7 +283,8 @@ def origin_of(
     if decibel:
         unit = decibel[1] or (si_unit(dimension, motion) if name == "magnitude" else unit)
     try:
-        return Origin(column, sign * factor(unit, dimension, motion), decibel is not None)
+        size = factor(unit, dimension, motion)
+        return Origin(column, sign * size, decibel is not None, size * (channel.wraps or 0.0))
     except FricError as error:
         hint = error.hint
         if "scale" not in hint:

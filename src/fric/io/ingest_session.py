@@ -190,11 +190,12 @@ class Session:
         """Return the channels of a table block by block, checked, inside the window; and a count of what is dropped."""
         drop = self._about.bad_cells == "drop"
         rows_of, clock, dropped = WholeRows(table, chosen, drop), Clock(table.place, uneven=drop), [0]
+        last: dict[str, float] = {}
 
         def blocks() -> Iterator[dict[str, Real]]:
             for block in table.read(chosen.wanted):
                 good, rows = rows_of.good(block)
-                channels = chosen.convert(good, rows)
+                channels = chosen.unwrapped(chosen.convert(good, rows), last)
                 if chosen.form == "time":
                     if drop:
                         rising = clock.rising(channels["time"])

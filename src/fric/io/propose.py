@@ -421,4 +421,5 @@ def _line(table: Table, role: Role, motion: Motion, file: str, *, assume: bool) 
         sign = ", sign: 1"
     elif measured == "force":
         why += "; add sign: -1 where it counts the other way"
-    return f"  {role.channel}: {{column: {named}, {unit}{sign}{said}}}      # {why}"
+    wraps = f", wraps: {role.turn:.9g}" if role.turn and role.channel in {"position", "reference"} else ""
+    return f"  {role.channel}: {{column: {named}, {unit}{sign}{wraps}{said}}}      # {why}"

@@ -59,6 +59,7 @@ class Role:
     sign: int = 1  # -1 where it counts against the position, or the force against the friction
     others: tuple[int, ...] = ()  # Columns that it may be instead
     units: tuple[str, ...] = ()  # Units that it may have instead
+    turn: float = 0.0  # What its values begin again after, as logged; 0 where they go on
 
 
 @dataclass
@@ -93,6 +94,9 @@ class Samples:
             self.x[:, n] = self.x[rows[np.maximum(np.searchsorted(rows, np.arange(len(self.x)), "right") - 1, 0)], n]
         self.x[:, ~self.numeric] = 0.0
         self.moving = self.numeric & (np.ptp(self.x, axis=0) > 0 if len(self.x) else False)
+        self.turn = np.array([_turn(self.x[:, n]) if self.moving[n] else 0.0 for n in range(len(self.columns))])
+        for n in np.flatnonzero(self.turn):
+            self.x[:, n] = np.unwrap(self.x[:, n], period=self.turn[n])
         self.levels = np.array([len(np.unique(self.x[:2000:3, n])) for n in range(len(self.columns))])
 
     def rows(self, window: int) -> np.ndarray:
@@ -103,6 +107,21 @@ class Samples:
             inside[max(start - window, 0) : start] = False
         rows = np.flatnonzero(inside)
         return rows[:: max(len(rows) // ROWS, 1)]
+
+
+def _turn(x: Real) -> float:
+    """Return what an angle begins again after: it jumps from end to end, and goes on as before; 0 where it is none."""
+    steps, span = np.diff(x), float(np.ptp(x))
+    jumps = np.flatnonzero(np.abs(steps) > 0.7 * span)
+    jumps = jumps[(jumps > 3) & (jumps < len(steps) - 4)]
+    if not 0 < len(jumps) < 0.05 * len(steps):
+        return 0.0
+    around = steps[jumps - 1] + steps[jumps - 2] + steps[jumps + 1] + steps[jumps + 2]
+    if np.mean(around * steps[jumps] < 0.0) < 0.8 or np.quantile(np.abs(steps), 0.9) > 0.3 * span:
+        return 0.0
+    turn = span + float(np.median(np.abs(around))) / 4.0
+    usual = [360.0, 2.0 * np.pi, 1.0, 100.0, 400.0, *(10.0**k for k in range(3, 7)), *(2.0**k for k in range(8, 25))]
+    return next((one for one in sorted(usual) if span <= one < 1.03 * turn), turn)
 
 
 def in_memory(table: Table) -> Memory:
@@ -619,7 +638,8 @@ def _in_units(data: Samples, t: Real, one: _Movement, roles: dict[str, Role], cl
     for channel, role in whole.items():
         unit, sure, others = units[channel]
         others = tuple(one for one in others if one != unit)
-        whole[channel] = replace(role, unit=unit, unit_likelihood=sure, units=others)
+        turn = float(data.turn[role.column]) if role.column is not None else 0.0
+        whole[channel] = replace(role, unit=unit, unit_likelihood=sure, units=others, turn=turn)
     kind: Motion = "rotary" if motion == "rotary" else "linear"
     if "force" in whole:
         kind = in_units_of(kind, whole["force"].unit)
