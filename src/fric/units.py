@@ -343,12 +343,16 @@ def prefixed(value: float, unit: str) -> tuple[float, str]:
 
 
 def readable(value: float, unit: str, digits: int = 3) -> str:
-    """Return a value for people: ``readable(2.2e-5, "m") == "22 µm"``."""
+    """Return a value for people: ``readable(2.2e-5, "m") == "22 µm"``; a dash for one that is no number."""
+    if not isfinite(value):
+        return "–"
     scale, shown = prefixed(float(f"{value:.{digits}g}"), unit)
     return f"{significant(value * scale, digits)} {shown}".rstrip()
 
 
 def significant(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits, without an exponent where that reads better."""
+    if not isfinite(value):
+        return "–"
     text = f"{value:.{digits}g}"
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text

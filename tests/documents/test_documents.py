@@ -19,7 +19,7 @@ from fric.documents.circle_findings import ResidualPart
 from fric.documents.friction import FrictionDocument, gms_tree, replay_tree, static_tree
 from fric.documents.machine_files import read_machine
 from fric.documents.plant import PlantDocument, plant_tree
-from fric.documents.yaml import plain, read_document, read_tree, write_document
+from fric.documents.yaml import dump, plain, read_document, read_tree, write_document
 from fric.errors import FricError
 from fric.identify.gms.identify import identify_gms
 from fric.identify.plant.identify import identify_plant
@@ -30,6 +30,7 @@ from fric.notice import Notice
 from fric.records.prepared import prepared
 from fric.report.collect import collect
 from fric.report.page import render_report
+from fric.units import readable, significant
 
 BEFORE = Path(__file__).parent / "before"
 LOGS = Path(__file__).parents[2] / "data"
@@ -235,3 +236,16 @@ def test_the_load_of_a_record_that_was_not_fitted_is_that_of_the_axis() -> None:
     }  # fmt: skip
     document = FrictionDocument.model_validate({"fric": FrictionDocument.type_name(), **content})
     assert [document.found_with("dahl", name)[1] for name in ("a", "b", "elsewhere")] == [30.0, 34.0, 32.0]
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan])
+def test_no_document_holds_what_is_no_number(tmp_path, value):
+    """As "inf" and "nan" in the YAML of `identify gms` and in a report."""
+    whole = {"axis": "x", "A": {"value": 1.0, "unit": "1/s"}, "T_d": "1 ms", "B": {"value": value, "unit": "m/(s^2*V)"}}
+    with pytest.raises(FricError, match="comes out as no number"):
+        PlantDocument.made(whole)
+    path = tmp_path / "a.yaml"
+    path.write_text(dump({"fric": "plant/1"} | whole))
+    with pytest.raises(FricError, match="B"):
+        read_document(path, PlantDocument)
+    assert readable(value, "m") == significant(value) == "–"

@@ -18,9 +18,11 @@ from fric.drive.plant import LinearPlant
 from fric.errors import FricError
 from fric.io.hdf5 import read_records, write_logs
 from fric.io.ingest import ingest
+from fric.io.run import read_runs
 from fric.log import ForceVelocity, FrequencyResponse, Log
 from fric.reference import circle as circular
 from fric.simulate.path import PointPath, RecordedPath
+from tests.fuzz.whole import run_of_circles
 
 N = 64
 T = np.arange(N) * 1e-3
@@ -154,3 +156,17 @@ def test_gains_that_no_drive_has(value: float) -> None:
 def test_a_lead_that_asks_for_terabytes() -> None:
     with pytest.raises(FricError, match="a lead of 1e"):
         circular(0.01, 0.1, 1, 4000.0)[0].ahead(1e9)
+
+
+@pytest.mark.parametrize("name", ["angle", "error", "axes/x/time", "axes/x/position", "axes/y/input"])
+@pytest.mark.parametrize("how", ["empty", "shorter", "NaN", "1e300"])
+def test_a_run_whose_series_no_report_can_bear_is_refused(tmp_path: Path, name: str, how: str) -> None:
+    """As an index that did not match, deep in a report."""
+    path = tmp_path / "run.h5"
+    run_of_circles(path)
+    with h5py.File(path, "a") as file:
+        held = file[f"a/{name}"][()]
+        del file[f"a/{name}"]
+        file[f"a/{name}"] = SPOILT[how](held)
+    with pytest.raises(FricError, match="scheme 'a'"):
+        read_runs(path)

@@ -77,6 +77,10 @@ class Axis:
         return [role for role in self.roles.values() if min(role.likelihood, role.unit_likelihood) < SURE]
 
 
+BEYOND = 1e20
+"""Magnitude of a value that no log holds, in whatever unit: stamps in ns are 1e18."""
+
+
 class Samples:
     """The numbers of tables that have the same columns, one under the other, with what names and units say of them."""
 
@@ -87,7 +91,7 @@ class Samples:
         self.x = np.concatenate(pieces) if pieces else np.empty((0, len(self.columns)))
         self.starts = np.cumsum([0, *map(len, pieces)])[:-1]
         self.said = [spoken(column) for column in self.columns]
-        good = np.isfinite(self.x)
+        good = np.abs(self.x) < BEYOND
         self.numeric = good.mean(axis=0) > 0.9 if len(self.x) else np.zeros(len(self.columns), bool)
         for n in np.flatnonzero(self.numeric & ~good.all(axis=0)):
             rows = np.flatnonzero(good[:, n])

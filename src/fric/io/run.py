@@ -18,27 +18,22 @@ from fric.input import foreign
 from fric.io.safe_hdf5 import check_type, column, open_file, text
 from fric.io.staged_hdf5 import staged_hdf5, write_column
 from fric.notice import Notice
+from fric.series import keep, require_plausible
 from fric.simulate.axis import Trace
 from fric.simulate.circle import Circle, CircleRun
 from fric.simulate.monte_carlo import MonteCarlo
 from fric.simulate.path import PathRun, PointPath, RecordedPath
+from fric.units import si_unit
 
 FORMAT = "run/1"
 AGAIN = "Make it again with `fric simulate`."
 MONTE_CARLO = "monte_carlo"
 """The group of what many machines gave; every other is one of a scheme."""
 
-UNITS = {
-    "time": "s",
-    "reference": "m",
-    "position": "m",
-    "measured": "m",
-    "velocity": "m/s",
-    "input": "V",
-    "friction": "N",
-    "feedforward": "V",
-    "disturbance": "V",
-}
+DIMENSIONS = {
+    "time": "time", "reference": "position", "position": "position", "measured": "position", "velocity": "velocity",
+    "input": "input", "friction": "force", "feedforward": "input", "disturbance": "input",
+}  # fmt: skip
 REVERSAL = [("axis", "i8"), ("x", "f8"), ("y", "f8"), ("glitch", "f8")]
 
 
@@ -94,8 +89,8 @@ def write_runs(
                 axis = group.create_group(f"axes/{name}")
                 every = ceil(len(trace.time) / most_samples) if most_samples else 1
                 axis.attrs.update({"saturated": trace.saturated, "every": every})
-                for channel, unit in UNITS.items():
-                    write_column(axis, channel, getattr(trace, channel)[::every], unit)
+                for channel, dimension in DIMENSIONS.items():
+                    write_column(axis, channel, getattr(trace, channel)[::every], si_unit(dimension))
                 check()
 
 
@@ -201,12 +196,15 @@ def _described(thing: Circle) -> dict[str, Any]:
 def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     attributes = {key: _plain(value) for key, value in group.attrs.items()}
     scheme = Scheme.of({key[7:]: value for key, value in attributes.items() if key.startswith("scheme_")})
+    where = f"{group.file.filename}, scheme '{scheme.name}'"
     traces = {
         axis: Trace(
-            **{channel: column(recorded, channel) for channel in UNITS}, saturated=int(recorded.attrs["saturated"])
+            **{channel: column(recorded, channel) for channel in DIMENSIONS}, saturated=int(recorded.attrs["saturated"])
         )
         for axis, recorded in (group["axes"].items() if with_traces else ())
     }
+    for trace in traces.values():
+        keep(trace, DIMENSIONS, where)
     coded = json.loads(str(attributes.get("warnings_coded", "[]")))
     warnings: tuple[Notice, ...] = tuple(map(Notice.of, coded))
     warnings = warnings or tuple(Notice.of(line) for line in str(attributes["warnings"]).splitlines() if line)
@@ -217,6 +215,7 @@ def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     if "points" in group:
         reversals = tuple(Reversal(int(row[0]), *map(float, tuple(row)[1:])) for row in group["reversals"][:])
         contour = ContourError(column(group, "station"), column(group, "error"), reversals)
+        keep(contour, {"station": "position", "error": "position"}, where)
         points = column(group, "points", ndim=2)
         x, y = points[:, 0], points[:, 1]
         path = RecordedPath(column(group, "time"), x, y) if "time" in group else PointPath(x, y, attributes["feed"])
@@ -224,6 +223,8 @@ def _read(group: h5py.Group, with_traces: bool) -> CircleRun | PathRun:
     circle = Circle(**{field.name: attributes[field.name] for field in fields(Circle)})
     first, second, third, fourth = (float(value) for value in attributes["quadrants"])
     found = Circularity(column(group, "angle"), column(group, "error"), (first, second, third, fourth))
+    keep(found, {"angle": "angle", "error": "position"}, where)
+    require_plausible("glitch", np.array(found.quadrants), "position", where)
     return CircleRun(scheme, circle, traces, found, warnings, at_places)
 
 

@@ -89,9 +89,9 @@ def of_strokes(logs: Sequence[Log]) -> Iterator[Finding]:
 
     strokes = []
     for log in logs:
-        if log.position is not None and len(log):
+        if log.position is not None:
             strokes.append((float(np.ptp(log.position)), log))
-        elif log.velocity is not None and len(log):
+        elif log.velocity is not None:
             strokes.append((float(np.abs(log.velocity[1:]) @ np.diff(log.time)), log))
     if strokes:
         travel, log = max(strokes, key=lambda one: one[0])
@@ -104,14 +104,14 @@ def of_amplitudes(logs: Sequence[Log]) -> Iterator[Finding]:
     import numpy as np
 
     for log in logs:
-        if log.kind == "presliding-sine" and log.position is not None and len(log):
+        if log.kind == "presliding-sine" and log.position is not None:
             yield Finding("amplitude", 0.5 * float(log.position.max() - log.position.min()), log.motion, log.where)
             yield Finding("sampling", 1.0 / float(np.median(np.diff(log.time))), log.motion, log.where, usual=3.0)
 
 
 def of_level(logs: Sequence[Log], F_s: float) -> Iterator[Finding]:
     """Yield the force of records beside the break-away force [N] of a static map that they are replayed with."""
-    swings = [0.5 * float(log.force.max() - log.force.min()) for log in logs if log.force is not None and len(log)]
+    swings = [0.5 * float(log.force.max() - log.force.min()) for log in logs if log.force is not None]
     if swings and F_s > 0.0:
         yield Finding("level", max(swings) / F_s, logs[0].motion, logs[0].where)
 

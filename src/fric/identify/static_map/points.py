@@ -240,7 +240,7 @@ def table_points(tables: Sequence[ForceVelocity], plant: Plant | None) -> tuple[
         errors = standard_errors(table)
         counts = np.ones_like(table.force) if table.n is None else table.n
         for row, (v, F, error, n) in enumerate(zip(table.velocity, table.force, errors, counts, strict=True)):
-            if v != 0.0 and np.isfinite([v, F, error]).all():
+            if v != 0.0:
                 name = f"{table.name}{ROW}{row + 1}"
                 points.append(SpeedPoint(float(v), float(F - damping * v), float(error), int(n), name, 0.0, 0.0))
         if still := int(np.count_nonzero(table.velocity == 0.0)):
