@@ -342,7 +342,7 @@ def test_against_a_measured_circle_nothing_is_recommended(page: Any, judged: tup
     first = page.find_element("css selector", "main section").text
     assert "No scheme is recommended" in first
     assert "NOT DECIDED" in first
-    assert "fric tune xy-table other.h5" in first
+    assert re.search(r"fric tune xy-table \S*other.h5", first)
     assert made.document["advice"][0]["scheme"] is None
     assert page.find_elements("css selector", "tr.best") == []
     table = page.find_element("css selector", "#measured table").text

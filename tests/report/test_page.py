@@ -83,8 +83,9 @@ def test_every_figure_has_words_for_it(html: str) -> None:
     assert "blocks slip at 0.934 µm" in html
 
 
-def test_warnings_stand_before_everything_else_and_are_escaped(html: str) -> None:
-    assert html.index('id="advice"') < html.index('id="warnings"') < html.index('id="identified"')
+def test_doubts_come_behind_what_was_found_and_are_escaped(html: str) -> None:
+    """What is wrong stands with the decision."""
+    assert html.index('id="advice"') < html.index('id="identified"') < html.index('id="warnings"')
     assert "strokes &lt;scatter&gt; by 2.1 N beyond their own noise &amp; more" in html
 
 
