@@ -6,8 +6,11 @@ from io import StringIO
 
 from rich.console import Console
 
+from fric.estimate import Estimate
+from fric.flaws.blocks import C_WITHOUT_PLANT, LEVEL_DIFFERS
+from fric.flaws.static_map import SIGMA_IN_A
 from fric.results.names import plain_names
-from fric.results.text import Table, parameters
+from fric.results.text import Table, parameters, told_alone
 
 
 def printed(table: Table, width: int) -> list[str]:
@@ -31,3 +34,13 @@ def test_a_symbol_is_named_once():
     ]  # fmt: skip
     table = parameters({"F_c": {"value": 60.0, "unit": "N", "ci95": [59.0, 61.0]}})
     assert table.rows == [("F_c", "60.0", "59.0 … 61.0", "N", "  Coulomb friction")]
+
+
+def test_what_every_session_shows_is_a_word_in_the_table_and_what_a_file_said_is_counted():
+    own = SIGMA_IN_A.found(damping=Estimate(1060.0, "N*s/m"))
+    section = {"sigma": Estimate(0.0, "N*s/m", (0.0, 28.0)), "F_c": Estimate(63.0, "N", (62.0, 64.0))}
+    shown = {row[0]: row[-1].strip() for row in parameters(section, notices=[own]).rows}
+    assert shown == {"sigma": "viscous friction, in A", "F_c": "Coulomb friction"}
+    level = LEVEL_DIFFERS.found(level=0.98)
+    before = [one.at("friction.yaml", carried=True) for one in (own, level, C_WITHOUT_PLANT.found())]
+    assert told_alone([own, *before, level]) == [level, "2 doubts carried over: level-differs, C-without-plant"]

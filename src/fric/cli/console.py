@@ -147,7 +147,9 @@ def finish(
             OUT.print(printable(piece, 10 * MOST) if isinstance(piece, str) else piece, markup=False)
         if written:
             OUT.print(f"wrote {' and '.join(map(str, written))}", markup=False)
-    print_warnings(map(worded, result.warnings))
+    from fric.results.text import told_alone
+
+    print_warnings(map(worded, told_alone(result.warnings)))
     return result
 
 

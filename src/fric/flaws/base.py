@@ -58,6 +58,8 @@ class Flaw:
     """Whether it says that the response was not measured, without which an observer is a guess."""
     disagrees: bool = False
     """Whether it says that a measured circle is not as predicted."""
+    word: tuple[str, str] = ("", "")
+    """Of what every session shows: the row of a table, and the words there that say it in place of a warning."""
     source: str = ""
     """Where its threshold is from."""
 

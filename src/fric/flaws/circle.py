@@ -10,7 +10,8 @@ MODEL_DISAGREES = Flaw("model-disagrees", "wrong",
     "The model does not agree with the circle: {glitches}. No scheme can be recommended until that is explained.",
     "`fric tune` fits the machine to the circle.", disagrees=True)
 SQUARENESS_UNSEEN = Flaw("squareness-unseen", "note", "The axes' own encoders cannot see squareness: {ellipse:the "
-    "ellipse at ±45° ({ellipse}) is taken for mismatch|what is found is of their loops}.")
+    "ellipse at ±45° ({ellipse}) is taken for mismatch|what is found is of their loops}.",
+    word=("squareness", "not told"))
 MISMATCH_OR_SQUARENESS = Flaw("mismatch-or-squareness", "doubt", "One direction does not distinguish mismatch of the "
     "loops from squareness: the ellipse at ±45° ({ellipse}) is their sum.", "Measure the other direction "
     "too{ball_bar:|; or say --instrument encoders, if the position is of the axes' own encoders}.")

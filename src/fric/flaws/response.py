@@ -26,7 +26,8 @@ A_HOLDS_FRICTION = Flaw("A-holds-friction", lambda f: "note" if f.small else "wr
     "driven ones it is less than {limit:.0%} of A.|Log a second amplitude, or excite around a steady motion.}",
     widens={"A": 0.3, "level": 0.05})
 A_HOLDS_VISCOUS = Flaw("A-holds-viscous", "note",
-    "A includes the viscous friction of the guideway, over the moving mass, besides the drive's own damping.")
+    "A includes the viscous friction of the guideway, over the moving mass, besides the drive's own damping.",
+    word=("A", "viscous friction in it"))
 VISCOUS_BY_DIRECTION = Flaw("viscous-by-direction", "doubt",
     "The directions differ: F_v is {forward} forwards and {backward} backwards, and their mean holds for neither.",
     "Identify again with --direction each.", widens={"A": 0.1})

@@ -55,7 +55,8 @@ DAMPING_TOO_LARGE = Flaw("damping-too-large", "wrong",
     "The drive's own damping of {damping} that was taken off is {beyond} more than the strokes show.",
     "Check A and K_f of the plant: they are too large.", widens={"A": 0.2, "level": 0.05})
 SIGMA_IN_A = Flaw("sigma-in-A", "note",
-    "sigma is 0: the damping of {damping} that was taken off with the plant's A includes the viscous friction.")
+    "sigma is 0: the damping of {damping} that was taken off with the plant's A includes the viscous friction.",
+    word=("sigma", "in A"))
 ONE_SPEED = Flaw("one-speed", "doubt", "Only one speed was logged ({speed}): the friction there is given, and no map.",
     "Log strokes at ten speeds.")
 RECORDS_WITHOUT_STROKE = Flaw("records-without-stroke", lambda f: "doubt" if 4 * f.without > f.records else "note",

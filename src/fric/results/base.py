@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from fric.errors import FricError
 from fric.estimate import Estimate, elements, note_of
 from fric.notice import Notice
-from fric.results.text import Piece, html, plain
+from fric.results.text import Piece, html, plain, told_alone
 from fric.units import readable
 from fric.verb import verb
 
@@ -111,10 +111,10 @@ class Result(ABC):
         write_document(Path(path), self.document, force=force)
 
     def __repr__(self) -> str:
-        return plain([*self.report(), *(f"warning: {text}" for text in self.warnings)])
+        return plain([*self.report(), *(f"warning: {text}" for text in told_alone(self.warnings))])
 
     def _repr_html_(self) -> str:
-        return html(self.report(), self.warnings)
+        return html(self.report(), told_alone(self.warnings))
 
 
 class Identified(Result):

@@ -65,7 +65,7 @@ class PlantResult(Identified):
     def report(self) -> list[Piece]:
         """Return A, B, T_d and K_f, and where they are from."""
         fit, found = self.document["fit"], self.sections()
-        pieces: list[Piece] = [parameters(found["plant"])]
+        pieces: list[Piece] = [parameters(found["plant"], notices=self.warnings)]
         if "second_mass" in found:
             pieces.append(parameters(found["second_mass"], "second mass"))
         if "parameters" in fit:

@@ -68,7 +68,9 @@ class StaticResult(IdentifiedFriction):
         """Return the map, and how well it fits."""
         fit, unit = self.fit, si_unit("force", self.fit.motion)
         maps = {"": fit.static, "negative direction": fit.negative}
-        text: list[Piece] = [parameters(one.estimates, title) for title, one in maps.items() if one is not None]
+        text: list[Piece] = [
+            parameters(one.estimates, title, self.warnings) for title, one in maps.items() if one is not None
+        ]
         text += [parameters(fit.at_speed, "at one speed")] if fit.at_speed else []
         quality = f", rmse {readable(fit.static.rmse, unit)}, R² {fit.static.r2:.4f}" if fit.static else ""
         return [*text, f"{len(fit.points)} strokes{quality}"]

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 from fric.errors import printable
 from fric.estimate import Estimate, estimate_rows
+from fric.flaws import flaw_of
+from fric.notice import Notice
 from fric.results.names import plain_names
 
 if TYPE_CHECKING:
@@ -61,9 +63,28 @@ class Table:
 Piece = Table | str
 
 
-def parameters(section: Mapping[str, Estimate | Mapping[str, Any]], title: str = "") -> Table:
-    """Return the table of estimates, or of a document's section: symbol, value, 95 % interval, unit, plain name."""
-    return named(("", "value", "95 % interval", "unit"), estimate_rows(section), title)
+def parameters(
+    section: Mapping[str, Estimate | Mapping[str, Any]], title: str = "", notices: Iterable[Notice] = ()
+) -> Table:
+    """Return the table of estimates, or of a document's section: symbol, value, 95 % interval, unit, plain name.
+
+    What every session shows is a word behind the name, in place of a warning (`fric.flaws.base.Flaw.word`).
+    """
+    made = named(("", "value", "95 % interval", "unit"), estimate_rows(section), title)
+    words = dict(flaw_of(one).word for one in notices)
+    rows = [(*row[:-1], f"{row[-1]}, {words[row[0]]}") if row[0] in words else row for row in made.rows]
+    return replace(made, rows=rows)
+
+
+def told_alone(notices: Iterable[Notice]) -> list[str]:
+    """Return the warnings that no word of a table says; those that a file said first are counted."""
+    known = list(map(Notice.of, notices))
+    found: list[str] = [one for one in known if not one.carried and not any(flaw_of(one).word)]
+    before = [one for one in known if one.carried and one.severity != "note"]
+    if before:
+        codes = ", ".join(dict.fromkeys(one.code for one in before))
+        found.append(f"{len(before)} doubt{'s' * (len(before) > 1)} carried over: {codes}")
+    return found
 
 
 def named(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "") -> Table:
