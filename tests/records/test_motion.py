@@ -94,3 +94,11 @@ def test_standing_still_is_refused(counts):
     t = np.arange(0.0, 1.0, 1e-3)
     with pytest.raises(FricError, match="move"):
         smooth_motion(t, 1e-6 * np.minimum(np.floor(4 * t), counts))
+
+
+def test_a_clock_whose_end_is_beyond_the_last_knot_by_a_digit_is_smoothed() -> None:
+    """60 s at 1 kHz: so many knots of a length that a double rounds down do not reach the last sample."""
+    rng = np.random.default_rng(0)
+    for n in (59_999, 60_000, 60_001):
+        t = np.arange(n) * 1e-3
+        smooth_motion(t, np.sin(t) + rng.normal(0.0, 1e-4, n))

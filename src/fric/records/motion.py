@@ -161,7 +161,8 @@ def _smoothest(t: Real, instant: Real, value: Real, spread: Real, knot: float) -
     count = int(np.ceil((t[-1] - t[0]) / knot))
     knots = t[0] + knot * np.arange(-DEGREE, count + DEGREE + 1)
     unit = float(np.median(spread))
-    basis: Any = BSpline.design_matrix(instant, knots, DEGREE)
+    inside = np.clip(instant, knots[DEGREE], knots[-DEGREE - 1])  # an end may be beyond by its last digit
+    basis: Any = BSpline.design_matrix(inside, knots, DEGREE)
     weight = (unit / spread) ** 2
     normal: Any = basis.T @ sparse.diags_array(weight) @ basis
     size = normal.shape[0]
