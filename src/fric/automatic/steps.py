@@ -274,7 +274,9 @@ class Session:
     def close(self) -> None:
         """Write the script, and what the steps printed."""
         texts = {"steps.sh": self.script, "steps.log": self.log}
-        files = {name: "\n".join([*lines, ""]).encode("utf-8", "surrogateescape") for name, lines in texts.items()}
+        files = {
+            name: "\n".join([*lines, ""]).encode("utf-8", "surrogateescape") for name, lines in texts.items() if lines
+        }
         write_folder(self.folder, files, force=True)
 
 
