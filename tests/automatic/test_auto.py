@@ -297,6 +297,7 @@ def test_the_first_run_ends_in_trust(session):
     predicted, measured = verdict.compared
     assert predicted == pytest.approx(measured, rel=0.05)
     assert f"measured {1e6 * measured:.1f} µm: trusted." in str(found)
+    assert verdict.checked in (out / "report.html").read_text(encoding="utf-8")
     assert "designed" not in verdict.headline
     true = fric.circle("virtual-rig", "a", axis="x").runs[0].circularity.glitch
     assert measured == pytest.approx(true, rel=0.05)

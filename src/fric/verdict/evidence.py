@@ -192,14 +192,19 @@ class Verdict:
         """Whether nothing speaks against it."""
         return not self.why
 
+    @property
+    def checked(self) -> str:
+        """What a measured circle says of the prediction, in a sentence; empty without one."""
+        if self.compared is None:
+            return ""
+        predicted, measured = (readable(one, "m", 3) for one in self.compared)
+        return f"Predicted {predicted}, measured {measured}: {'trusted' if self.trusted else 'not trusted yet'}."
+
     def lines(self) -> list[str]:
         """Return it as lines for people: the sentence, why not to trust it, what to type next."""
         described = [self.headline, *self.effort]
         described += [": ".join(self.result)] if self.kept is not None else []
-        if self.compared is not None:
-            predicted, measured = (readable(one, "m", 3) for one in self.compared)
-            trusted = "trusted" if self.trusted else "not trusted yet"
-            described.append(f"Predicted {predicted}, measured {measured}: {trusted}.")
+        described += [self.checked] if self.checked else []
         described += [f"settled by the measured circle: {', '.join(self.settled_by_code)}"] if self.settled else []
         described += [f"not trusted yet: {text}" for text in self.why]
         return [*described, *(f"next: {text}" for text in self.next)]
