@@ -18,6 +18,7 @@ from fric.io.ingest import ingest
 from fric.io.propose import propose
 from fric.io.readers import tables
 from fric.io.roles import SURE, Axis, axes_of
+from fric.units import rotates
 from tests.chance import fewest
 from tests.io.judge import judged
 
@@ -245,3 +246,17 @@ def test_a_square_wave_does_not_begin_again(tmp_path: Path) -> None:
     (axis,) = told(write(tmp_path / "log.csv", "time;position;speed command;current", a["t"], a["position"], square,
                          a["current"]))  # fmt: skip
     assert all(role.turn == 0.0 for role in axis.roles.values())
+
+
+def test_what_is_open_of_an_axis_is_as_the_others_of_its_table(tmp_path: Path) -> None:
+    """Seven joints without units, of large and small travel: an arm of rotary joints has no linear one among them."""
+    columns, names = [axis_of_a_drive()["t"]], ["t"]
+    for n, travel in enumerate((1.0, 1.3, 0.9, 30.0, 1.1)):
+        a = axis_of_a_drive(seed=n)
+        moved = [np.interp(a["t"] * (0.5 + 0.1 * n), a["t"], a[name]) for name in ("position", "velocity", "current")]
+        columns += [travel * moved[0], travel * (0.5 + 0.1 * n) * moved[1], moved[2]]
+        names += [f"q_{n + 1}", f"qd_{n + 1}", f"tau_{n + 1}"]
+    axes = told(write(tmp_path / "arm.csv", ";".join(names), *columns))
+    assert len(axes) == 5
+    assert len({rotates(axis.motion) for axis in axes}) == 1
+    assert all(axis.roles["position"].unit_likelihood < SURE for axis in axes)

@@ -19,7 +19,7 @@ from fric.errors import FricError
 from fric.io.likely import axis_of
 from fric.io.quantities import TOLERANCE, Reading, Spoken, bare, readings, spoken, time_units, usual_units
 from fric.io.readers.base import Column, Memory, Table
-from fric.units import Motion, converts, in_units_of, parse
+from fric.units import Motion, converts, in_units_of, parse, rotates
 from fric.units import factor as si_factor
 
 SURE = 0.95
@@ -166,12 +166,17 @@ def axes_of(tables: Sequence[Table]) -> list[Axis]:
         return [Axis("1", "linear", 0.5, {"time": clock} if clock.column is not None else {})]
     used = {n for one in movements for n in one.columns} | {clock.column}
     drives = _drives(data, t, pairs, movements, used)
-    found = []
-    for n, (one, pushed) in enumerate(zip(movements, drives, strict=True), 1):
-        if axis := _in_units(data, t, one, one.roles | pushed, clock):
+    whole = [(one, one.roles | pushed) for one, pushed in zip(movements, drives, strict=True)]
+    found = [_in_units(data, t, one, roles, clock) for one, roles in whole]
+    turning = [rotates(axis.motion) for axis in found if axis]
+    kind: Motion = "rotary" if 2 * sum(turning) > len(turning) else "linear"
+    for n, (axis, (one, roles)) in enumerate(zip(found, whole, strict=True)):
+        if axis and axis.motion_likelihood < SURE and rotates(axis.motion) != rotates(kind):
+            found[n] = _in_units(data, t, one, roles, clock, kind)  # what is open is as the others of its table
+    for n, axis in enumerate(found, 1):
+        if axis:
             axis.name = str(n)
-            found.append(axis)
-    return found
+    return [axis for axis in found if axis]
 
 
 # --- time ---------------------------------------------------------------------------------------------------------
@@ -590,7 +595,9 @@ def _by_velocity(data: Samples) -> list[_Movement]:
 # --- units ------------------------------------------------------------------------------------------------------------
 
 
-def _in_units(data: Samples, t: Real, one: _Movement, roles: dict[str, Role], clock: Role) -> Axis | None:
+def _in_units(
+    data: Samples, t: Real, one: _Movement, roles: dict[str, Role], clock: Role, kind: Motion | None = None
+) -> Axis | None:
     """Return the axis with its units: those of the header, or those that the factor and usual sizes leave."""
     nothing = Spoken(None)
     said = {channel: data.said[role.column] for channel, role in roles.items() if role.column is not None}
@@ -624,14 +631,17 @@ def _in_units(data: Samples, t: Real, one: _Movement, roles: dict[str, Role], cl
         return order[0], weights[order[0]], tuple(name for name in order[1:4] if weights[name] > 0.01)
 
     motion, motion_sure, _ = likeliest("motion")
+    if kind is not None and any(one.motion == kind for one in found):
+        motion, motion_sure = kind, 1.0 - motion_sure
     best = max((one for one in found if one.motion == motion), key=lambda one: one.weight)
     units = {"time": (best.time, *likeliest("time")[1:])}
     if clock.column is None and clock.unit:
         units["time"] = clock.unit, clock.unit_likelihood, ()
     elif not logged:
         units["time"] = _period(one.factor, best, likeliest("position")[1] * likeliest("velocity")[1])
-    for channel, of in (("position", "position"), ("velocity", "velocity")):
-        units[channel] = (getattr(best, of), *likeliest(of)[1:])
+    for of in ("position", "velocity"):
+        first_choice, sure, others = likeliest(of)
+        units[of] = getattr(best, of), sure if kind is None else min(motion_sure, sure), (first_choice, *others)
     units["reference"] = units["position"]
     if "reference" in said and (stated := said["reference"].unit):
         units["reference"] = (stated, 1.0, ())
@@ -644,10 +654,10 @@ def _in_units(data: Samples, t: Real, one: _Movement, roles: dict[str, Role], cl
         others = tuple(one for one in others if one != unit)
         turn = float(data.turn[role.column]) if role.column is not None else 0.0
         whole[channel] = replace(role, unit=unit, unit_likelihood=sure, units=others, turn=turn)
-    kind: Motion = "rotary" if motion == "rotary" else "linear"
+    moves: Motion = "rotary" if motion == "rotary" else "linear"
     if "force" in whole:
-        kind = in_units_of(kind, whole["force"].unit)
-    return Axis("", kind, motion_sure, _ordered(whole))
+        moves = in_units_of(moves, whole["force"].unit)
+    return Axis("", moves, motion_sure, _ordered(whole))
 
 
 def _period(factor: float | None, reading: Reading, sure: float) -> tuple[str, float, tuple[str, ...]]:
