@@ -18,12 +18,8 @@ threading.Thread(target=end, daemon=True).start()
 def run_python(code: str, *words: str) -> subprocess.CompletedProcess[bytes]:
     """Run code in a process of its own, which a polite kill reaches when this process is gone; return what came of it.
 
-    Parameters
-    ----------
-    code
-        Python. Its standard input is taken.
-    words
-        Its ``sys.argv[1:]``.
+    code: Python. Its standard input is taken.
+    words: Its ``sys.argv[1:]``.
     """
     reading, writing = os.pipe()
     try:

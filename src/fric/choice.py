@@ -15,19 +15,11 @@ def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) ->
     Candidate n is as good as the best, b, where ``score_n - score_b <= scatter_n + 1e-7·|score_b|``. So a choice does
     not depend on the last bit, nor on noise, where candidates are equally good.
 
-    Parameters
-    ----------
-    scores
-        What each candidate leaves, in any unit, the simplest candidate first; less is better. A score that is no finite
-        number is never as good as one that is.
-    scatter
-        By how much the difference from the best score varies from one repetition to the next, in the same unit: of
+    scores: What each candidate leaves, in any unit, the simplest candidate first; less is better. A score that is no
+        finite number is never as good as one that is.
+    scatter: By how much the difference from the best score varies from one repetition to the next, in the same unit: of
         all candidates, or of each.
-
-    Raises
-    ------
-    ValueError
-        When there is no candidate.
+    Raises ValueError: When there is no candidate.
     """
     found = [score if isfinite(score) else float("inf") for score in map(float, scores)]
     best = min(found)
@@ -39,12 +31,8 @@ def simplest(scores: Iterable[float], scatter: float | Sequence[float] = 0.0) ->
 def ranked(scores: Sequence[float], scatter: Sequence[float] | None = None) -> list[int]:
     """Return the indices of candidates, the best first; a simpler one is before those that are as good (`simplest`).
 
-    Parameters
-    ----------
-    scores
-        As in `simplest`.
-    scatter
-        By how much each score varies, independently of the others; not at all where not given.
+    scores: As in `simplest`.
+    scatter: By how much each score varies, independently of the others; not at all where not given.
     """
     each, left, found = scatter or [0.0] * len(scores), list(range(len(scores))), []
     while left:

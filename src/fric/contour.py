@@ -105,17 +105,9 @@ def circularity(x: Real, y: Real, radius: float) -> Circularity:
     median radius of the revolution, within 30° of the reversal: outwards is positive. The sign matters: friction that
     is compensated too much leaves an inward spike.
 
-    Parameters
-    ----------
-    x, y
-        Positions [m], each of shape (n,).
-    radius
-        Radius of the circle that was asked for [m].
-
-    Raises
-    ------
-    FricError
-        When the motion is no whole revolution, or has no sample near a reversal.
+    x, y: Positions [m], each of shape (n,).
+    radius: Radius of the circle that was asked for [m].
+    Raises FricError: When the motion is no whole revolution, or has no sample near a reversal.
     """
     angle = np.arctan2(y, x)
     angle[1:] -= 2 * pi * np.cumsum(np.round(np.diff(angle) / (2 * pi)))  # unwrapped
@@ -197,14 +189,10 @@ def contour_error(path: Real, velocity: Real, motion: Real, sampling: float) -> 
     path turns by 30° to either side of the reversal, and not beyond half way to the next: on a circle this is the
     quadrant glitch of `circularity`.
 
-    Parameters
-    ----------
-    path, velocity
-        Reference position [m] and velocity [m/s] of both axes, each of shape (n, 2), at a feed that is not zero.
-    motion
-        Position of both axes [m], shape (n, 2).
-    sampling
-        Samples a second [Hz].
+    path, velocity: Reference position [m] and velocity [m/s] of both axes, each of shape (n, 2), at a feed that is not
+        zero.
+    motion: Position of both axes [m], shape (n, 2).
+    sampling: Samples a second [Hz].
     """
     feed = np.hypot(*velocity.T)
     station = np.concatenate([[0.0], np.cumsum((feed[1:] + feed[:-1]) / 2)]) / sampling

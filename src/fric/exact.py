@@ -113,10 +113,7 @@ def riccati(a: Matrix, G: Matrix, H: Matrix) -> Matrix:
     Every round takes twice the horizon of the one before: E. K. Chu, H. Y. Fan, W. W. Lin and C. S. Wang,
     Structure-preserving algorithms for periodic discrete-time algebraic Riccati equations, 2004.
 
-    Parameters
-    ----------
-    a, G, H
-        State matrix, ``b r⁻¹ bᵀ`` and the weight of the state, shape (n, n) each.
+    a, G, H: State matrix, ``b r⁻¹ bᵀ`` and the weight of the state, shape (n, n) each.
     """
     for _ in range(64):
         middle = inverse(added(identity(len(a)), product(G, H)))

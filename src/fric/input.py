@@ -17,10 +17,7 @@ _OWN = str(Path(__file__).parent)
 def regular(path: Path, most: int | None = None, *, of_folder: str = "Name a file in it.") -> Path:
     """Return the path of a regular file, of so many bytes at most.
 
-    Raises
-    ------
-    FricError
-        When there is no such file, or it is a folder, a device or a pipe, or is larger.
+    Raises FricError: When there is no such file, or it is a folder, a device or a pipe, or is larger.
     """
     try:
         found = Path(path).stat()
@@ -59,10 +56,7 @@ def foreign(path: Path | str, hint: str = "Make it again.", *, lacking: bool = F
     An exception that arises in fric itself is a bug, and stays what it is; but for a missing key or a value of the
     wrong shape where ``lacking`` is set, in the few lines that take a file apart which fric itself wrote.
 
-    Raises
-    ------
-    FricError
-        When the library gives up, or asks for more memory than there is.
+    Raises FricError: When the library gives up, or asks for more memory than there is.
     """
     try:
         yield
@@ -116,12 +110,8 @@ MADE = {
 def other_kind(path: Path, given: str, wanted: str) -> FricError:
     """Return the error of a file of fric's that is of another kind than is wanted, with what to type.
 
-    Parameters
-    ----------
-    path
-        The file.
-    given, wanted
-        What it says that it is, as ``plant/1``, and what it should be.
+    path: The file.
+    given, wanted: What it says that it is, as ``plant/1``, and what it should be.
     """
     kind, asked = (one.partition("/")[0] for one in (given, wanted))
     name = shlex.quote(str(path))

@@ -31,11 +31,8 @@ _AXIS = re.compile(r"\w[\w .+-]{0,39}")
 def axis_name(name: str, where: str = "") -> str:
     """Return the name of an axis, which stands in names of files, in shell scripts and in programs for controllers.
 
-    Raises
-    ------
-    FricError
-        When it holds more than letters, digits and a few signs: a log or a machine file of anyone could write files
-        elsewhere by it, or put lines into a program.
+    Raises FricError: When it holds more than letters, digits and a few signs: a log or a machine file of anyone could
+        write files elsewhere by it, or put lines into a program.
     """
     if not _AXIS.fullmatch(name):
         raise FricError(

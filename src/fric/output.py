@@ -80,10 +80,7 @@ def staged(path: Path, *, force: bool = False) -> Iterator[Path]:
     The temporary file is locked while this process lives, so that what killed ones left is known, and removed. Without
     ``force`` the move fails where the output has come to be in the meantime: of two runs, the second to end.
 
-    Raises
-    ------
-    FricError
-        When the output exists and ``force`` is not set, or the folder or the disk does not take it.
+    Raises FricError: When the output exists and ``force`` is not set, or the folder or the disk does not take it.
     """
     path = Path(path)
     refuse_existing(path, force=force)
@@ -164,10 +161,7 @@ def _move(draft: Path, target: Path) -> None:
 def alone(path: Path) -> Iterator[None]:
     """Let one process at a time add to a file; others wait for it.
 
-    Raises
-    ------
-    FricError
-        When the others take too long.
+    Raises FricError: When the others take too long.
     """
     target = _target(Path(path))
     try:
@@ -197,10 +191,7 @@ def alone(path: Path) -> Iterator[None]:
 def write_folder(folder: Path, files: Mapping[str, str | bytes], *, force: bool = False) -> None:
     """Write files into a folder, made where it is not there, as those in it; all or none.
 
-    Raises
-    ------
-    FricError
-        When a file exists and ``force`` is not set, or the folder or the disk does not take them.
+    Raises FricError: When a file exists and ``force`` is not set, or the folder or the disk does not take them.
     """
     folder = Path(folder)
     try:

@@ -24,10 +24,7 @@ MOST_LEAD = 1.0
 def instants(duration: float, sampling: float, *, more: int = 0) -> Real:
     """Return the instants of a motion [s], so many a second [Hz], shape (n,).
 
-    Raises
-    ------
-    FricError
-        When the motion is longer than is simulated.
+    Raises FricError: When the motion is longer than is simulated.
     """
     refuse_long(duration, sampling)
     return np.arange(ceil(duration * sampling) + more) / sampling
@@ -77,10 +74,7 @@ class Reference:
         Between samples the position is the cubic of its values and velocities (Hermite), velocity and acceleration are
         linear; beyond the end the acceleration stays as it is.
 
-        Parameters
-        ----------
-        lead
-            The lead [s], 0 or more.
+        lead: The lead [s], 0 or more.
         """
         if lead == 0.0:
             return self
@@ -120,12 +114,8 @@ def smooth_step(x: Real) -> tuple[Real, ...]:
 def cubic_spline(x: Real, y: Real, ends: Ends = "not-a-knot") -> Callable[..., Real]:
     """Return the cubic spline through points, a function of x and of the order of the derivative.
 
-    Parameters
-    ----------
-    x, y
-        Strictly increasing, shape (n,), and the values, shape (n,) or (n, 2).
-    ends
-        As in `spline_slopes`.
+    x, y: Strictly increasing, shape (n,), and the values, shape (n,) or (n, 2).
+    ends: As in `spline_slopes`.
     """
     from scipy.interpolate import CubicHermiteSpline  # not at the start, which circles share: it takes 0.1 s
 
@@ -138,23 +128,12 @@ def cubic_spline(x: Real, y: Real, ends: Ends = "not-a-knot") -> Callable[..., R
 def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1, dwell: float = 0.1) -> Reference:
     """Return a stroke at constant velocity, a rest, and the same stroke back.
 
-    Parameters
-    ----------
-    speed
-        Speed of each stroke [m/s]; a negative one starts the other way.
-    distance
-        Length that is travelled at that speed [m].
-    sampling
-        Samples a second [Hz].
-    ramp
-        Time in which the speed rises smoothly from 0, and falls to it [s].
-    dwell
-        Rest before, between and after the strokes [s].
-
-    Raises
-    ------
-    FricError
-        When speed or distance is zero.
+    speed: Speed of each stroke [m/s]; a negative one starts the other way.
+    distance: Length that is travelled at that speed [m].
+    sampling: Samples a second [Hz].
+    ramp: Time in which the speed rises smoothly from 0, and falls to it [s].
+    dwell: Rest before, between and after the strokes [s].
+    Raises FricError: When speed or distance is zero.
     """
     if speed == 0 or not distance > 0:
         raise FricError("a stroke has neither speed nor length", hint="Give a speed and a positive distance.")
@@ -173,21 +152,11 @@ def strokes(speed: float, distance: float, sampling: float, *, ramp: float = 0.1
 def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, run_in: float = 1.0) -> Reference:
     """Return a sine whose amplitude grows smoothly from rest over the ``run_in`` cycles that come before.
 
-    Parameters
-    ----------
-    amplitude
-        Amplitude [m].
-    frequency
-        Frequency [Hz].
-    cycles, run_in
-        Cycles at full amplitude, and cycles before them in which it grows.
-    sampling
-        Samples a second [Hz].
-
-    Raises
-    ------
-    FricError
-        When amplitude, frequency or cycles are not positive.
+    amplitude: Amplitude [m].
+    frequency: Frequency [Hz].
+    cycles, run_in: Cycles at full amplitude, and cycles before them in which it grows.
+    sampling: Samples a second [Hz].
+    Raises FricError: When amplitude, frequency or cycles are not positive.
     """
     if not (amplitude > 0 and frequency > 0 and cycles > 0):
         raise FricError("a sine has no amplitude, frequency or cycles", hint="Give positive values.")
@@ -206,21 +175,11 @@ def sine(amplitude: float, frequency: float, cycles: float, sampling: float, *, 
 def sliding_sine(mean: float, swing: float, frequency: float, cycles: int, sampling: float) -> Reference:
     """Return a stroke whose velocity is ``mean + swing·sin(2π·frequency·t)`` once it has run in.
 
-    Parameters
-    ----------
-    mean, swing
-        Mean velocity and amplitude of the velocity [m/s], swing below mean: the motion never reverses.
-    frequency
-        Frequency of the velocity [Hz].
-    cycles
-        Whole cycles at full amplitude; two more lie before and two behind.
-    sampling
-        Samples a second [Hz].
-
-    Raises
-    ------
-    FricError
-        When the motion would reverse.
+    mean, swing: Mean velocity and amplitude of the velocity [m/s], swing below mean: the motion never reverses.
+    frequency: Frequency of the velocity [Hz].
+    cycles: Whole cycles at full amplitude; two more lie before and two behind.
+    sampling: Samples a second [Hz].
+    Raises FricError: When the motion would reverse.
     """
     if not 0 < swing < abs(mean):
         raise FricError(
@@ -290,16 +249,10 @@ def multisine(frequencies: Real, peak: float, samples: int, sampling: float, rng
 
     Of 64 draws of phases the one with the lowest peak velocity is taken.
 
-    Parameters
-    ----------
-    frequencies
-        Frequencies [Hz], shape (m,).
-    peak
-        Largest velocity of the sum [m/s].
-    samples, sampling
-        Length, and samples a second [Hz].
-    rng
-        Where the phases come from.
+    frequencies: Frequencies [Hz], shape (m,).
+    peak: Largest velocity of the sum [m/s].
+    samples, sampling: Length, and samples a second [Hz].
+    rng: Where the phases come from.
     """
     every = np.append(sampling, frequencies) / np.min(frequencies)
     repeats = every[0] <= samples and bool(np.all(np.abs(every - np.rint(every)) < 1e-9))

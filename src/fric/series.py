@@ -30,24 +30,13 @@ def largest(dimension: str, motion: Motion = "linear") -> float:
 def keep(holder: Any, dimensions: Mapping[str, str], where: str, *, motion: Motion = "linear", least: int = 2) -> None:
     """Keep the series of a dataclass as arrays of doubles.
 
-    Parameters
-    ----------
-    holder
-        The dataclass.
-    dimensions
-        Names of its series, and the dimension of each. One that is None, and may be, is left out.
-    where
-        File and record, for messages.
-    motion
-        Of the axis.
-    least
-        Values that a series has at least.
-
-    Raises
-    ------
-    FricError
-        Where one is no row of numbers, is shorter than ``least`` or not as long as the others, holds what is no number
-        or what no machine reaches, or ``time`` does not rise throughout.
+    holder: The dataclass.
+    dimensions: Names of its series, and the dimension of each. One that is None, and may be, is left out.
+    where: File and record, for messages.
+    motion: Of the axis.
+    least: Values that a series has at least.
+    Raises FricError: Where one is no row of numbers, is shorter than ``least`` or not as long as the others, holds what
+        is no number or what no machine reaches, or ``time`` does not rise throughout.
     """
     import numpy as np  # which the help of a command does without
 

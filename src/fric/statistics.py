@@ -37,16 +37,10 @@ def mixed_model(y: Real, X: Real, error: Real, kinds: Sequence[Real]) -> MixedMo
     The variances s² and τ_k² minimise ``log|V| + log|XᵀV⁻¹X| + yᵀPy`` (Patterson and Thompson 1971); the effects are
     those of Henderson's equations, ``b = D·Zᵀ·P·y`` with covariance ``D - D·Zᵀ·P·Z·D`` of their error.
 
-    Parameters
-    ----------
-    y
-        What is described, shape (n,).
-    X
-        Columns of what is fixed, shape (n, p).
-    error
-        Standard error of each, as far as it is known, shape (n,).
-    kinds
-        The columns Z_k of each kind of effect, of shape (n, q_k).
+    y: What is described, shape (n,).
+    X: Columns of what is fixed, shape (n, p).
+    error: Standard error of each, as far as it is known, shape (n,).
+    kinds: The columns Z_k of each kind of effect, of shape (n, q_k).
     """
     from scipy.linalg import solve_triangular  # which reading a log does without
     from scipy.optimize import minimize

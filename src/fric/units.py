@@ -124,10 +124,7 @@ _EVERYDAY: dict[tuple[str, str], float] = {
 def factor(unit: str, dimension: str, motion: Motion = "linear") -> float:
     """Return the factor that takes a number in ``unit`` to the SI unit of ``dimension``.
 
-    Raises
-    ------
-    FricError
-        When the unit is not known, or measures something else.
+    Raises FricError: When the unit is not known, or measures something else.
     """
     si = si_unit(dimension, motion)
     if unit.strip() == si:
@@ -238,10 +235,7 @@ def _measured(unit: str) -> str:
 def parse(text: str | float, dimension: str, motion: Motion = "linear") -> float:
     """Parse a quantity such as ``"30 mm"`` to SI. A bare number is an error: units are explicit.
 
-    Raises
-    ------
-    FricError
-        When there is no number, no unit, or the unit is of the wrong dimension.
+    Raises FricError: When there is no number, no unit, or the unit is of the wrong dimension.
     """
     number, _, unit = str(text).strip().partition(" ")
     if not unit:
@@ -283,10 +277,7 @@ def likely(number: float | str, dimension: str, motion: Motion = "linear") -> st
 def parse_gain(text: str | float) -> float:
     """Parse a ratio of amplitudes, ``"6 dB"`` or ``"2"``.
 
-    Raises
-    ------
-    FricError
-        When it is neither, or not positive.
+    Raises FricError: When it is neither, or not positive.
     """
     number, _, unit = str(text).strip().partition(" ")
     if not unit and number[-2:].lower() == "db":

@@ -163,25 +163,13 @@ def run_fleet(
 ) -> list[UnitOutcome]:
     """Return what came of each machine and date in their order, run by processes here or by a Dask cluster.
 
-    Parameters
-    ----------
-    units
-        Machines and dates.
-    output
-        Folder for all that is made; a cluster's workers see it, and the logs, under the same names.
-    mapping, run
-        As in `FleetStudy`.
-    workers
-        Processes; one a core where not given.
-    scheduler
-        Address of a Dask cluster.
-    advance
-        Is told of each that is done.
-
-    Raises
-    ------
-    FricError
-        When the cluster does not answer, or a process was killed.
+    units: Machines and dates.
+    output: Folder for all that is made; a cluster's workers see it, and the logs, under the same names.
+    mapping, run: As in `FleetStudy`.
+    workers: Processes; one a core where not given.
+    scheduler: Address of a Dask cluster.
+    advance: Is told of each that is done.
+    Raises FricError: When the cluster does not answer, or a process was killed.
     """
     study = FleetStudy(tuple(units), output.resolve(), mapping, run)
     advance(0, total=len(units))
@@ -233,12 +221,8 @@ def probability(change: Change, freedom: float) -> float | None:
     The interval's side towards 0 is ``t·s`` with Student's quantile t at 97.5 %: the difference over s is held against
     Student's distribution. Its tails, and not the normal one's, are what hundreds of comparisons meet.
 
-    Parameters
-    ----------
-    change
-        The number at both dates.
-    freedom
-        Degrees of freedom of its intervals.
+    change: The number at both dates.
+    freedom: Degrees of freedom of its intervals.
     """
     limits = change.difference_ci95
     if limits is None:

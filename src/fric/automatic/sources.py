@@ -91,22 +91,12 @@ def find_sources(
 ) -> Sources:
     """Look into files, and the files of folders.
 
-    Parameters
-    ----------
-    given
-        Files and folders.
-    mapping
-        What the columns of foreign logs mean. Where the header does not say it, it is the only bundled one that fits,
-        or what their values tell.
-    proposals
-        Folder for the mapping of what values tell; without it none is made.
-    assume
-        Take the likeliest of what neither header nor values tell.
-
-    Raises
-    ------
-    FricError
-        When a file that is named is not there.
+    given: Files and folders.
+    mapping: What the columns of foreign logs mean. Where the header does not say it, it is the only bundled one that
+        fits, or what their values tell.
+    proposals: Folder for the mapping of what values tell; without it none is made.
+    assume: Take the likeliest of what neither header nor values tell.
+    Raises FricError: When a file that is named is not there.
     """
     given = list(given)
     found, seen, asking = Sources(), list[Record](), dict[Path, str]()

@@ -77,15 +77,8 @@ class Step:
     def make(self, advance: Advance = silent) -> Result:
         """Call the verb, write what it leaves, and return its result.
 
-        Parameters
-        ----------
-        advance
-            Is told of its progress, where the verb tells any.
-
-        Raises
-        ------
-        FricError
-            As the verb.
+        advance: Is told of its progress, where the verb tells any.
+        Raises FricError: As the verb.
         """
         with commanded("fric", *self.words), together(*self.leaves) as made:
             result = VERBS[self.command](self, advance)
@@ -283,14 +276,9 @@ class Session:
 def identify_axes(session: Session, found: Sources, *, lean: bool = False) -> dict[str, AxisOutcome]:
     """Ingest and identify; return what came of each axis.
 
-    Parameters
-    ----------
-    session
-        Where the steps are run.
-    found
-        The logs.
-    lean
-        Identify alone: no figures, no controller, no observer.
+    session: Where the steps are run.
+    found: The logs.
+    lean: Identify alone: no figures, no controller, no observer.
     """
     logs = [one for one in found.logs if one.mapping is None]
     for one, left in ingest_steps(found.logs, session.folder):
@@ -388,16 +376,10 @@ def axis_steps(
 ) -> AxisSteps:
     """Return the steps of one axis: plant, static map, GMS, controller, observer.
 
-    Parameters
-    ----------
-    logs
-        Log files of this axis.
-    folder
-        Where its files go.
-    lean
-        Identify alone: no figures, no controller, no observer; and the static map in one form, so that dates compare.
-    controller
-        The file of the controller's gains; designed where there is none.
+    logs: Log files of this axis.
+    folder: Where its files go.
+    lean: Identify alone: no figures, no controller, no observer; and the static map in one form, so that dates compare.
+    controller: The file of the controller's gains; designed where there is none.
     """
     axis = logs[0].axis
     steps, missing = [], []
@@ -490,12 +472,8 @@ def tune_step(circles: Sequence[Path], machine: Path, folder: Path, reads: Itera
 def machine_tree(axes: Mapping[str, Mapping[str, Path]], folder: Path) -> dict[str, Any]:
     """Return a machine file whose axes name the files of what was identified.
 
-    Parameters
-    ----------
-    axes
-        The files of each axis by `PARTS`.
-    folder
-        Where the machine file goes.
+    axes: The files of each axis by `PARTS`.
+    folder: Where the machine file goes.
     """
     tree: dict[str, Any] = {"fric": MachineDocument.type_name(), "name": "identified machine", "axes": {}}
     for name, files in axes.items():

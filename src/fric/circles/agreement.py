@@ -77,25 +77,13 @@ def predict(
     The interval is that of machines drawn from all that is open about what was identified, as for any prediction, about
     the machine itself, widened by a step of the encoder.
 
-    Parameters
-    ----------
-    measured
-        The circle test.
-    machine
-        The machine, as identified.
-    scheme
-        The compensation that was switched on.
-    known
-        What machines are drawn from, as arguments of `Study`; None where the machine file has no intervals.
-    draws
-        Machines that are drawn.
-    done
-        Called after each circle.
-
-    Raises
-    ------
-    FricError
-        When the machine cannot run the circle.
+    measured: The circle test.
+    machine: The machine, as identified.
+    scheme: The compensation that was switched on.
+    known: What machines are drawn from, as arguments of `Study`; None where the machine file has no intervals.
+    draws: Machines that are drawn.
+    done: Called after each circle.
+    Raises FricError: When the machine cannot run the circle.
     """
     test = measured.test
     circle = Circle(test.radius, test.feed, 2, test.direction)
@@ -135,18 +123,11 @@ def agreement(
 ) -> Agreement:  # fmt: skip
     """Hold a prediction against what was measured, quadrant by quadrant, and name the likely cause of a difference.
 
-    Parameters
-    ----------
-    measured, predicted
-        The diagnoses of both circles.
-    intervals
-        Interval of each predicted glitch [m]; None where there is none.
-    scheme
-        The scheme that was simulated.
-    step
-        A step of the encoder [m], by which a prediction without interval may be off.
-    known
-        Names of the axes that the machine has: the reversals of others are not predicted.
+    measured, predicted: The diagnoses of both circles.
+    intervals: Interval of each predicted glitch [m]; None where there is none.
+    scheme: The scheme that was simulated.
+    step: A step of the encoder [m], by which a prediction without interval may be off.
+    known: Names of the axes that the machine has: the reversals of others are not predicted.
     """
     agrees, causes = {}, {}
     own, other = measured.pulses(), predicted.pulses()

@@ -171,17 +171,9 @@ def _is_seen(amplitude: Estimate, least: float) -> bool:
 def both_directions(tests: Sequence[MeasuredCircle], feed: float | None = None) -> list[MeasuredCircle]:
     """Return the one circle of some tests that is diagnosed, in both directions where both are there.
 
-    Parameters
-    ----------
-    tests
-        Circle tests.
-    feed
-        The feed that is asked for [m/s]; where it is not given, the tests must be of one circle.
-
-    Raises
-    ------
-    FricError
-        When there is none at that feed, or several circles and none was asked for.
+    tests: Circle tests.
+    feed: The feed that is asked for [m/s]; where it is not given, the tests must be of one circle.
+    Raises FricError: When there is none at that feed, or several circles and none was asked for.
     """
     asked = [test for test in tests if feed is None or abs(test.feed / feed - 1) < 0.02]
     circles = {(float(f"{test.radius:.3g}"), float(f"{test.feed:.3g}")) for test in asked}

@@ -47,17 +47,10 @@ def controller_of(test: MeasuredCircle, name: str) -> FoundController:
     integral time change places without a change of this sum; of both orders that is taken whose integral of the
     velocity of the reference, where that is fed forward, is the recorded one.
 
-    Parameters
-    ----------
-    test
-        The circle, without compensation of friction.
-    name
-        Name of the axis.
-
-    Raises
-    ------
-    FricError
-        When reference or voltage were not recorded, compensation was on, or no cascade gives this voltage.
+    test: The circle, without compensation of friction.
+    name: Name of the axis.
+    Raises FricError: When reference or voltage were not recorded, compensation was on, or no cascade gives this
+        voltage.
     """
     trace, where = test.axis(name), f"{test.where}, axis {name}"
     if trace.reference is None or trace.input is None or test.scheme not in ("", "a"):

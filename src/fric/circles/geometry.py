@@ -121,16 +121,10 @@ def fit_geometry(
 ) -> Geometry:
     """Return the geometry of one or two tests by least squares, with the tails of their glitches beside it.
 
-    Parameters
-    ----------
-    tests
-        Revolutions of each test.
-    behind
-        Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
-    lines
-        What repeats along an axis.
-    both
-        Whether both directions are there, which tells mismatch from squareness.
+    tests: Revolutions of each test.
+    behind: Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
+    lines: What repeats along an axis.
+    both: Whether both directions are there, which tells mismatch from squareness.
     """
     many = len(tests)
     every = -(-sum(len(one.angle) for one in tests) // MOST)

@@ -73,16 +73,10 @@ def glitch_of(pulse: Pulse, radius: float, base: float, resolution: float) -> Gl
     The peak is that of a parabola, over the widest window around it (to both sides, or to one, where the pulse rises
     at once) through which a parabola goes within the noise of a sample.
 
-    Parameters
-    ----------
-    pulse
-        The pulse.
-    radius
-        Radius of the circle [m].
-    base
-        Standard error of what was taken off as geometry, at the reversal [m].
-    resolution
-        One step of the encoder [m]; 0 where none is seen.
+    pulse: The pulse.
+    radius: Radius of the circle [m].
+    base: Standard error of what was taken off as geometry, at the reversal [m].
+    resolution: One step of the encoder [m]; 0 where none is seen.
     """
     near = np.abs(pulse.phi) <= WINDOW
     pulse = Pulse(pulse.phi[near], pulse.rest[near], pulse.revolution[near])

@@ -22,18 +22,11 @@ def identifiability_warnings(
 ) -> tuple[Notice, ...]:
     """Return what the tests leave open: squareness, backlash, scale, scatter, glitches that do not end.
 
-    Parameters
-    ----------
-    tests, circles
-        The tests, and their revolutions.
-    geometry
-        What was fitted.
-    both
-        Whether both directions were measured.
-    behind
-        Per test and quadrant, up to what angle behind the reversal a glitch was seen [rad].
-    largest
-        Up to what angle it was looked for [rad].
+    tests, circles: The tests, and their revolutions.
+    geometry: What was fitted.
+    both: Whether both directions were measured.
+    behind: Per test and quadrant, up to what angle behind the reversal a glitch was seen [rad].
+    largest: Up to what angle it was looked for [rad].
     """
     test, warnings = tests[0], []
     if not both:

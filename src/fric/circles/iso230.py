@@ -37,10 +37,7 @@ def minimum_zone(angle: Real, deviation: Real) -> float:
     Radial deviations move with the centre by ``-(a·cos θ + b·sin θ)``, so that least separation is a linear programme;
     what this leaves out is the shift squared over twice the radius, and the shift is what is left of the centre.
 
-    Parameters
-    ----------
-    angle, deviation
-        The path, as angle [rad] and radial deviation [m] from any circle around it, shape (n,).
+    angle, deviation: The path, as angle [rad] and radial deviation [m] from any circle around it, shape (n,).
     """
     centred, _ = around_its_centre(angle, deviation)
     scale = float(np.ptp(centred))

@@ -20,14 +20,9 @@ def lags(tests: Sequence[Revolutions], behind: Sequence[Mapping[str, float]], fi
     tails of the glitches. Squareness does the same in one direction and the opposite in the other: the mean over both
     is free of it, and of one direction the interval is open, but for the axes' own encoders, which do not see it.
 
-    Parameters
-    ----------
-    tests
-        Revolutions of each test; an axis without reference has no lag.
-    behind
-        Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
-    fit
-        The geometry, whose tails these have.
+    tests: Revolutions of each test; an axis without reference has no lag.
+    behind: Per test and quadrant, up to what angle behind the reversal a glitch is left out [rad].
+    fit: The geometry, whose tails these have.
     """
     found = {}
     for n, name in enumerate(tests[0].test.names):

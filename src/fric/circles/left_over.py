@@ -43,10 +43,7 @@ class LeftOver:
         Where the voltage was not recorded, and no compensation was on, it is what the machine's controller gives along
         the recorded motion.
 
-        Raises
-        ------
-        FricError
-            When a test lacks a channel.
+        Raises FricError: When a test lacks a channel.
         """
         records = {
             name: tuple(voltage_record(_with_voltage(test, machine.axes[name]), name) for test in tests)
@@ -57,12 +54,8 @@ class LeftOver:
     def __call__(self, machine: Machine, index: int | None = None) -> Machine:
         """Return a machine completed by what its model leaves over of the circles.
 
-        Parameters
-        ----------
-        machine
-            The machine: its plants and friction as they were identified, or drawn.
-        index
-            Its number among those drawn, each of which meets another share of what is left over; exactly as much as
+        machine: The machine: its plants and friction as they were identified, or drawn.
+        index: Its number among those drawn, each of which meets another share of what is left over; exactly as much as
             was measured where it is not given.
         """
         axes = {
@@ -82,14 +75,9 @@ class LeftOver:
 def completed(friction: FrictionModel, left: Sequence[tuple[VoltageRecord, Real]], share: float = 1.0) -> Completed:
     """Return a friction model with the mean of what it leaves of records, over the travel since the last reversal.
 
-    Parameters
-    ----------
-    friction
-        The model.
-    left
-        Records, each with the force that the model leaves of it at the samples used [N].
-    share
-        Share of it that is taken.
+    friction: The model.
+    left: Records, each with the force that the model leaves of it at the samples used [N].
+    share: Share of it that is taken.
     """
     grid = travels(2 * max(record.radius for record, _ in left))
     sums, counts = np.zeros((2, len(grid))), np.zeros((2, len(grid)))

@@ -162,10 +162,7 @@ class MeasuredCircle:
 def measured_from_run(run: CircleRun, source: str = "") -> MeasuredCircle:
     """Return what a simulated circle recorded as a circle test, as the encoders told it.
 
-    Raises
-    ------
-    FricError
-        When one axis alone was simulated, or no traces are at hand.
+    Raises FricError: When one axis alone was simulated, or no traces are at hand.
     """
     test = run.circle
     axes = {

@@ -34,10 +34,7 @@ class Learning:
     def at(cls, feed: float, share: float | None = None, bandwidth: float | None = None) -> Learning:
         """Return how a circle at a feed [m/s] is learned, where it is not given.
 
-        Raises
-        ------
-        FricError
-            When the share is not between 0 and 1, or the bandwidth not positive.
+        Raises FricError: When the share is not between 0 and 1, or the bandwidth not positive.
         """
         fast = feed >= FAST
         made = cls(share or (1.0 if fast else 0.5), bandwidth or (200.0 if fast else 100.0))
@@ -63,20 +60,12 @@ def next_feedforward(
     ``w ← (1 - γ)·w + γ·(LP[u](t) + LP[(ë + A·ė)/B](t + T_d) - u_model(t))`` with e the tracking error: the voltage of
     this round, and what was missing of it. No model of friction is needed, and none of the controller.
 
-    Parameters
-    ----------
-    t
-        Even sample instants [s].
-    error, voltage
-        Reference less position as measured [m], and control voltage [V], of this round, each of shape (n,).
-    model
-        Voltage of the inverse model that the controller feeds forward [V], shape (n,).
-    before
-        Voltage that this round fed forward against friction [V], shape (n,).
-    plant
-        The nominal plant.
-    how
-        How it is learned.
+    t: Even sample instants [s].
+    error, voltage: Reference less position as measured [m], and control voltage [V], of this round, each of shape (n,).
+    model: Voltage of the inverse model that the controller feeds forward [V], shape (n,).
+    before: Voltage that this round fed forward against friction [V], shape (n,).
+    plant: The nominal plant.
+    how: How it is learned.
     """
     from scipy.signal import sosfiltfilt
 
@@ -116,21 +105,11 @@ def learn_from(
 ) -> Table:
     """Return the feedforward of the next round from a measured circle.
 
-    Parameters
-    ----------
-    test
-        The circle test, with reference, position and voltage.
-    machine
-        The machine, whose nominal plants are taken.
-    how
-        How; by the feed where not given.
-    before
-        By axis, what this round fed forward against friction [V], shape (n,); nothing where not given.
-
-    Raises
-    ------
-    FricError
-        When a channel is missing, or what was fed forward before is of another length.
+    test: The circle test, with reference, position and voltage.
+    machine: The machine, whose nominal plants are taken.
+    how: How; by the feed where not given.
+    before: By axis, what this round fed forward against friction [V], shape (n,); nothing where not given.
+    Raises FricError: When a channel is missing, or what was fed forward before is of another length.
     """
     how = how or Learning.at(test.feed)
     time, wanted, voltage = {}, {}, {}

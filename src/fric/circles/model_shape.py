@@ -22,10 +22,7 @@ def wrong_shape(circles: Iterable[tuple[Scheme, float]]) -> list[Notice]:
     What is learned needs no model of friction. Where it leaves `CLEARLY` less than what a model leaves that was tuned
     to circles, the machine's friction has another shape than the model can take.
 
-    Parameters
-    ----------
-    circles
-        Schemes, and the glitch that each left of the circle [m].
+    circles: Schemes, and the glitch that each left of the circle [m].
     """
     learned, modelled = [], []
     for scheme, glitch in circles:

@@ -17,12 +17,9 @@ SMOOTHED = 200.0
 def smoothed(t: Real, r: Real, error: Real, acceleration: Real | None = None) -> tuple[Real, Real]:
     """Return position [m] and velocity [m/s] behind encoder counts: the reference less the error, smoothed.
 
-    Parameters
-    ----------
-    t, r, error
-        Even instants [s], reference [m], and tracking error as measured [m], shape (n,).
-    acceleration
-        Acceleration of the error as the voltages tell it [m/s²]; above the filter's corner the error is taken from it.
+    t, r, error: Even instants [s], reference [m], and tracking error as measured [m], shape (n,).
+    acceleration: Acceleration of the error as the voltages tell it [m/s²]; above the filter's corner the error is taken
+        from it.
     """
     n, dt = len(t), float(t[1] - t[0])
     length = next_fast_len(2 * n, real=True)
@@ -51,10 +48,7 @@ def low_pass(corner: float, sampling: float) -> Real:
 def even(time: Real, *channels: Real) -> tuple[Real, list[Real]]:
     """Return channels at even instants: as they are, or between their samples where these are missing or jitter.
 
-    Raises
-    ------
-    FricError
-        When most samples are missing.
+    Raises FricError: When most samples are missing.
     """
     period = float(np.median(np.diff(time)))
     samples = round((time[-1] - time[0]) / period) + 1

@@ -70,14 +70,9 @@ def next_circles(
     The interval is that of machines drawn from the covariance of what was found, each at another place.
     Above it is wider by `SMEARED` times what is left over adds, which behind the filter is told smaller than it is.
 
-    Parameters
-    ----------
-    tests
-        The circle tests that were tuned with.
-    tuned
-        The axes of the circle, by name.
-    done
-        Called after each circle.
+    tests: The circle tests that were tuned with.
+    tuned: The axes of the circle, by name.
+    done: Called after each circle.
     """
     found = []
     rng = np.random.default_rng(0)
@@ -146,12 +141,8 @@ def recorded_once_more(
 ) -> Chance:
     """Return what a circle leaves that is recorded again, with what controllers believed before [m].
 
-    Parameters
-    ----------
-    test, n
-        The circle that was recorded, and its number.
-    before, tuned
-        Its axes as they were, and what was found of them.
+    test, n: The circle that was recorded, and its number.
+    before, tuned: Its axes as they were, and what was found of them.
     """
     axes = {}
     for name, one in tuned.items():
@@ -232,18 +223,12 @@ def worse_ahead(
     The recorded circle is one draw, and what it would leave again lies about it by the scatter of the machine that was
     found. A glitch below a count is none to be avoided.
 
-    Parameters
-    ----------
-    tests
-        The circle tests.
-    predicted
-        What the next circles should show, for each the better scheme counts.
-    again
-        Gives what the n-th circle leaves that is recorded again, with what controllers believed before [m].
-    count
-        A count of the encoders [m].
-    doubtful
-        Whether friction of this shape does not explain the circles: only the upper end of a prediction counts then.
+    tests: The circle tests.
+    predicted: What the next circles should show, for each the better scheme counts.
+    again: Gives what the n-th circle leaves that is recorded again, with what controllers believed before [m].
+    count: A count of the encoders [m].
+    doubtful: Whether friction of this shape does not explain the circles: only the upper end of a prediction counts
+        then.
     """
     for n, test in enumerate(tests):
         seen = measured_glitch(test)

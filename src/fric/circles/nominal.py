@@ -35,10 +35,7 @@ class Coordinates:
     def of(cls, nominal: FrictionModel, T_d: float) -> Coordinates:
         """Return the four coordinates about a nominal model, which may have a map for each direction.
 
-        Raises
-        ------
-        FricError
-            When it is no GMS model.
+        Raises FricError: When it is no GMS model.
         """
         model = nominal.model if isinstance(nominal, Directed) else nominal
         if not isinstance(model, GMS):

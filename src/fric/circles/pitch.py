@@ -32,16 +32,10 @@ class Periodic:
 def periodic_errors(angle: Real, rest: Real, geometry: Real, radius: float, most: int = 2) -> list[Periodic]:
     """Return the lines that stand out of what geometry leaves of a circle, strongest first.
 
-    Parameters
-    ----------
-    angle, rest
-        Angle [rad] and what is left of the radial deviation [m] outside the glitches, shape (n,).
-    geometry
-        What was fitted to it, shape (n, p): a line is looked for in what these leave of it too.
-    radius
-        Radius [m].
-    most
-        Lines an axis that are looked for.
+    angle, rest: Angle [rad] and what is left of the radial deviation [m] outside the glitches, shape (n,).
+    geometry: What was fitted to it, shape (n, p): a line is looked for in what these leave of it too.
+    radius: Radius [m].
+    most: Lines an axis that are looked for.
     """
     found: list[Periodic] = []
     spacing = 2 * pi * radius / max(len(np.unique(np.round(angle % (2 * pi), 6))), 1)

@@ -98,14 +98,9 @@ def predicted(
 ) -> Prediction:
     """Return what schemes should leave of a circle, of the machines that were drawn from what was identified.
 
-    Parameters
-    ----------
-    many
-        The machines that were run.
-    widened, measured, distrust
-        As in `Prediction`.
-    of_schemes
-        By scheme, why it alone must not be trusted.
+    many: The machines that were run.
+    widened, measured, distrust: As in `Prediction`.
+    of_schemes: By scheme, why it alone must not be trusted.
     """
     study = many.study
     names = pair(study.machine)

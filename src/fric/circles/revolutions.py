@@ -54,14 +54,9 @@ def fit_circle(x: Real, y: Real) -> tuple[float, float, float]:
 def find_circles(time: Real, x: Real, y: Real, least: float = 1.0) -> list[FoundCircle]:
     """Return the circles of a motion: segments between rests along which it turns steadily around one point.
 
-    Parameters
-    ----------
-    time
-        Sample instants [s], shape (n,).
-    x, y
-        Position asked for, or measured [m], shape (n,).
-    least
-        Revolutions at steady feed that are needed.
+    time: Sample instants [s], shape (n,).
+    x, y: Position asked for, or measured [m], shape (n,).
+    least: Revolutions at steady feed that are needed.
     """
     found = []
     for start, stop in _moving(time, x, y):
@@ -183,10 +178,7 @@ def revolutions(test: MeasuredCircle) -> Revolutions:
 
     The angle is that of the reference where it was recorded, and else of the position. A ball bar tells both.
 
-    Raises
-    ------
-    FricError
-        When there is no whole revolution.
+    Raises FricError: When there is no whole revolution.
     """
     errors: dict[str, Real] = {}
     if test.angle is not None and test.deviation is not None:

@@ -68,18 +68,11 @@ def stated_voltage(
 ) -> tuple[Real, Real, Real]:
     """Return what a controller gives along a recorded motion [V], (n,): all, its proportional part, its integral part.
 
-    Parameters
-    ----------
-    cascade
-        The controller.
-    plant
-        The plant of its inverse model.
-    reference, measured
-        Reference, and position as the encoder tells it [m], shape (n,).
-    rate
-        Samples a second [Hz].
-    ahead
-        Whether velocity and inverse model of the reference are fed forward.
+    cascade: The controller.
+    plant: The plant of its inverse model.
+    reference, measured: Reference, and position as the encoder tells it [m], shape (n,).
+    rate: Samples a second [Hz].
+    ahead: Whether velocity and inverse model of the reference are fed forward.
     """
     own = replace(cascade, sampling=rate)
     velocity = np.gradient(reference, 1 / rate) if ahead else np.zeros(len(reference))
@@ -113,12 +106,8 @@ def against_stated(
     A wrong gain misses wherever its part is; what was added to the output is in pulses that no gain makes, and the
     controller is between. Gains are those of both parts of the stated voltage that make most of the recorded one.
 
-    Parameters
-    ----------
-    cascade, plant, reference, measured, rate, ahead
-        As in `stated_voltage`.
-    voltage
-        The recorded voltage [V], shape (n,).
+    cascade, plant, reference, measured, rate, ahead: As in `stated_voltage`.
+    voltage: The recorded voltage [V], shape (n,).
     """
     given, proportional, integral = stated_voltage(cascade, plant, reference, measured, rate, ahead=ahead)
     rest = voltage - (given - proportional - integral)
@@ -182,16 +171,10 @@ def controller_behind(
 ) -> tuple[bool, Real, tuple[Notice, ...]]:
     """Return whether a controller feeds forward, what was added to its output [V], and what is told of both.
 
-    Parameters
-    ----------
-    log
-        The record, with a position.
-    plant, cascade
-        The identified plant and the stated controller.
-    reference, voltage
-        Recorded reference [m] and voltage [V], each of shape (n,).
-    rate
-        Its sampling [Hz].
+    log: The record, with a position.
+    plant, cascade: The identified plant and the stated controller.
+    reference, voltage: Recorded reference [m] and voltage [V], each of shape (n,).
+    rate: Its sampling [Hz].
     """
     measured, given = log.require("position", "a validation"), log.added
     own = voltage - (0.0 if given is None else given)

@@ -43,18 +43,11 @@ def distrusts(
 ) -> tuple[Notice, ...]:
     """Return why no interval of a prediction must be trusted; nothing where all may be.
 
-    Parameters
-    ----------
-    machine
-        The machine at the estimates, completed by the tests where there are any.
-    notices
-        What its files warn of.
-    tests
-        Measured circles.
-    records
-        Their axes as balances of voltages.
-    circle
-        The circle that is predicted.
+    machine: The machine at the estimates, completed by the tests where there are any.
+    notices: What its files warn of.
+    tests: Measured circles.
+    records: Their axes as balances of voltages.
+    circle: The circle that is predicted.
     """
     return once([*_of_files(notices, bool(tests)), *_of_circles(machine, tests, records, circle)])
 

@@ -62,19 +62,10 @@ def tune_axis(axis: Axis, tests: Sequence[MeasuredCircle], done: Callable[[], ob
     that leaves more than noise and encoder explain, F_s/F_c, v_s, delta, each alpha and each k, and a level for each
     direction, each kept where it explains more. Whatever was kept, the intervals are those of the whole shape.
 
-    Parameters
-    ----------
-    axis
-        The axis; its controller believes a GMS model.
-    tests
-        Circle tests with reference, position and voltage.
-    done
-        Called after each of `stages`.
-
-    Raises
-    ------
-    FricError
-        When there is no nominal GMS model, or a test lacks a channel.
+    axis: The axis; its controller believes a GMS model.
+    tests: Circle tests with reference, position and voltage.
+    done: Called after each of `stages`.
+    Raises FricError: When there is no nominal GMS model, or a test lacks a channel.
     """
     if "gms" not in axis.nominal_friction.models:
         raise FricError(
@@ -136,14 +127,9 @@ def with_belief(axis: Axis, friction: FrictionModel, plant: Plant) -> Axis:
 def in_part(one: TunedAxis, before: Axis, names: Sequence[str]) -> TunedAxis:
     """Return a tuned axis whose controller believes a part of the friction that was found, and the plant.
 
-    Parameters
-    ----------
-    one
-        The tuned axis.
-    before
-        The axis as it was.
-    names
-        Coordinates that are kept, those of blocks without their number; the others are as before.
+    one: The tuned axis.
+    before: The axis as it was.
+    names: Coordinates that are kept, those of blocks without their number; the others are as before.
     """
     coordinates = one.after.balance.coordinates
     kept = np.array([name.rpartition("_")[0] in names or name in (*names, "T_d", "side") for name in coordinates.names])

@@ -147,16 +147,10 @@ class Search:
 def fit(balance: Balance, starts: Sequence[Real], sigma: float = NOISE, most: int = 12) -> Fitted:
     """Return the least-squares point of a balance with its priors, from the best of some starts.
 
-    Parameters
-    ----------
-    balance
-        What is balanced.
-    starts
-        Points to start from, each of shape (p,); all are searched coarsely, and the best to the end.
-    sigma
-        Standard deviation that a sample is weighed against the priors with [V].
-    most
-        Steps at most.
+    balance: What is balanced.
+    starts: Points to start from, each of shape (p,); all are searched coarsely, and the best to the end.
+    sigma: Standard deviation that a sample is weighed against the priors with [V].
+    most: Steps at most.
     """
     search = Search(balance, max(sigma, NOISE))
     few = most if len(starts) == 1 else 7
@@ -190,14 +184,9 @@ def _searched(search: Search, x: Real, steps: int) -> Real:
 def at(balance: Balance, x: Real, plant: Real | None = None) -> Fitted:
     """Return what is left at a point, with the plant that fits best there, or with one that is given (its offsets fit).
 
-    Parameters
-    ----------
-    balance
-        What is balanced.
-    x
-        The point, shape (p,).
-    plant
-        m [V·s²/m] and a [V·s/m] that are kept.
+    balance: What is balanced.
+    x: The point, shape (p,).
+    plant: m [V·s²/m] and a [V·s/m] that are kept.
     """
     search = Search(balance, NOISE)
     left, columns = search.left(x), search.columns

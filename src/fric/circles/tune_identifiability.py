@@ -36,14 +36,9 @@ def identifiability_warnings(
 ) -> Iterator[Notice]:
     """Yield what the circles leave open, and what the fit shows of them.
 
-    Parameters
-    ----------
-    axis
-        The axis as it was nominally.
-    tests
-        The circle tests.
-    before, found
-        What nominal and tuned parameters leave of the voltages.
+    axis: The axis as it was nominally.
+    tests: The circle tests.
+    before, found: What nominal and tuned parameters leave of the voltages.
     """
     where, feeds = f"axis {axis.name}", sorted(test.feed for test in tests)
     if feeds[-1] < APART * feeds[0]:

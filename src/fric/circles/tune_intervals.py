@@ -30,12 +30,8 @@ UNITS = {"F_c": "N", "F_s": "N", "v_s": "m/s", "delta": "1", "sigma": "N*s/m", "
 def tuned_estimates(found: Fitted, plant: Plant) -> TunedEstimates:
     """Return what was found with intervals: of the noise, however it hangs together, and of what the encoder shows.
 
-    Parameters
-    ----------
-    found
-        The fit. Of what it kept of the shape only the covariance of its coordinates depends.
-    plant
-        The plant that it found.
+    found: The fit. Of what it kept of the shape only the covariance of its coordinates depends.
+    plant: The plant that it found.
     """
     left = recorded_again(found)
     coordinates = _covariance(found, left)[: len(found.x), : len(found.x)]
@@ -116,12 +112,8 @@ def _covariance(about: Fitted, left: list[Real]) -> Real:
     Samples are thinned to four a period of the filter's corner: between them nothing new is told. Scores hang together
     (Newey and West), and the priors are off by what they allow. To that comes what the encoder shows.
 
-    Parameters
-    ----------
-    about
-        The fit, or a point beside it, whose derivatives count.
-    left
-        What circles leave that are recorded again.
+    about: The fit, or a point beside it, whose derivatives count.
+    left: What circles leave that are recorded again.
     """
     instruments = Instruments.of(about)
     weighed = instruments.weights * about.residual

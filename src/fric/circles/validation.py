@@ -89,21 +89,11 @@ def validate_closed_loop(
     added again. Where the stated controller does not give the recorded voltage that is told: friction is not to blame.
     The axis begins where the record does, at its velocity; the controller's integral and the friction begin at rest.
 
-    Parameters
-    ----------
-    log
-        A record with position, reference, and force or input, sampled at the controller's rate.
-    plant, cascade, friction
-        The identified axis and its controller; ``K_i`` of 0 is a P/PD controller.
-    load
-        Constant force against positive motion [N].
-    cutoff
-        Corner of the filter behind velocity and acceleration [Hz]; from the sampling rate where it is not given.
-
-    Raises
-    ------
-    FricError
-        When a channel is missing, the record is sampled at another rate, or the simulation runs away.
+    log: A record with position, reference, and force or input, sampled at the controller's rate.
+    plant, cascade, friction: The identified axis and its controller; ``K_i`` of 0 is a P/PD controller.
+    load: Constant force against positive motion [N].
+    cutoff: Corner of the filter behind velocity and acceleration [Hz]; from the sampling rate where it is not given.
+    Raises FricError: When a channel is missing, the record is sampled at another rate, or the simulation runs away.
     """
     reference = log.require("reference", "a closed-loop replay")
     rate = even_sampling(log)
@@ -129,17 +119,9 @@ def validate_inverse(
     The force cross-test of one record by another's parameters (Janot, Gautier, Brunot 2019): position filtered forwards
     and backwards, central differences, both forces decimated alike, as `fric identify plant` does.
 
-    Parameters
-    ----------
-    log
-        A record with force, or input.
-    plant, friction, load, cutoff
-        As in `validate_closed_loop`; with a T_d of 0 where nobody measured it.
-
-    Raises
-    ------
-    FricError
-        When a channel is missing, the sampling is uneven, or the record is too short for the filter.
+    log: A record with force, or input.
+    plant, friction, load, cutoff: As in `validate_closed_loop`; with a T_d of 0 where nobody measured it.
+    Raises FricError: When a channel is missing, the sampling is uneven, or the record is too short for the filter.
     """
     rate = even_sampling(log)
     settings = Conditioning.of(rate, cutoff)
@@ -158,17 +140,9 @@ def validate_open_loop(
 ) -> Validation:
     """Return what the identified axis makes of the measured input alone; whatever the model misses adds up.
 
-    Parameters
-    ----------
-    log
-        A record with position, and input or force.
-    plant, friction, load, cutoff
-        As in `validate_closed_loop`.
-
-    Raises
-    ------
-    FricError
-        When a channel is missing, or the sampling is uneven.
+    log: A record with position, and input or force.
+    plant, friction, load, cutoff: As in `validate_closed_loop`.
+    Raises FricError: When a channel is missing, or the sampling is uneven.
     """
     rate = even_sampling(log)
     voltage = log.input if log.input is not None else _driven(log, plant) / plant.K_f

@@ -148,19 +148,11 @@ def voltage_record(test: MeasuredCircle, name: str, like: VoltageRecord | None =
     The reference is exact, so only the tracking error is smoothed: ``z = r - LP(r - z_m)`` with a Butterworth filter
     of second order at 200 Hz, there and back.
 
-    Parameters
-    ----------
-    test
-        The circle test.
-    name
-        Name of the axis.
-    like
-        A record of this axis along the same reference at the same instants, whose samples and angles are then its own.
-
-    Raises
-    ------
-    FricError
-        When reference or voltage were not recorded, or the sampling is too slow.
+    test: The circle test.
+    name: Name of the axis.
+    like: A record of this axis along the same reference at the same instants, whose samples and angles are then its
+        own.
+    Raises FricError: When reference or voltage were not recorded, or the sampling is too slow.
     """
     from scipy.signal import decimate, sosfiltfilt
 
@@ -220,16 +212,10 @@ def refined(
     Smoothing takes off what is fast in the motion behind a reversal, and friction replayed along the rest sets in
     late. What the filter takes off is put back from ``z̈ = (u(t - T_d) - a·ż - o - F/K_f)/m``, twice integrated.
 
-    Parameters
-    ----------
-    record
-        The record.
-    model, T_d
-        The friction and the delay [s] found so far.
-    plant
-        m [V·s²/m], a [V·s/m] and the offset [V] found so far.
-    K_f
-        Force constant [N/V].
+    record: The record.
+    model, T_d: The friction and the delay [s] found so far.
+    plant: m [V·s²/m], a [V·s/m] and the offset [V] found so far.
+    K_f: Force constant [N/V].
     """
     t, r, z_m, u = record.raw
     every = round((record.time[1] - record.time[0]) / (t[1] - t[0]))
@@ -247,10 +233,7 @@ def refined(
 def _seen(test: MeasuredCircle, t: Real, where: str) -> tuple[Real, Indices, Mask]:
     """Return angle and revolution at even instants, and at which of them voltages are compared.
 
-    Raises
-    ------
-    FricError
-        When these are less than most of a revolution.
+    Raises FricError: When these are less than most of a revolution.
     """
     angle, revolution, moving = _revolutions(test, t)
     rate = 1.0 / float(t[1] - t[0])

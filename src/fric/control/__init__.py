@@ -33,10 +33,7 @@ def _loaded() -> dict[str, type[ControlBlock]]:
 def block_type(name: str) -> type[ControlBlock]:
     """Return the control block of a name, which its file has too: of the others none is loaded.
 
-    Raises
-    ------
-    FricError
-        When there is none: with those there are.
+    Raises FricError: When there is none: with those there are.
     """
     file = name.replace("-", "_")
     if any(module.name == file for module in iter_modules(__path__)):

@@ -16,16 +16,10 @@ def inverse_model(plant: LinearPlant, reference: Reference) -> Real:
 def friction_feedforward(model: FrictionModel, reference: Reference, K_f: float, gain: float = 1.0) -> Real:
     """Return the voltage ``gain·F(reference)/K_f`` that stands against friction [V], shape (n,).
 
-    Parameters
-    ----------
-    model
-        The friction that the controller believes.
-    reference
-        The motion the model is replayed along.
-    K_f
-        Force constant [N/V].
-    gain
-        Share of the nominal friction that is fed forward.
+    model: The friction that the controller believes.
+    reference: The motion the model is replayed along.
+    K_f: Force constant [N/V].
+    gain: Share of the nominal friction that is fed forward.
     """
     return gain / K_f * _along(model, reference)
 

@@ -109,10 +109,7 @@ class GainScheduled(ControlBlock):
     def schedule(self, setting: Setting) -> Real:
         """Return how far from a reversal each share ends, the share, and alpha [m], [1], [1], shape (blocks, 3).
 
-        Raises
-        ------
-        FricError
-            When the controller believes in no friction with slip blocks.
+        Raises FricError: When the controller believes in no friction with slip blocks.
         """
         model = setting.models.get("gms") or setting.models.get("maxwell_slip")
         if model is None:

@@ -66,10 +66,7 @@ def probed(block: ControlBlock, setting: Setting) -> Probed:
     Of a linear block that is all there is to know, exactly. A block that is not linear is what it is around rest, where
     an axis waits: the same from states and inputs of 1e-6.
 
-    Raises
-    ------
-    ValueError
-        When the block repeats, or is linear and gives something from nothing.
+    Raises ValueError: When the block repeats, or is linear and gives something from nothing.
     """
     if block.repeats:
         raise ValueError(f"the block '{block.name}' repeats: it has as many states as the motion has samples")

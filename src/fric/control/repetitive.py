@@ -79,10 +79,7 @@ class Repetitive(ControlBlock):
     def period(self, setting: Setting) -> float:
         """Return the period of the motion in samples.
 
-        Raises
-        ------
-        FricError
-            When the motion does not repeat, or is too short for the filters.
+        Raises FricError: When the motion does not repeat, or is too short for the filters.
         """
         period = 0.0 if setting.reference is None else setting.reference.period * setting.sampling
         if period == 0.0:

@@ -75,10 +75,7 @@ class CascadeDesign:
 def assess_cascade(plant: LinearPlant, cascade: Cascade) -> CascadeDesign:
     """Return the margins of a cascade; they mean something only for a stable loop.
 
-    Raises
-    ------
-    FricError
-        When the velocity loop alone, or the whole loop, is unstable.
+    Raises FricError: When the velocity loop alone, or the whole loop, is unstable.
     """
     loop = SampledLoop(plant, cascade)
     for stable, name in ((loop.velocity_stable, "velocity"), (loop.stable, "position")):
@@ -105,27 +102,15 @@ def design_cascade(
     is the highest at which the velocity loop has the margins; K_v = 2π f_c/``separation``, or the largest below it
     with which the position loop has them too. For both axes of the paper the gain margin decides; f_c is 60 Hz.
 
-    Parameters
-    ----------
-    plant
-        Eq. (1) of the axis.
-    requirement
-        The margins; 60° and 13.8 dB where not given.
-    sampling, velocity_filter
-        Sampling rate, and corner of the low-pass on the velocity [Hz].
-    limit
-        Saturation of the control voltage [V], passed on.
-    corner_ratio
-        Crossover of the velocity loop over corner of its PI.
-    separation
-        Crossover of the velocity loop over K_v/2π.
-    crossover
-        Crossover of the velocity loop [Hz], where it is given instead of sought.
-
-    Raises
-    ------
-    FricError
-        When no cascade of this form has the margins, or the one with the given crossover has not: with the nearest.
+    plant: Eq. (1) of the axis.
+    requirement: The margins; 60° and 13.8 dB where not given.
+    sampling, velocity_filter: Sampling rate, and corner of the low-pass on the velocity [Hz].
+    limit: Saturation of the control voltage [V], passed on.
+    corner_ratio: Crossover of the velocity loop over corner of its PI.
+    separation: Crossover of the velocity loop over K_v/2π.
+    crossover: Crossover of the velocity loop [Hz], where it is given instead of sought.
+    Raises FricError: When no cascade of this form has the margins, or the one with the given crossover has not: with
+        the nearest.
     """
     asked = requirement or Requirement()
     for name, value in (("corner ratio", corner_ratio), ("separation", separation)):
@@ -160,10 +145,7 @@ def design_cascade(
 def check_cascade(plant: LinearPlant, cascade: Cascade, requirement: Requirement | None = None) -> CascadeDesign:
     """Return the design of a given cascade, if its loops are stable and have the margins.
 
-    Raises
-    ------
-    FricError
-        When they have not: with the nearest gains that have, K_i/K_p kept.
+    Raises FricError: When they have not: with the nearest gains that have, K_i/K_p kept.
     """
     asked = requirement or Requirement()
 

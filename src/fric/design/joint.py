@@ -72,21 +72,11 @@ def design_jointly(
     tuned of the block. The block is then designed anew for the cascade that was found (`design_block`), so that every
     smaller value of it keeps the peak sensitivity too.
 
-    Parameters
-    ----------
-    kind
-        An observer or a controller with a parameter that is tuned.
-    setting
-        The axis as its controller knows it: plant, cascade, friction.
-    peak_sensitivity
-        Largest M_s of the whole loop, a factor above 1.
-    perturbation
-        Delta, measured; that of the plant's delay alone where not given.
-
-    Raises
-    ------
-    FricError
-        When the block does not feed back, or no loop keeps the peak sensitivity.
+    kind: An observer or a controller with a parameter that is tuned.
+    setting: The axis as its controller knows it: plant, cascade, friction.
+    peak_sensitivity: Largest M_s of the whole loop, a factor above 1.
+    perturbation: Delta, measured; that of the plant's delay alone where not given.
+    Raises FricError: When the block does not feed back, or no loop keeps the peak sensitivity.
     """
     import nlopt
 

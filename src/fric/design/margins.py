@@ -104,12 +104,8 @@ def grid(nyquist: float) -> Real:
 def margins(loop: OpenLoop, nyquist: float) -> Margins:
     """Return the margins of an open loop, crossovers refined by root finding.
 
-    Parameters
-    ----------
-    loop
-        L at frequencies [Hz], shape (n,).
-    nyquist
-        Half the sampling rate [Hz].
+    loop: L at frequencies [Hz], shape (n,).
+    nyquist: Half the sampling rate [Hz].
     """
     f = grid(nyquist)
     L = loop(f)

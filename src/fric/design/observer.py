@@ -247,14 +247,9 @@ def _sensitive_limit(whole: WholeLoop, filter: str, peak_sensitivity: float) -> 
 def largest_that_keeps(keeps: Callable[[float], bool], tried: Real, precision: float = 1e-6) -> float:
     """Return the largest value up to which every smaller one keeps a limit: 0 where none does, infinity where all do.
 
-    Parameters
-    ----------
-    keeps
-        Whether a value keeps it.
-    tried
-        Values on the way up, rising, before the border is refined.
-    precision
-        Relative, of the border.
+    keeps: Whether a value keeps it.
+    tried: Values on the way up, rising, before the border is refined.
+    precision: Relative, of the border.
     """
     below = 0.0
     for above in map(float, tried):

@@ -91,14 +91,9 @@ class Perturbation:
 def model_perturbation(plant: LinearPlant, nyquist: float, resonances: Sequence[Resonance] = ()) -> Perturbation:
     """Return Delta of a model: the plant's delay, and resonances where some are known.
 
-    Parameters
-    ----------
-    plant
-        Eq. (1), of which G_n is all but the delay.
-    nyquist
-        Highest frequency [Hz].
-    resonances
-        Structural modes that eq. (1) does not have.
+    plant: Eq. (1), of which G_n is all but the delay.
+    nyquist: Highest frequency [Hz].
+    resonances: Structural modes that eq. (1) does not have.
     """
     f = np.geomspace(nyquist * 1e-4, nyquist, 20_000)
     for mode in resonances:  # a peak is 2ζ wide
@@ -123,25 +118,14 @@ def measured_perturbation(
     Where the response tells no deviation, it follows from the coherence γ²: the relative deviation of the real and of
     the imaginary part of a response averaged over n records is √((1 − γ²)/(2 n γ²)) (Bendat and Piersol, Random Data).
 
-    Parameters
-    ----------
-    response
-        The measured response Z/U, hold of the controller's output included.
-    plant
-        Eq. (1) as it was fitted; its A and B are those of G_n.
-    averages
-        Records that the coherence was averaged over.
-    sampling
-        Sampling rate [Hz] of a response that was measured from sample to sample of the controller, hold and images
-        in it; None for a response in continuous time.
-    lowest
-        Lowest frequency that tells of the plant [Hz]: lines below, and those below the first that is sure, are left
+    response: The measured response Z/U, hold of the controller's output included.
+    plant: Eq. (1) as it was fitted; its A and B are those of G_n.
+    averages: Records that the coherence was averaged over.
+    sampling: Sampling rate [Hz] of a response that was measured from sample to sample of the controller, hold and
+        images in it; None for a response in continuous time.
+    lowest: Lowest frequency that tells of the plant [Hz]: lines below, and those below the first that is sure, are left
         out.
-
-    Raises
-    ------
-    FricError
-        When a frequency is not positive, or a coherence not between 0 and 1.
+    Raises FricError: When a frequency is not positive, or a coherence not between 0 and 1.
     """
     f = np.asarray(response.frequency, float)
     if f.size == 0 or f[0] <= 0:
@@ -185,12 +169,8 @@ def robust_limit(perturbation: Perturbation, filter: str = "binomial2") -> Robus
     frequency f with |Delta| = D > 1/max|Q| the condition is f ≥ r·cutoff, where r is the last place, in units of the
     cutoff, with |Q(r)| = 1/D; the limit is the smallest f/r of all.
 
-    Parameters
-    ----------
-    perturbation
-        Delta with its confidence.
-    filter
-        Shape of Q.
+    perturbation: Delta with its confidence.
+    filter: Shape of Q.
     """
     shape = QFilter(filter, 1.0)
     r = np.geomspace(1e-3, 1e3, 6001)

@@ -28,19 +28,10 @@ SHORT = 160
 def learned_share(block: ControlBlock, loop: SampledLoop, setting: Setting) -> tuple[float, float]:
     r"""Return the largest |l|, and the frequency [Hz] at which it is.
 
-    Parameters
-    ----------
-    block
-        A block that repeats.
-    loop
-        The loop without it; it must be stable.
-    setting
-        What the block is packed for.
-
-    Raises
-    ------
-    FricError
-        When the motion does not repeat.
+    block: A block that repeats.
+    loop: The loop without it; it must be stable.
+    setting: What the block is packed for.
+    Raises FricError: When the motion does not repeat.
     """
     if setting.reference is None or not setting.reference.period:
         block.packed(setting)  # which tells what is missing

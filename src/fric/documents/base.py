@@ -112,16 +112,10 @@ class Document(Part):
     ) -> Self:
         """Return a document that this process makes of some content, checked against the schema as one that is read.
 
-        Parameters
-        ----------
-        content
-            What it holds, by key; or what the schema reads it off (`fric.documents.quantity.Of`).
-        notices
-            Its warnings.
-        logs
-            Records that it was made from.
-        also
-            Further keys of its provenance.
+        content: What it holds, by key; or what the schema reads it off (`fric.documents.quantity.Of`).
+        notices: Its warnings.
+        logs: Records that it was made from.
+        also: Further keys of its provenance.
         """
         if not isinstance(content, Mapping):
             content = read_off(cls, content, {"fric", *FOOT})

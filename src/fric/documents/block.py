@@ -26,12 +26,8 @@ if TYPE_CHECKING:
 def block_values(name: str, given: Mapping[str, Any], motion: Motion, where: str) -> dict[str, float]:
     """Return the parameters of a control block in SI.
 
-    Raises
-    ------
-    FricError
-        When there is no such block, or a value is out of its bounds.
-    ValueError
-        When a parameter is not known, or of the wrong unit: with the mend.
+    Raises FricError: When there is no such block, or a value is out of its bounds.
+    Raises ValueError: When a parameter is not known, or of the wrong unit: with the mend.
     """
     block = block_type(name)
     raw = {key: value.model_dump() if isinstance(value, Quantity) else value for key, value in given.items()}

@@ -30,10 +30,7 @@ def bundled(kind: str) -> dict[str, Path]:
 def located(path: Path, kind: str) -> Path:
     """Return a path, or the bundled document whose name was given where there is no such file; a folder is none.
 
-    Raises
-    ------
-    FricError
-        When there is neither: with a name that is near.
+    Raises FricError: When there is neither: with a name that is near.
     """
     known = bundled(kind)
     if str(path) in known and not path.is_file():
@@ -91,10 +88,7 @@ def topics() -> dict[str, Path]:
 def page(name: str) -> str:
     """Return the text of a page, or what the code of a warning means.
 
-    Raises
-    ------
-    FricError
-        When there is none of that name, with one that is near.
+    Raises FricError: When there is none of that name, with one that is near.
     """
     known = topics()
     if name not in known:

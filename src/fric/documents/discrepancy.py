@@ -27,14 +27,10 @@ def discrepancies(
 ) -> tuple[dict[str, Spread], tuple[Notice, ...]]:
     """Return by what factors the true axis may differ from the parameters of its files besides, and why.
 
-    Parameters
-    ----------
-    friction
-        Its friction file: strokes that scatter, sines at another level than strokes, blocks that miss the virgin curve.
-    plant
-        Its plant file: what eq. (1) leaves of the response.
-    refused
-        Parameters whose interval cannot be drawn from.
+    friction: Its friction file: strokes that scatter, sines at another level than strokes, blocks that miss the virgin
+        curve.
+    plant: Its plant file: what eq. (1) leaves of the response.
+    refused: Parameters whose interval cannot be drawn from.
     """
     shares: dict[str, float] = {}
     reasons: list[Notice] = []

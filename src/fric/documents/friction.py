@@ -117,10 +117,7 @@ class FrictionDocument(OfAxis):
     def friction(self, name: str) -> FrictionModel:
         """Return one friction model of this file (``static``, ``gms``, …), with a map a direction where it has them.
 
-        Raises
-        ------
-        FricError
-            When there is no such model, or the file lacks what it needs.
+        Raises FricError: When there is no such model, or the file lacks what it needs.
         """
         sections = {key: self.estimates(key) for key in self.sections()}
         if (model := model_type(name)) is None:
@@ -130,10 +127,7 @@ class FrictionDocument(OfAxis):
     def maps(self) -> tuple[StaticMap, StaticMap | None]:
         """Return the static map, and that of the negative direction, where each has its own.
 
-        Raises
-        ------
-        FricError
-            When it holds none.
+        Raises FricError: When it holds none.
         """
         if not self.section("static"):
             raise FricError(
@@ -151,10 +145,7 @@ class FrictionDocument(OfAxis):
         That of the record itself, where the model was fitted to it by replay; else the mean of the records that it was
         fitted to, for the load is the axis'; else that of the static map.
 
-        Raises
-        ------
-        FricError
-            When the file holds several models and none is named, or does not hold the one named.
+        Raises FricError: When the file holds several models and none is named, or does not hold the one named.
         """
         found = self.model_names()
         if model is None:
@@ -271,12 +262,8 @@ def _plateau(fit: GMSFit) -> dict[str, Estimate]:
 def replay_tree(fit: ReplayFit, kept: FrictionDocument | None = None) -> dict[str, Any]:
     """Return the friction document of a model fitted by replay, ready to be written or printed.
 
-    Parameters
-    ----------
-    fit
-        The fit.
-    kept
-        The file that its static map is from: its sections stay.
+    fit: The fit.
+    kept: The file that its static map is from: its sections stay.
     """
     name, force = fit.model.name, si_unit("force", fit.motion)
     content: dict[str, Any] = {"axis": fit.axis, "motion": fit.motion}

@@ -114,10 +114,7 @@ def read_identified(
 def machine_to_predict(path: Path) -> tuple[Machine, Identified | None]:
     """Read a machine file as what is known of the machine: as identified, where it has intervals.
 
-    Raises
-    ------
-    FricError
-        As `read_machine`.
+    Raises FricError: As `read_machine`.
     """
     try:
         found = read_identified(path)

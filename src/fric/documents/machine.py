@@ -180,10 +180,7 @@ class MachineDocument(Document):
     def machine(self) -> Machine:
         """Return the machine in SI.
 
-        Raises
-        ------
-        FricError
-            When a value is missing or not physical: with the axis it is of.
+        Raises FricError: When a value is missing or not physical: with the axis it is of.
         """
         axes = {name: _axis(name, part) for name, part in self.axes.items()}
         published = tuple(part.published() for part in self.published)

@@ -31,10 +31,7 @@ FIELD = re.compile(r"\{([^{}]+)\}")
 def filled(template: str, fields: Mapping[str, str], where: str) -> str:
     """Put the fields of one file into a template such as ``"{stem}"`` or ``"{speed} mm/s"``.
 
-    Raises
-    ------
-    FricError
-        When there is no such field, with those there are.
+    Raises FricError: When there is no such field, with those there are.
     """
 
     def value(match: re.Match[str]) -> str:
@@ -157,10 +154,7 @@ class FileMapping(Part):
     def fields(self, own: Mapping[str, str], where: str) -> dict[str, str]:
         """Return the fields of one file: its own, and what ``file`` reads out of its stem.
 
-        Raises
-        ------
-        FricError
-            When the stem is not made as ``file`` says.
+        Raises FricError: When the stem is not made as ``file`` says.
         """
         if self.file is None:
             return dict(own)
@@ -191,14 +185,9 @@ class MappingDocument(Document, FileMapping):
     def of(self, path: Path, names: Collection[str], axis: str | None = None) -> FileMapping | None:
         """Return the mapping of a file that has columns of these names; None where none is.
 
-        Parameters
-        ----------
-        path
-            The file.
-        names
-            Names of its columns.
-        axis
-            The axis that is asked for; where no part is of it, those of all.
+        path: The file.
+        names: Names of its columns.
+        axis: The axis that is asked for; where no part is of it, those of all.
         """
         return next(iter(self.all_of(path, names, axis)), None)
 

@@ -116,18 +116,11 @@ def plan_tree(
 ) -> dict[str, Any]:
     """Return a plan, ready to be written or printed.
 
-    Parameters
-    ----------
-    plan
-        What is to be run.
-    prior
-        What the axis was taken to be.
-    blocks
-        Slip blocks that the records tell.
-    notices
-        What cannot be expected.
-    narrowing
-        What one more record would do.
+    plan: What is to be run.
+    prior: What the axis was taken to be.
+    blocks: Slip blocks that the records tell.
+    notices: What cannot be expected.
+    narrowing: What one more record would do.
     """
     axis, motion = plan.axis.name, plan.axis.motion
     content = {

@@ -63,10 +63,7 @@ class PlantPart(Physical):
     def plant(self, motion: Motion) -> Plant:
         """Return the plant in SI.
 
-        Raises
-        ------
-        FricError
-            When B or K_f is not given, or a value is not physical.
+        Raises FricError: When B or K_f is not given, or a value is not physical.
         """
         values = self._with_B(motion)
         if "K_f" not in values:
@@ -167,10 +164,7 @@ class PlantDocument(AxisDocument, PlantPart):
         the mean of F_v, and what a direction differs by is its sigma; half the difference of F_c is the load, since a
         constant force and a Coulomb friction that differs by direction are one and the same in sliding.
 
-        Raises
-        ------
-        FricError
-            When the plant was not identified from a motion.
+        Raises FricError: When the plant was not identified from a motion.
         """
         given = (self.fit.parameters if self.fit else None) or {}
         found = {name: one for name, one in given.items() if name.startswith(("F_c", "F_v", "offset"))}
@@ -202,12 +196,8 @@ def plant_part(plant: Plant, motion: Motion) -> PlantPart:
 def plant_tree(fit: PlantFit | MotionFit, records: Sequence[Record]) -> dict[str, Any]:
     """Return the plant document of an identified plant, ready to be written or printed.
 
-    Parameters
-    ----------
-    fit
-        What `identify_plant` or `identify_motion` found.
-    records
-        The records that it was found from.
+    fit: What `identify_plant` or `identify_motion` found.
+    records: The records that it was found from.
     """
     from fric.identify.plant.rigid_body import MotionFit  # with SciPy's signal processing: not for who reads a plant
 

@@ -36,23 +36,12 @@ def write_tuned(
 
     An axis that was not improved stays as it was.
 
-    Parameters
-    ----------
-    found
-        What was tuned.
-    machine
-        The machine file that it was tuned from.
-    folder
-        Where to write.
-    force
-        Replace files that exist.
-    done
-        Is told of each file that is there.
-
-    Raises
-    ------
-    FricError
-        When a file exists, or cannot be written.
+    found: What was tuned.
+    machine: The machine file that it was tuned from.
+    folder: Where to write.
+    force: Replace files that exist.
+    done: Is told of each file that is there.
+    Raises FricError: When a file exists, or cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

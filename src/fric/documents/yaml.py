@@ -43,10 +43,8 @@ def read_document(path: Path | str, model: type[D]) -> D:
 
     A document may name other files, beside it or by a whole path: they are read too.
 
-    Raises
-    ------
-    FricError
-        When the file cannot be read, is no YAML, is of another type, or a value does not fit: with its line.
+    Raises FricError: When the file cannot be read, is no YAML, is of another type, or a value does not fit: with its
+        line.
     """
     path = located(Path(path), model.type)
     tree = _read(path)
@@ -130,10 +128,7 @@ def write_document(path: Path, tree: Mapping[str, Any], *, force: bool = False) 
 def plain(tree: Any) -> Any:
     """Return a loaded tree as plain dicts, lists and scalars.
 
-    Raises
-    ------
-    FricError
-        When it nests too deep, or aliases make too much of it.
+    Raises FricError: When it nests too deep, or aliases make too much of it.
     """
     nodes = 0
 

@@ -109,11 +109,8 @@ def c_values(part: Part, *, single: bool = False) -> dict[str, Any]:
 def c_files(part: Part, *, single: bool = False) -> Files:
     """Return header and source of a part.
 
-    Raises
-    ------
-    FricError
-        When an observer is to be in single precision: the coefficients that difference a position twice sum to 0, and
-        rounded they leave 0.7 to 7 % of its estimate.
+    Raises FricError: When an observer is to be in single precision: the coefficients that difference a position twice
+        sum to 0, and rounded they leave 0.7 to 7 % of its estimate.
     """
     if single and any(block.kind == "observer" for block in part.blocks):
         raise FricError(

@@ -19,10 +19,7 @@ from fric.simulate.machine import Machine
 def compensation_of(machine: Machine, name: str, scheme: Scheme) -> Part:
     """Return what the controller of an axis does under a scheme, with what it believes.
 
-    Raises
-    ------
-    FricError
-        When the scheme asks for what the axis does not have, or there is no such axis.
+    Raises FricError: When the scheme asks for what the axis does not have, or there is no such axis.
     """
     axis = machine.axis(name)
     if scheme.joint:

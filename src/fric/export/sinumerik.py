@@ -169,10 +169,7 @@ def left_over(axis: Axis, part: Part, pulse: Pulse | None, feed: float) -> float
 def sinumerik_files(part: Part, *, machine: Machine) -> Files:
     """Return the machine data as assignments, and a page with the glitch that they leave by simulation.
 
-    Raises
-    ------
-    FricError
-        When the axis is not linear: the circle that is simulated is of two linear axes.
+    Raises FricError: When the axis is not linear: the circle that is simulated is of two linear axes.
     """
     if rotates(part.motion):
         raise FricError("the target sinumerik is for linear axes", hint="Export to c or st.")

@@ -77,10 +77,7 @@ def mat_files(part: Part) -> Files:
 def xlsx_files(part: Part) -> Files:
     """Return a workbook of two sheets: the parameters, and friction over velocity.
 
-    Raises
-    ------
-    FricError
-        When openpyxl is not installed.
+    Raises FricError: When openpyxl is not installed.
     """
     try:
         from openpyxl import Workbook

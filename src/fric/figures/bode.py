@@ -15,12 +15,8 @@ LOWEST = 0.5
 def bode_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
     """Draw gain and phase of open loops; each margin is a bar from the curve to 0 dB or to −180°.
 
-    Parameters
-    ----------
-    loops
-        The loops with their margins.
-    nyquist
-        Half the sampling rate [Hz], the right end.
+    loops: The loops with their margins.
+    nyquist: Half the sampling rate [Hz], the right end.
     """
     f = np.geomspace(LOWEST, nyquist, 2000)
     with new_figure(6.3, 5.2) as figure:

@@ -25,10 +25,7 @@ def polar_figure(runs: Sequence[CircleRun]) -> Figure:
     direction of the motion; a number stands at each reversal: its glitch in µm. The magnification is that of the error
     against the circle.
 
-    Parameters
-    ----------
-    runs
-        One run per scheme, of one circle.
+    runs: One run per scheme, of one circle.
     """
     largest = max(float(np.abs(run.circularity.error).max()) for run in runs) * 1e6
     grid = grid_of(largest)

@@ -43,16 +43,10 @@ def overlay_figure(
     Lines are called ``now:NAME`` and ``earlier:NAME``, the rings of the grid and their labels ``ring:-3`` to
     ``ring:2``, so that a page can switch and magnify them.
 
-    Parameters
-    ----------
-    contours, earlier
-        The schemes, and those of an earlier run.
-    radius
-        Radius of the circle [m].
-    direction
-        1 counter-clockwise, -1 clockwise.
-    magnification
-        How many times larger the error is drawn than the circle [1].
+    contours, earlier: The schemes, and those of an earlier run.
+    radius: Radius of the circle [m].
+    direction: 1 counter-clockwise, -1 clockwise.
+    magnification: How many times larger the error is drawn than the circle [1].
     """
     R = radius * 1e6 / magnification  # the radius of the circle that was asked for, in µm of error
     step = _round(R / 6)
@@ -87,16 +81,10 @@ def after_reversal_figure(
     The time is the angle from the reversal times R/F; the error less its median around the circle, so that spikes
     compare.
 
-    Parameters
-    ----------
-    contours
-        The schemes.
-    radius, feed
-        Of the circle [m], [m/s].
-    direction
-        1 counter-clockwise, -1 clockwise.
-    quarter
-        Angle of the reversal [rad].
+    contours: The schemes.
+    radius, feed: Of the circle [m], [m/s].
+    direction: 1 counter-clockwise, -1 clockwise.
+    quarter: Angle of the reversal [rad].
     """
     with new_figure(4.8, 3.3) as figure:
         axes = figure.subplots()

@@ -30,12 +30,8 @@ def draw_diagnosis(found: Diagnosis, agreement: Agreement | None = None) -> Figu
     explain of it. Beside it the deviation around each reversal less that: the glitch, with the prediction where there
     is one.
 
-    Parameters
-    ----------
-    found
-        What the circle shows.
-    agreement
-        What was predicted of it.
+    found: What the circle shows.
+    agreement: What was predicted of it.
     """
     test = found.test
     with new_figure(9.4, 4.6) as figure:

@@ -29,14 +29,9 @@ def embedded(figure: Figure, key: str, alt: str) -> str:
     frame in the drawing, its labels, and its limits, from which the script reads the numbers under the pointer.
     Curves and their entries in a legend get the same number in ``curve:N`` and ``legend:N``, unless they have a name.
 
-    Parameters
-    ----------
-    figure
-        The figure.
-    key
-        What its ids begin with; no other figure of the page has it.
-    alt
-        What it shows, for those who do not see it.
+    figure: The figure.
+    key: What its ids begin with; no other figure of the page has it.
+    alt: What it shows, for those who do not see it.
     """
     _name_curves(figure)
     named = any(":" in str(one.get_gid()) and "curve:" not in str(one.get_gid()) for one in figure.findobj(Artist))

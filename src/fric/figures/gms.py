@@ -39,10 +39,7 @@ def draw_gms(fit: GMSFit) -> Figure:
     second the virgin curve as Fig. 5, and again over a logarithmic axis, where the first knots are; the third each
     record over time.
 
-    Parameters
-    ----------
-    fit
-        What `fric.identify.gms.identify.identify_gms` found.
+    fit: What `fric.identify.gms.identify.identify_gms` found.
     """
     hysteresis = sorted(fit.hysteresis, key=lambda one: one.amplitude)
     rows = 2 + len(fit.records)

@@ -13,10 +13,7 @@ from fric.figures.views import view
 def draw_learned(found: Learned) -> Figure:
     """Return the glitch over the rounds and what is left of other circles, and the radial error before and after.
 
-    Parameters
-    ----------
-    found
-        What was learned.
+    found: What was learned.
     """
     first, last = found.rounds[0].run, found.rounds[-1].run
     with new_figure(7.6, 3.2) as figure:

@@ -16,12 +16,8 @@ def monte_carlo_figure(found: MonteCarlo, nominal: Mapping[str, float] | None = 
 
     A dot is a machine; the bar goes from the 5 % to the 95 % quantile, with the quartiles thick and the median white.
 
-    Parameters
-    ----------
-    found
-        Outcomes of a study.
-    nominal
-        Glitch of the nominal machine by scheme [m], drawn as a diamond.
+    found: Outcomes of a study.
+    nominal: Glitch of the nominal machine by scheme [m], drawn as a diamond.
     """
     schemes, glitches = found.study.schemes, found.glitches * 1e6
     text = found.distributions()

@@ -15,12 +15,8 @@ def nyquist_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
 
     The phase margin is the arc along the unit circle, the gain margin the place on the real axis.
 
-    Parameters
-    ----------
-    loops
-        The loops with their margins.
-    nyquist
-        Half the sampling rate [Hz].
+    loops: The loops with their margins.
+    nyquist: Half the sampling rate [Hz].
     """
     f = np.geomspace(nyquist * 1e-4, nyquist, 6000)
     arc = np.linspace(0, 2 * np.pi, 400)
@@ -57,12 +53,8 @@ def nichols_figure(loops: Iterable[Loop], nyquist: float) -> Figure:
 
     The phase margin is the bar at 0 dB, the gain margin that at −180°.
 
-    Parameters
-    ----------
-    loops
-        The loops with their margins.
-    nyquist
-        Half the sampling rate [Hz].
+    loops: The loops with their margins.
+    nyquist: Half the sampling rate [Hz].
     """
     f = np.geomspace(nyquist * 1e-4, nyquist, 6000)
     with new_figure(6.3, 5.0) as figure:

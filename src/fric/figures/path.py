@@ -14,10 +14,7 @@ from fric.simulate.path import PathRun
 def path_figure(runs: Sequence[PathRun]) -> Figure:
     """Return the path with the places where an axis reverses, and beside it the contour error of each scheme along it.
 
-    Parameters
-    ----------
-    runs
-        One run per scheme, of one path.
+    runs: One run per scheme, of one path.
     """
     first = runs[0]
     names = tuple(first.traces)

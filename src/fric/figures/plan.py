@@ -14,10 +14,7 @@ from fric.units import prefixed, si_unit
 def draw_plan(plan: Plan) -> Figure:
     """Draw the speeds of a plan on the map that is known, its sines on the virgin curve, and what they will tell.
 
-    Parameters
-    ----------
-    plan
-        The plan.
+    plan: The plan.
     """
     axis = plan.axis
     model = axis.friction.model if isinstance(axis.friction, Directed) else axis.friction

@@ -24,10 +24,7 @@ def draw_plant(fit: PlantFit) -> Figure:
 
     Where two amplitudes were compared, a further panel shows A over the gain of Coulomb friction.
 
-    Parameters
-    ----------
-    fit
-        What `fric.identify.plant.identify.identify_plant` found.
+    fit: What `fric.identify.plant.identify.identify_plant` found.
     """
     compared = fit.friction.compared
     with new_figure(7.2 if compared else 6.3, 5.6) as figure:
@@ -153,10 +150,7 @@ def _influence(axes: Axes, fit: PlantFit) -> None:
 def draw_motion(fit: MotionFit) -> Figure:
     """Draw the logged force with that of the fitted rigid axis, and what is left.
 
-    Parameters
-    ----------
-    fit
-        What `fric.identify.plant.rigid_body.identify_motion` found.
+    fit: What `fric.identify.plant.rigid_body.identify_motion` found.
     """
     unit = si_unit("force", fit.motion) if fit.channel == "force" else "V"
     label = f"{'force' if fit.channel == 'force' else 'input'} [{unit.replace('*', '·')}]"
@@ -170,14 +164,9 @@ def draw_motion(fit: MotionFit) -> Figure:
 def motion_figure(time: Real, measured: Real, fitted: Real, label: str) -> Figure:
     """Draw the logged force of motions, that of the rigid axis, and what is left.
 
-    Parameters
-    ----------
-    time
-        Instants [s], shape (n,); where they fall, another record begins.
-    measured, fitted
-        The forces, shape (n,).
-    label
-        The quantity and its unit.
+    time: Instants [s], shape (n,); where they fall, another record begins.
+    measured, fitted: The forces, shape (n,).
+    label: The quantity and its unit.
     """
     with new_figure(6.3, 4.2) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.5))

@@ -29,11 +29,8 @@ class QReach:
 def q_filter_figure(design: ObserverDesign) -> Figure:
     """Draw |Q| below 1/|Delta|, as in Fig. 7: the chosen Q, and the largest by eq. (8), which touches.
 
-    Parameters
-    ----------
-    design
-        The observer with its limits. Where Delta was measured with a confidence, the edge of its 95 % circle is drawn
-        too: that is what limits Q.
+    design: The observer with its limits. Where Delta was measured with a confidence, the edge of its 95 % circle is
+        drawn too: that is what limits Q.
     """
     limit = design.robust
     touches = [(limit.frequency, limit.size)] if limit.q is not None else []

@@ -28,12 +28,8 @@ def draw_record(records: Sequence[Record], found: Sequence[Inspected]) -> Figure
     reverses) or over velocity (strokes). Many are drawn as an overview: speeds and forces of all segments, and each
     record's path.
 
-    Parameters
-    ----------
-    records
-        The records, of one axis.
-    found
-        What `fric.records.inspection.inspect` found in each.
+    records: The records, of one axis.
+    found: What `fric.records.inspection.inspect` found in each.
     """
     pairs = list(zip(records, found, strict=True))
     if len(pairs) > MOST:

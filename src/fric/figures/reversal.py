@@ -21,10 +21,7 @@ def reversal_figure(runs: Sequence[CircleRun]) -> Figure:
     Above the tracking error of the axis, position less reference; below the control voltage, and in it the friction
     feedforward and what the observer adds, which is its estimate with the sign turned.
 
-    Parameters
-    ----------
-    runs
-        One run per scheme, of one circle; drawn is the first axis that was simulated.
+    runs: One run per scheme, of one circle; drawn is the first axis that was simulated.
     """
     name = next(iter(runs[0].traces))
     test = runs[0].circle

@@ -51,10 +51,7 @@ def draw_static_map(fit: StaticFit) -> Figure:
     The left panel shows the whole range as the paper's Fig. 2, the right one speed on a logarithmic axis, where the
     Stribeck effect is; there both directions lie on one another, the offset taken off.
 
-    Parameters
-    ----------
-    fit
-        What `fric.identify.static_map.identify.identify_static` found.
+    fit: What `fric.identify.static_map.identify.identify_static` found.
     """
     found = _map_of(fit)
     with new_figure(7.2, 3.6) as figure:

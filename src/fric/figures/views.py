@@ -39,14 +39,9 @@ _FOUND: dict[tuple[str, str], View] = {}
 def view(name: str, of: str, *, usual: bool = False) -> Callable[[Draw], Draw]:
     """Enter a function as a figure of a type.
 
-    Parameters
-    ----------
-    name
-        What it is called in ``--plot NAME=FILE``.
-    of
-        Name of the type that it draws: a figure imports none of what it draws.
-    usual
-        Whether it is what ``--plot FILE`` draws of that type; one figure is.
+    name: What it is called in ``--plot NAME=FILE``.
+    of: Name of the type that it draws: a figure imports none of what it draws.
+    usual: Whether it is what ``--plot FILE`` draws of that type; one figure is.
     """
 
     def entered(draw: Draw) -> Draw:
@@ -83,17 +78,9 @@ def views_of(parts: Sequence[Any], *, usual: bool = False) -> dict[str, Callable
 def figure_named(name: str, parts: Sequence[Any]) -> Figure:
     """Draw the figure of that name.
 
-    Parameters
-    ----------
-    name
-        As in `view`.
-    parts
-        What a result holds: identified models, runs, …; the first that has such a figure is drawn.
-
-    Raises
-    ------
-    FricError
-        When none has a figure of that name.
+    name: As in `view`.
+    parts: What a result holds: identified models, runs, …; the first that has such a figure is drawn.
+    Raises FricError: When none has a figure of that name.
     """
     found = views_of(parts)
     if name not in found:

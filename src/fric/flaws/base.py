@@ -66,12 +66,8 @@ class Flaw:
     def found(self, where: str = "", /, **values: Any) -> Notice:
         """Return the notice that it was found.
 
-        Parameters
-        ----------
-        where
-            Record, file or axis.
-        values
-            What sentence and severity name: numbers, texts, `Estimate` for what has a unit, and lists of these.
+        where: Record, file or axis.
+        values: What sentence and severity name: numbers, texts, `Estimate` for what has a unit, and lists of these.
         """
         severity = self.severity if isinstance(self.severity, str) else self.severity(SimpleNamespace(**values))
         says = " ".join(filter(None, (_WORDS.format(self.says, **values), _WORDS.format(self.mend, **values))))

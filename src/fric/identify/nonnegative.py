@@ -21,19 +21,10 @@ with suppress(ImportError):
 def nonnegative(A: Real, b: Real, most: int) -> tuple[Real, float]:
     """Return ``x ≥ 0`` of least ``|A·x - b|``, and that norm, by Lawson and Hanson's active sets.
 
-    Parameters
-    ----------
-    A, b
-        The problem, of shapes (n, m) and (n,).
-    most
-        Largest number of active sets.
-
-    Raises
-    ------
-    RuntimeError
-        When that many are not enough.
-    ValueError
-        When a number of A or b is not finite.
+    A, b: The problem, of shapes (n, m) and (n,).
+    most: Largest number of active sets.
+    Raises RuntimeError: When that many are not enough.
+    Raises ValueError: When a number of A or b is not finite.
     """
     A = np.ascontiguousarray(A)
     flat = A.ravel()

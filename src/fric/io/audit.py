@@ -47,10 +47,7 @@ class Clock:
     def tick(self, time: Real, rows: NDArray[np.int64]) -> None:
         """Take the next instants [s] and their rows in the file.
 
-        Raises
-        ------
-        FricError
-            When a stamp is repeated or time runs backwards.
+        Raises FricError: When a stamp is repeated or time runs backwards.
         """
         if not len(time):
             return
@@ -107,10 +104,7 @@ class Clock:
     def stop(self) -> list[Notice]:
         """End the record; return what the user should know of its clock.
 
-        Raises
-        ------
-        FricError
-            When the record was sampled at two rates: a tenth of it or more, or its beginning or end.
+        Raises FricError: When the record was sampled at two rates: a tenth of it or more, or its beginning or end.
         """
         if not self._rows:
             return []

@@ -24,16 +24,10 @@ OWN = ("instrument", "scheme", "source", "sha256", "name")
 def write_circles(path: Path, tests: Sequence[MeasuredCircle], provenance: str = "", *, force: bool = False) -> None:
     """Write circle tests to a file, whole or not at all.
 
-    Parameters
-    ----------
-    path
-        The file.
-    tests
-        The tests: the first at the root, further ones, of the other direction or another feed, in ``tests/``.
-    provenance
-        What made the file, as JSON.
-    force
-        Replace a file that exists.
+    path: The file.
+    tests: The tests: the first at the root, further ones, of the other direction or another feed, in ``tests/``.
+    provenance: What made the file, as JSON.
+    force: Replace a file that exists.
     """
     with staged_hdf5(path, force=force) as (file, check):
         file.attrs.update({"fric": FORMAT, "provenance": provenance})
@@ -58,17 +52,9 @@ def _write(group: h5py.Group, test: MeasuredCircle) -> None:
 def read_circles(path: Path, scheme: str | None = None) -> list[MeasuredCircle]:
     """Read the circle tests of a file of `fric ingest --kind circle`, or the circles of a run file, one a scheme.
 
-    Parameters
-    ----------
-    path
-        The file.
-    scheme
-        Name of the one scheme of a run file that is wanted; all where it is not given.
-
-    Raises
-    ------
-    FricError
-        When it is neither, is cut short, or has no such scheme.
+    path: The file.
+    scheme: Name of the one scheme of a run file that is wanted; all where it is not given.
+    Raises FricError: When it is neither, is cut short, or has no such scheme.
     """
     path = Path(path)
     with open_file(path) as file:
@@ -115,10 +101,7 @@ def _read(group: h5py.Group, source: str) -> MeasuredCircle:
 def choose_circles(paths: Iterable[Path], scheme: str | None = None) -> list[MeasuredCircle]:
     """Read the circle tests of some files; of a run file with several schemes one must be named.
 
-    Raises
-    ------
-    FricError
-        As `read_circles`, and when it is not said which scheme of a run is meant.
+    Raises FricError: As `read_circles`, and when it is not said which scheme of a run is meant.
     """
     found: list[MeasuredCircle] = []
     for path in map(Path, paths):

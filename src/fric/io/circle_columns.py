@@ -27,21 +27,11 @@ def circle_plan(
 ) -> tuple[Plan, list[Notice]]:
     """Return where each channel of a circle test comes from, and what had to be assumed for it.
 
-    Parameters
-    ----------
-    table
-        The table.
-    mapping
-        What its columns mean; None where the header says so itself, or there is none.
-    sampling
-        Samples a second of a trace without time [Hz].
-    fields
-        The ``{fields}`` of the file.
-
-    Raises
-    ------
-    FricError
-        When there are no two axes and no ball bar, or there is no time.
+    table: The table.
+    mapping: What its columns mean; None where the header says so itself, or there is none.
+    sampling: Samples a second of a trace without time [Hz].
+    fields: The ``{fields}`` of the file.
+    Raises FricError: When there are no two axes and no ball bar, or there is no time.
     """
     warnings: list[Notice] = []
     if mapping is not None:

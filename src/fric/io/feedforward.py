@@ -30,10 +30,7 @@ def write_feedforward(path: Path, table: Table, provenance: str = "", *, force: 
 def read_feedforward(path: Path) -> dict[str, Real]:
     """Read the voltage that each axis fed forward against friction [V], by its name.
 
-    Raises
-    ------
-    FricError
-        When it is no feedforward file, or cut short.
+    Raises FricError: When it is no feedforward file, or cut short.
     """
     with open_file(path) as file:
         check_type(file, path, FORMAT, "Give a file of `fric learn -o`.")

@@ -13,15 +13,8 @@ from fric.io.readers.joined import Joined, Part
 def joined(files: Sequence[tuple[Table, Plan]]) -> tuple[Joined, Plan]:
     """Return one table of the channels of several files, and what its columns mean.
 
-    Parameters
-    ----------
-    files
-        Table and plan of each file; each plan has a time and the channels that the file holds.
-
-    Raises
-    ------
-    FricError
-        When a channel is in two files, none has a position or velocity, or a file logged no time.
+    files: Table and plan of each file; each plan has a time and the channels that the file holds.
+    Raises FricError: When a channel is in two files, none has a position or velocity, or a file logged no time.
     """
     parts: list[Part] = []
     origins = {"time": Origin(0, 1.0)}

@@ -79,19 +79,10 @@ def looking_like(table: Table, channel: str, taken: Collection[int]) -> list[int
 def refuse_left_out(table: Table, origins: Collection[str], taken: Collection[int]) -> None:
     """Refuse a table of which a column that looks like force, position or velocity would be left out.
 
-    Parameters
-    ----------
-    table
-        The table, read by its header alone.
-    origins
-        Channels that were found.
-    taken
-        Columns that they were found in.
-
-    Raises
-    ------
-    FricError
-        With the columns in question, and how to say what they are.
+    table: The table, read by its header alone.
+    origins: Channels that were found.
+    taken: Columns that they were found in.
+    Raises FricError: With the columns in question, and how to say what they are.
     """
     for channel in ASKED:
         if channel in origins or (channel == "velocity" and "position" in origins):

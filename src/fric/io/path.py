@@ -22,17 +22,9 @@ def read_path(path: Path, feed: float) -> PointPath | RecordedPath:
     With a column ``time`` it is a recorded reference, as is that of the first test of a circle file, or of the first
     scheme of a run file.
 
-    Parameters
-    ----------
-    path
-        The file.
-    feed
-        Speed along the path [m/s]; a recorded reference has its own.
-
-    Raises
-    ------
-    FricError
-        When a column or its unit is missing, a cell is no number, or the path cannot be followed.
+    path: The file.
+    feed: Speed along the path [m/s]; a recorded reference has its own.
+    Raises FricError: When a column or its unit is missing, a cell is no number, or the path cannot be followed.
     """
     try:
         if Path(path).suffix in {".h5", ".hdf5"}:

@@ -97,19 +97,10 @@ def _wanted(axis: Axis) -> dict[str, Role]:
 def guesses(paths: Sequence[Path], files: ExitStack, *, join: bool = False) -> list[Guess]:
     """Return what is guessed of files, those of the same columns together, each of their axes apart.
 
-    Parameters
-    ----------
-    paths
-        The files.
-    files
-        Keeps them open as long as their tables are asked.
-    join
-        The files hold the channels of one record: each tells those that it has.
-
-    Raises
-    ------
-    FricError
-        When a file does not read.
+    paths: The files.
+    files: Keeps them open as long as their tables are asked.
+    join: The files hold the channels of one record: each tells those that it has.
+    Raises FricError: When a file does not read.
     """
     if join:
         opened = [next(files.enter_context(closing(tables(path, None)))) for path in paths]
@@ -175,17 +166,9 @@ def _with_name(guess: Guess, *, alone: bool = True) -> Guess:
 def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
     """Return the text of a mapping that files may have, with what is uncertain in comments.
 
-    Parameters
-    ----------
-    paths
-        The files.
-    join
-        The files hold the channels of one record: each tells those that it has.
-
-    Raises
-    ------
-    FricError
-        When a file does not read.
+    paths: The files.
+    join: The files hold the channels of one record: each tells those that it has.
+    Raises FricError: When a file does not read.
     """
     if not paths:
         raise FricError("there is no file to make a mapping for")
@@ -196,12 +179,8 @@ def proposal(paths: Sequence[Path], *, join: bool = False) -> str:
 def mapping_text(found: Sequence[Guess], *, assume: bool = False) -> str:
     """Return the text of the mapping of guesses: of several axes, or several kinds of files, in parts.
 
-    Parameters
-    ----------
-    found
-        The guesses.
-    assume
-        Take the likeliest of what is not sure.
+    found: The guesses.
+    assume: Take the likeliest of what is not sure.
     """
     names = list(dict.fromkeys(path.name for guess in found for path in guess.files))
     listed, join = " ".join(names[:3]) + " …" * (len(names) > 3), bool(found[0].joined)

@@ -198,18 +198,11 @@ def readings(
 ) -> list[Reading]:
     """Return the units that position, velocity and clock may have.
 
-    Parameters
-    ----------
-    first, second
-        What is said of the position and of the velocity.
-    time
-        Unit of the clock; empty where it is not known, and then any of `TIME_UNITS`.
-    ratio
-        Velocity per slope of the position, as logged; None where there is no such pair.
-    sizes
-        Travel and speed, as logged.
-    with_position, with_velocity
-        Whether there are these channels.
+    first, second: What is said of the position and of the velocity.
+    time: Unit of the clock; empty where it is not known, and then any of `TIME_UNITS`.
+    ratio: Velocity per slope of the position, as logged; None where there is no such pair.
+    sizes: Travel and speed, as logged.
+    with_position, with_velocity: Whether there are these channels.
     """
     nothing: tuple[tuple[Motion, str, float, float], ...] = (("linear", "", 1.0, 1.0), ("rotary", "", 1.0, 1.0))
     positions = _candidates(first.unit, "position") if with_position else nothing

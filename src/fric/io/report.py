@@ -37,10 +37,7 @@ class _Data(HTMLParser):
 def read_report(path: Path) -> dict[str, Any]:
     """Return the data that a report was made of.
 
-    Raises
-    ------
-    FricError
-        When the file holds no such data, or it is damaged.
+    Raises FricError: When the file holds no such data, or it is damaged.
     """
     parser, text = _Data(), regular(path, MOST_TEXT).read_text(encoding="utf-8", errors="replace")
     try:

@@ -49,23 +49,14 @@ def write_runs(
 ) -> None:
     """Write what schemes made of a circle or a path to a run file, whole or not at all.
 
-    Parameters
-    ----------
-    path
-        The run file.
-    runs
-        One run per scheme.
-    provenance
-        What made the file, as JSON.
-    most_samples
-        Samples of a trace that are kept at most: of a longer one every second, third, … sample. Radial errors and
-        metrics are those of all samples. All where it is not given.
-    many
-        What the schemes made of it on many machines.
-    prediction
-        What these say of the machine that was identified.
-    force
-        Replace a file that exists.
+    path: The run file.
+    runs: One run per scheme.
+    provenance: What made the file, as JSON.
+    most_samples: Samples of a trace that are kept at most: of a longer one every second, third, … sample. Radial errors
+        and metrics are those of all samples. All where it is not given.
+    many: What the schemes made of it on many machines.
+    prediction: What these say of the machine that was identified.
+    force: Replace a file that exists.
     """
     with staged_hdf5(path, force=force) as (file, check):
         file.attrs.update({"fric": FORMAT, "provenance": provenance})
@@ -133,17 +124,9 @@ def _write_path(group: h5py.Group, run: PathRun) -> None:
 def read_runs(path: Path, *, traces: bool = True) -> list[CircleRun | PathRun]:
     """Read the runs of a run file, one per scheme.
 
-    Parameters
-    ----------
-    path
-        The run file.
-    traces
-        Read what each axis recorded too, which is nearly all of the file.
-
-    Raises
-    ------
-    FricError
-        When it is no run file, or cut short.
+    path: The run file.
+    traces: Read what each axis recorded too, which is nearly all of the file.
+    Raises FricError: When it is no run file, or cut short.
     """
     with open_file(path, hint=AGAIN) as file:
         check_type(file, path, FORMAT, "Give a file of `fric simulate circle`.")

@@ -32,10 +32,7 @@ def open_file(
 ) -> Iterator[h5py.File]:
     """Open an HDF5 file for reading, with errors a user can act on; what h5py raises in it is damage of the file.
 
-    Raises
-    ------
-    FricError
-        When it cannot be read, leads to other files, or holds more than its size allows.
+    Raises FricError: When it cannot be read, leads to other files, or holds more than its size allows.
     """
     path = Path(path)
     regular(path)
@@ -140,10 +137,7 @@ def _leads_elsewhere(data: h5py.Dataset) -> bool:
 def column(group: h5py.Group, name: str, *, ndim: int = 1) -> Real:
     """Return a dataset of numbers, checked before it is used.
 
-    Raises
-    ------
-    FricError
-        When it is not there, is no dataset, is not of so many dimensions, or not of real numbers.
+    Raises FricError: When it is not there, is no dataset, is not of so many dimensions, or not of real numbers.
     """
     data = group.get(name)
     where = f"{group.file.filename}, '{printable(f'{group.name}/{name}', 80)}'"

@@ -94,14 +94,9 @@ def velocity_tolerance(accuracy: float, stiffness: float, T_s: float) -> float:
     An error ``e`` in each of the two parts of a sample is an acceleration ``2·e/T_s``, against which the loop holds
     with its stiffness: ``accuracy = (2·e/T_s)/stiffness``.
 
-    Parameters
-    ----------
-    accuracy
-        Of the position in the loop [m]; 0 for the last digits.
-    stiffness
-        Acceleration by which the loop answers a position error, ``K_v·K_p·B`` [1/s²].
-    T_s
-        Sampling period of the controller [s].
+    accuracy: Of the position in the loop [m]; 0 for the last digits.
+    stiffness: Acceleration by which the loop answers a position error, ``K_v·K_p·B`` [1/s²].
+    T_s: Sampling period of the controller [s].
     """
     return max(TOLERANCE, 0.5 * accuracy * stiffness * T_s)
 
@@ -180,24 +175,14 @@ def advance(  # noqa: PLR0913 - compiled: Numba takes numbers, not objects
 ) -> tuple[Instant, int]:
     """Advance the plant over a length of time, in steps of length/2^depth, and return where it is and the depth.
 
-    Parameters
-    ----------
-    friction, state, parameters
-        The true friction: its compiled step, its state (changed in place), its parameters.
-    plant, now
-        The plant, and where it is.
-    driven
-        Acceleration by input and load [m/s²], constant.
-    length
-        Time [s].
-    effective
-        See `effective_times`.
-    halvings
-        How often the coarsest step is halved; the tolerance is that of steps which are all as much shorter.
-    depth
-        To begin with, as it was at the end of the last call.
-    ends, states
-        Room for the results in each number of parts, shapes (ORDERS, 3) and (ORDERS, n).
+    friction, state, parameters: The true friction: its compiled step, its state (changed in place), its parameters.
+    plant, now: The plant, and where it is.
+    driven: Acceleration by input and load [m/s²], constant.
+    length: Time [s].
+    effective: See `effective_times`.
+    halvings: How often the coarsest step is halved; the tolerance is that of steps which are all as much shorter.
+    depth: To begin with, as it was at the end of the last call.
+    ends, states: Room for the results in each number of parts, shapes (ORDERS, 3) and (ORDERS, n).
     """
     tolerance, lasting = plant.tolerance / 8.0**halvings, LASTING * length / plant.M
     coarse, at, whole, work = plant.tolerance > TOLERANCE, 0, 1 << DEPTH, 0

@@ -40,16 +40,10 @@ def replay_loads(
 def replay(step: Step, position: Real, velocity: Real, time: Real, state: Real, parameters: Real) -> Real:
     """Return the friction force [N], shape (n,), of a model moved along a motion.
 
-    Parameters
-    ----------
-    step
-        The model's compiled step.
-    position, velocity, time
-        The motion [m], [m/s], [s], each of shape (n,).
-    state
-        The model's state at the first sample; changed in place to that at the last.
-    parameters
-        The model's parameters as it packs them.
+    step: The model's compiled step.
+    position, velocity, time: The motion [m], [m/s], [s], each of shape (n,).
+    state: The model's state at the first sample; changed in place to that at the last.
+    parameters: The model's parameters as it packs them.
     """
     force = np.empty_like(position)
     _replay(step, position, velocity, time, state, parameters, force)

@@ -88,15 +88,10 @@ def compiled(signature: object, *, makes_arrays: bool = True) -> Callable[[Funct
     holds the functions that it calls, so that an edit of ``stribeck.py`` would not be seen by ``gms.py``. Here the
     stamp is that of all the files.
 
-    Parameters
-    ----------
-    signature
-        The types of the result and of the arguments, as Numba writes them.
-    makes_arrays
-        False where the function makes no arrays, and views only of its arguments. Then they are not counted, which in
-        a GMS step would take a quarter of the time.
-
-    Compiled functions are put into those that call them: a call with its arrays takes as long as two slip blocks.
+    signature: The types of the result and of the arguments, as Numba writes them.
+    makes_arrays: False where the function makes no arrays, and views only of its arguments. Then they are not counted,
+        which in a GMS step would take a quarter of the time.
+    Compiled functions are put into those that call them: a call with its arrays takes as long as two slip blocks.:
     """
     options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "_nrt": makes_arrays, "forceinline": True}
 

@@ -33,14 +33,9 @@ def spline_slopes(x: Real, y: Real, ends: Ends = "not-a-knot") -> Real:
     ``h[i]·s[i-1] + 2(h[i-1] + h[i])·s[i] + h[i-1]·s[i+1] = 3(h[i]·d[i-1] + h[i-1]·d[i])``
     (C. de Boor, A Practical Guide to Splines, chapter IV).
 
-    Parameters
-    ----------
-    x
-        Strictly increasing, shape (n,), n at least 4.
-    y
-        Values, shape (n,); the last is the first where the spline is periodic.
-    ends
-        No curvature at the ends, a spline that goes on from its end as from its start, or a third derivative that is
+    x: Strictly increasing, shape (n,), n at least 4.
+    y: Values, shape (n,); the last is the first where the spline is periodic.
+    ends: No curvature at the ends, a spline that goes on from its end as from its start, or a third derivative that is
         continuous at the second and at the last but one point.
     """
     h, d = np.diff(x), np.diff(y) / np.diff(x)

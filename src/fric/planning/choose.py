@@ -42,19 +42,10 @@ UNKNOWN_SLIP = 54e-6
 def choose(axis: Axis, limits: Limits, times: Mapping[str, int] | None = None) -> tuple[Planned, ...]:
     """Return the experiments that identify an axis, from what is known of it.
 
-    Parameters
-    ----------
-    axis
-        The axis as it is known beforehand: friction, plant, controller, encoder.
-    limits
-        What it may do.
-    times
-        By kind of record, how many times as many strokes, cycles or periods to take.
-
-    Raises
-    ------
-    FricError
-        When the limits leave no room for one of them.
+    axis: The axis as it is known beforehand: friction, plant, controller, encoder.
+    limits: What it may do.
+    times: By kind of record, how many times as many strokes, cycles or periods to take.
+    Raises FricError: When the limits leave no room for one of them.
     """
     more = times or {}
     records = (made(axis, limits, more.get(kind, 1)) for kind, made in _RECORDS.items())

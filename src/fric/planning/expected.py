@@ -212,20 +212,12 @@ def expected(
 ) -> Expectation:
     """Return the intervals that planned records of an axis will give.
 
-    Parameters
-    ----------
-    axis
-        The axis as it is known beforehand, with the noise and the encoder of its logs.
-    planned
-        The experiments.
-    advance
-        Is told of each record that was simulated, and of each identification.
-    draws
-        Times that they are run and identified.
-    known
-        The friction file that the axis is known by, which tells what its models left over.
-    plant
-        The plant file that the axis is known by, which tells how its response scattered.
+    axis: The axis as it is known beforehand, with the noise and the encoder of its logs.
+    planned: The experiments.
+    advance: Is told of each record that was simulated, and of each identification.
+    draws: Times that they are run and identified.
+    known: The friction file that the axis is known by, which tells what its models left over.
+    plant: The plant file that the axis is known by, which tells how its response scattered.
     """
     trials = [trial for one in planned for trial in one.trials(axis)]
     blocks: int | None = None
@@ -281,14 +273,9 @@ def planned_for(
 ) -> tuple[tuple[Planned, ...], Expectation]:
     """Return the experiments that give the half-widths that are asked for, as far as any do, and what they tell.
 
-    Parameters
-    ----------
-    axis, limits
-        The axis as it is known beforehand, and what it may do.
-    wanted
-        Half-width that is asked for by parameter, and whether it is relative to the value.
-    advance, draws, known, plant
-        As in `expected`.
+    axis, limits: The axis as it is known beforehand, and what it may do.
+    wanted: Half-width that is asked for by parameter, and whether it is relative to the value.
+    advance, draws, known, plant: As in `expected`.
     """
     times: dict[str, int] = {}
     while True:

@@ -57,27 +57,14 @@ def narrowing(
 ) -> Narrowing:
     """Return how one more record would narrow the predicted glitch of an axis.
 
-    Parameters
-    ----------
-    machine
-        The machine that runs the circle.
-    axis
-        The axis at the last result: its friction is the GMS model that was identified.
-    limits
-        What it may do.
-    covariances
-        How the parameters of its static map and of its GMS model err, as in its friction file.
-    between
-        Standard deviation of strokes beyond their own noise [N].
-    scheme
-        The compensation whose glitch is predicted.
-    advance
-        Is told of each circle and each record.
-
-    Raises
-    ------
-    FricError
-        When the friction is no GMS model of both directions, or a record cannot be made.
+    machine: The machine that runs the circle.
+    axis: The axis at the last result: its friction is the GMS model that was identified.
+    limits: What it may do.
+    covariances: How the parameters of its static map and of its GMS model err, as in its friction file.
+    between: Standard deviation of strokes beyond their own noise [N].
+    scheme: The compensation whose glitch is predicted.
+    advance: Is told of each circle and each record.
+    Raises FricError: When the friction is no GMS model of both directions, or a record cannot be made.
     """
     model = axis.friction
     if not isinstance(model, GMS):

@@ -36,21 +36,11 @@ def prior_axis(
 ) -> tuple[Axis, list[Notice]]:
     """Return an axis as it is known, and what stands in for what is not.
 
-    Parameters
-    ----------
-    machine
-        The machine; a typical one where not given.
-    axis
-        Name of the axis; that of the friction where it is given.
-    friction, plant
-        What is known of its friction and of its plant.
-    like
-        A typical log, which tells the force noise and the encoder step of others.
-
-    Raises
-    ------
-    FricError
-        When the machine has no such axis, or a file is of another motion.
+    machine: The machine; a typical one where not given.
+    axis: Name of the axis; that of the friction where it is given.
+    friction, plant: What is known of its friction and of its plant.
+    like: A typical log, which tells the force noise and the encoder step of others.
+    Raises FricError: When the machine has no such axis, or a file is of another motion.
     """
     notices: list[Notice] = []
     name = axis if friction is None else friction.axis

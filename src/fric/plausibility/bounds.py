@@ -75,17 +75,9 @@ class Finding:
 def settled(findings: Iterable[Finding], hint: str = "") -> list[Notice]:
     """Return what is unusual, or, where that is lifted, what is implausible, as warnings.
 
-    Parameters
-    ----------
-    findings
-        What was found.
-    hint
-        What to do about an error; by default to look at the units of the file.
-
-    Raises
-    ------
-    FricError
-        When something is implausible, and that is not lifted.
+    findings: What was found.
+    hint: What to do about an error; by default to look at the units of the file.
+    Raises FricError: When something is implausible, and that is not lifted.
     """
     known = list(findings)
     found = [finding for finding in known if finding.beyond()]

@@ -21,12 +21,8 @@ TOGETHER = 0.99
 def of_logs(logs: Sequence[Log], plant: Plant | None = None) -> Iterator[Finding]:
     """Yield what can be held against physics in records: speed, rate, and whether their channels agree.
 
-    Parameters
-    ----------
-    logs
-        Records of one axis.
-    plant
-        The plant, whose force constant the force is held against.
+    logs: Records of one axis.
+    plant: The plant, whose force constant the force is held against.
     """
     import numpy as np  # `fric --help` need not
 

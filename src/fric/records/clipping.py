@@ -102,17 +102,9 @@ def _fine(values: Real) -> bool:
 def without_clipped(logs: Sequence[Log], most: float) -> tuple[list[Log], list[Notice]]:
     """Return the records whose force is not cut off, and what there is to say of the others.
 
-    Parameters
-    ----------
-    logs
-        The records.
-    most
-        Share of a record's samples that may be clipped: none where the force at reversals is what others start from.
-
-    Raises
-    ------
-    FricError
-        When no record is left.
+    logs: The records.
+    most: Share of a record's samples that may be clipped: none where the force at reversals is what others start from.
+    Raises FricError: When no record is left.
     """
     counts = [0 if log.force is None else clipped_samples(log.force) for log in logs]
     kept = [log for log, count in zip(logs, counts, strict=True) if count <= most * len(log)]

@@ -58,10 +58,7 @@ class _Line:
 def encoder_error(strokes: Sequence[tuple[Log, Segment]]) -> EncoderError | None:
     """Return the sub-divisional error that segments at constant velocity agree on; None where they do not.
 
-    Parameters
-    ----------
-    strokes
-        Constant-velocity segments, each with its record.
+    strokes: Constant-velocity segments, each with its record.
     """
     lines = [line for n, (log, segment) in enumerate(strokes) for line in _lines(log, segment, n)]
     lines = [line for line in lines if not _hums(line, lines)]

@@ -12,12 +12,8 @@ from fric.notice import Notice
 def cycle_energies(position: Real, force: Real, reversals: Indices) -> Real:
     """Return the energy lost in each whole cycle, ``∮F·dz`` from one reversal to the next but one [J], shape (cycles,).
 
-    Parameters
-    ----------
-    position, force
-        The motion [m] and the force along it [N], each of shape (n,).
-    reversals
-        Samples at which the motion reverses.
+    position, force: The motion [m] and the force along it [N], each of shape (n,).
+    reversals: Samples at which the motion reverses.
     """
     work = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(position)))
     ends = reversals[::2]
@@ -36,10 +32,7 @@ def energy_per_cycle(energies: Real) -> Estimate | None:
 def drift(values: Real) -> tuple[float, float]:
     """Return by how much values change from the first to the last by their line, and half its 95 % interval.
 
-    Parameters
-    ----------
-    values
-        One value a cycle, shape (cycles,), three or more.
+    values: One value a cycle, shape (cycles,), three or more.
     """
     n = len(values)
     at = (np.arange(n) - 0.5 * (n - 1)) / max(n - 1, 1)
@@ -58,12 +51,8 @@ STANDS_OFF = 0.1
 def energy_warnings(energies: Real, ends: Real) -> list[Notice]:
     """Return what the energies of equal cycles tell of a record: cycles that stand off in one segment, or a drift.
 
-    Parameters
-    ----------
-    energies
-        Energy lost in each cycle [J], shape (n,).
-    ends
-        Instants at which the cycles begin, and the last one ends [s], shape (n + 1,).
+    energies: Energy lost in each cycle [J], shape (n,).
+    ends: Instants at which the cycles begin, and the last one ends [s], shape (n + 1,).
     """
     if len(energies) < 4:
         return []

@@ -32,12 +32,8 @@ COARSE = 12
 def record_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     """Return what is amiss with records whatever moves in them: forces and inputs that are clipped, and their clock.
 
-    Parameters
-    ----------
-    logs
-        The records.
-    purpose
-        What they are wanted for, as in `clock_flaws`.
+    logs: The records.
+    purpose: What they are wanted for, as in `clock_flaws`.
     """
     channels = ("input", "force") if purpose == "plant" else ("force",)
     found = []
@@ -71,12 +67,8 @@ def coarse_force(step: float, log: Log) -> list[Notice]:
 def clock_flaws(logs: Sequence[Log], purpose: Purpose) -> list[Notice]:
     """Return what the positions of records tell of their clock: samples lost unsaid, instants that jitter.
 
-    Parameters
-    ----------
-    logs
-        The records.
-    purpose
-        What they are wanted for: the mean of a stroke bears jitter, a response and an acceleration do not.
+    logs: The records.
+    purpose: What they are wanted for: the mean of a stroke bears jitter, a response and an acceleration do not.
     """
     found = [(log, timing(log)) for log in logs]
     warnings = []
@@ -97,17 +89,11 @@ def stroke_flaws(
 ) -> list[Notice]:
     """Return what strokes at constant velocity tell of the encoder, and of what the force does over place and time.
 
-    Parameters
-    ----------
-    strokes
-        Constant-velocity segments, each with its record.
-    place
-        What `over_place` gives of them.
-    force, half_width
-        Friction that was identified from them, and half of the tighter of the intervals of Coulomb friction and offset
-        [N]; these say how much is too much.
-    taken_off
-        Whether what comes again at the same places was taken off the map.
+    strokes: Constant-velocity segments, each with its record.
+    place: What `over_place` gives of them.
+    force, half_width: Friction that was identified from them, and half of the tighter of the intervals of Coulomb
+        friction and offset [N]; these say how much is too much.
+    taken_off: Whether what comes again at the same places was taken off the map.
     """
     if not strokes:
         return []

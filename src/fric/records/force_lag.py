@@ -15,12 +15,8 @@ def acting_force(time: Real, force: Real, delay: float) -> Real:
     Between samples it is interpolated, at the ends it is held. This is the one place where a lag of the force is
     undone.
 
-    Parameters
-    ----------
-    time, force
-        Instants [s] and logged force [N], each of shape (n,).
-    delay
-        By how much later the logged force acts [s], ``T_d - force_lag`` of a plant; negative where it is logged
+    time, force: Instants [s] and logged force [N], each of shape (n,).
+    delay: By how much later the logged force acts [s], ``T_d - force_lag`` of a plant; negative where it is logged
         late.
     """
     if delay == 0.0:
@@ -49,17 +45,9 @@ class Drive(NamedTuple):
 def drive_force(log: Log, drive: Plant | Drive) -> tuple[Real, Literal["force", "input"], float]:
     """Return the force of the drive as it was logged [N], shape (n,), the channel it is from, and its lag [s].
 
-    Parameters
-    ----------
-    log
-        A record with a force, or with an input where the force constant is known.
-    drive
-        The plant, or what is known of it: a logged force lags the voltage that makes it.
-
-    Raises
-    ------
-    FricError
-        When there is neither.
+    log: A record with a force, or with an input where the force constant is known.
+    drive: The plant, or what is known of it: a logged force lags the voltage that makes it.
+    Raises FricError: When there is neither.
     """
     if log.force is None and drive.K_f is not None and log.input is not None:
         return drive.K_f * log.input, "input", 0.0

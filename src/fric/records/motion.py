@@ -62,15 +62,8 @@ def smooth_motion(time: Real, position: Real) -> Motion:
 
     A position without a lattice is smoothed to its noise instead, and one without noise is left as it is.
 
-    Parameters
-    ----------
-    time, position
-        The record [s], [m], each of shape (n,).
-
-    Raises
-    ------
-    FricError
-        When the position moves by fewer than eight counts.
+    time, position: The record [s], [m], each of shape (n,).
+    Raises FricError: When the position moves by fewer than eight counts.
     """
     t, z = np.asarray(time, float), np.asarray(position, float)
     dt = float(np.median(np.diff(t)))
@@ -111,10 +104,7 @@ def slope(t: Real, z: Real) -> Real:
     Second order is too little for friction: a velocity that is off by a thousandth moves the instant at which a motion
     turns. Where a sample equals both of its neighbours, the motion rests, and the derivative is zero.
 
-    Parameters
-    ----------
-    t, z
-        Instants, increasing, and samples, each of shape (n,).
+    t, z: Instants, increasing, and samples, each of shape (n,).
     """
     n = len(t)
     if n < 5:

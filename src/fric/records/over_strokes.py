@@ -75,10 +75,7 @@ def over_place(strokes: Sequence[tuple[Log, Segment]]) -> OverPlace | None:
     Two strokes are compared where both came, each without its mean and slope there. Noise differs between strokes,
     so their covariance is the variance of what they have in common.
 
-    Parameters
-    ----------
-    strokes
-        Constant-velocity segments, each with its record.
+    strokes: Constant-velocity segments, each with its record.
     """
     cut = [_cut(log, segment) for log, segment in strokes if log.position is not None and log.force is not None]
     if len(cut) < 4:
@@ -157,10 +154,7 @@ def over_time(strokes: Sequence[tuple[Log, Segment]]) -> OverTime | None:
     position) and on the velocity (friction over position), so that neither place is taken for time. Strokes of either
     direction alone show it, or it is none; it is sure where slow and fast ones do.
 
-    Parameters
-    ----------
-    strokes
-        Constant-velocity segments, each with its record.
+    strokes: Constant-velocity segments, each with its record.
     """
     whole = _trends(strokes, 0.0)
     late = _trends(strokes, 0.5)
@@ -189,10 +183,7 @@ def along_axis(strokes: Sequence[tuple[Log, Segment]]) -> tuple[float, float] | 
 
     It is told by the later halves of strokes, settled or not: what rises along a stroke looks like settling.
 
-    Parameters
-    ----------
-    strokes
-        Stretches at constant velocity, each with its record.
+    strokes: Stretches at constant velocity, each with its record.
     """
     if (found := _trends(strokes, 0.5, settled=False)) is None:
         return None

@@ -160,10 +160,7 @@ class Prepared:
         in phase: the record adds a slope over velocity of its own, and without a plant the inertia too. Its cycles
         are those of the velocity.
 
-        Raises
-        ------
-        FricError
-            When the velocity changes over fewer than two cycles, or the motion reverses.
+        Raises FricError: When the velocity changes over fewer than two cycles, or the motion reverses.
         """
         v = self.motion.velocity
         reversals = find_reversals(v, threshold=0.3 * float(np.ptp(v)))
@@ -188,22 +185,12 @@ def prepared(
 ) -> tuple[Prepared, ...]:
     """Return records ready for replay: ``F = F_drive(t - delay) - M·z̈ - M·A·ż``.
 
-    Parameters
-    ----------
-    logs
-        Records of one axis with a force, or with an input where the force constant is known.
-    plant
-        The plant, after whose delay the force acts, and whose inertia and linear damping are taken off.
-    drive
-        Force constant and delays, where a plant is yet to be found.
-    filters
-        The published filter for each record, behind which the motion is taken; its border is not used. Without it the
-        motion is the one behind the encoder's counts (`smooth_motion`).
-
-    Raises
-    ------
-    FricError
-        When a record has no force, or does not move.
+    logs: Records of one axis with a force, or with an input where the force constant is known.
+    plant: The plant, after whose delay the force acts, and whose inertia and linear damping are taken off.
+    drive: Force constant and delays, where a plant is yet to be found.
+    filters: The published filter for each record, behind which the motion is taken; its border is not used. Without it
+        the motion is the one behind the encoder's counts (`smooth_motion`).
+    Raises FricError: When a record has no force, or does not move.
     """
     if not logs:
         raise FricError("there is no record", hint="Name a log with a force.")

@@ -131,18 +131,11 @@ def recognised_kind(
     A sine; a broad-band excitation; a motion back and forth before sliding, of any shape; strokes at constant
     velocity, if that is most of the time in motion; else a motion.
 
-    Parameters
-    ----------
-    log
-        The record.
-    segments, rests
-        What `fric.records.segments.segments_and_rests` found in it.
-    sine
-        What `fitted_sine` found.
-    rise
-        What `force_rise` found: it tells pre-sliding from sliding. Without a force, pre-sliding is supposed.
-    reversals
-        How many reversals it has.
+    log: The record.
+    segments, rests: What `fric.records.segments.segments_and_rests` found in it.
+    sine: What `fitted_sine` found.
+    rise: What `force_rise` found: it tells pre-sliding from sliding. Without a force, pre-sliding is supposed.
+    reversals: How many reversals it has.
     """
     steady = sum(segment.stop - segment.onset for segment in segments)
     if sine is not None and sine.in_sliding:

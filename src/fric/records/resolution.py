@@ -30,10 +30,7 @@ def lattice_step(values: Real) -> float | None:
     The gaps between neighbouring values that occur are whole multiples of the step. They may be off by a fifth of it:
     a log written with few decimals rounds the counts of its encoder. Scaling and offset do not matter.
 
-    Parameters
-    ----------
-    values
-        What was logged, any unit, shape (n,). What is not finite is left out.
+    values: What was logged, any unit, shape (n,). What is not finite is left out.
     """
     values = np.ascontiguousarray(values, float)
     digest = blake2b(values.data, digest_size=16).digest()
@@ -114,10 +111,7 @@ def noise_level(values: Real) -> float:
     They are taken in blocks. Blocks of exact rest are left out, and the lower quartile of the others, away from ramps,
     steps and glitches, is given.
 
-    Parameters
-    ----------
-    values
-        Equidistant samples, any unit, shape (n,).
+    values: Equidistant samples, any unit, shape (n,).
     """
     if len(values) < 3:
         return 0.0

@@ -61,16 +61,9 @@ class Segment:
 def steady_segments(log: Log) -> list[Segment]:
     """Return the constant-velocity segments of a record, in the order of time; standing still is none.
 
-    Parameters
-    ----------
-    log
-        A record with position or, failing that, velocity. Where it holds the force, its settling is cut off. A record
+    log: A record with position or, failing that, velocity. Where it holds the force, its settling is cut off. A record
         that says it is a sine or a frequency response has no segment.
-
-    Raises
-    ------
-    FricError
-        When position, velocity or time is not a number somewhere.
+    Raises FricError: When position, velocity or time is not a number somewhere.
     """
     return segments_and_rests(log)[0]
 
@@ -221,10 +214,7 @@ def settled_from(force: Real) -> tuple[int, bool]:
     the mean of the batches k to n (White, Simulation 69(6), 1997: MSER), and is made only where what it takes off is a
     transient: a stationary force is left whole.
 
-    Parameters
-    ----------
-    force
-        The force at constant velocity, from its first sample on, shape (n,).
+    force: The force at constant velocity, from its first sample on, shape (n,).
     """
     n = len(force)
     batches = min(BATCHES, n // 4)

@@ -60,10 +60,7 @@ class Timing:
 def timing(log: Log) -> Timing:
     """Return what the position of a record tells of its clock.
 
-    Parameters
-    ----------
-    log
-        A record; one without a position, or with fewer than 256 samples, tells nothing.
+    log: A record; one without a position, or with fewer than 256 samples, tells nothing.
     """
     z, t = log.position, log.time
     if z is None or len(z) < 8 * WINDOW:
@@ -138,10 +135,7 @@ def _power(z: Real, order: int, count: int) -> Real:
 def even_sampling(log: Log) -> float:
     """Return the sampling rate [Hz] of an evenly sampled record: the samples over the time that they took.
 
-    Raises
-    ------
-    FricError
-        When the record has fewer than 16 samples, or an interval between samples is not the mean one.
+    Raises FricError: When the record has fewer than 16 samples, or an interval between samples is not the mean one.
     """
     if len(log) < 16:
         raise FricError(f"the record has {len(log)} samples", where=log.where, hint="Log a longer motion.")
@@ -163,10 +157,7 @@ def evened(log: Log) -> tuple[Log, list[Notice]]:
 
     Instants that jitter, and samples that are missing here and there, are made up for along a cubic through the others.
 
-    Raises
-    ------
-    FricError
-        When more than `MISSING` of the samples are missing, or more than 8 at one place.
+    Raises FricError: When more than `MISSING` of the samples are missing, or more than 8 at one place.
     """
     steps = np.diff(log.time)
     period = float(np.median(steps))

@@ -22,12 +22,8 @@ UNEVEN = 1.3
 def observations(test: ContourTest, presliding: float | None = None) -> list[str]:
     """Return what the contours of one test tell besides the verdict, of differences that count.
 
-    Parameters
-    ----------
-    test
-        What each scheme leaves of one contour.
-    presliding
-        Displacement over which friction builds up after a reversal [m], where a friction file tells it.
+    test: What each scheme leaves of one contour.
+    presliding: Displacement over which friction builds up after a reversal [m], where a friction file tells it.
     """
     found = [*overcompensation(test), *too_weak(test.contours), *observer_share(test), *observer_spoils(test)]
     found += [*uneven(test), *learned_says(test.contours)]

@@ -45,19 +45,11 @@ def collect(paths: Iterable[Path], circles: Iterable[Path] = (), tolerance: floa
     they were made of. Where two files tell of the same thing, the one made later is reported, and the earlier is
     compared with it. Measured circles are held against the machine file, or that of the runs.
 
-    Parameters
-    ----------
-    paths
-        The files; the name of a bundled machine counts as its file.
-    circles
-        Measured circles besides.
-    tolerance
-        Glitch that is allowed [m].
-
-    Raises
-    ------
-    FricError
-        When a file cannot be read, is of a kind that a report has no place for, or nothing was given to report.
+    paths: The files; the name of a bundled machine counts as its file.
+    circles: Measured circles besides.
+    tolerance: Glitch that is allowed [m].
+    Raises FricError: When a file cannot be read, is of a kind that a report has no place for, or nothing was given to
+        report.
     """
     items: list[Item] = []
     tests: list[ContourTest] = []

@@ -69,10 +69,7 @@ class KnotPage:
     def answer(self, word: str, asked: Any) -> dict[str, Any]:
         """Return what the page asked: ``try`` fits knots, ``save`` takes them.
 
-        Raises
-        ------
-        FricError
-            When the knots are none, or do not suit the curve.
+        Raises FricError: When the knots are none, or do not suit the curve.
         """
         knots = asked.get("knots") if isinstance(asked, dict) else None
         if not (

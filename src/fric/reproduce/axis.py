@@ -57,19 +57,12 @@ def learn_axis(
 ) -> Iterator[tuple[str, bool]]:
     """Make the experiments on one axis and identify all from their logs; yield each step's name, and whether it ran.
 
-    Parameters
-    ----------
-    machine
-        The machine file.
-    axis
-        Name of the axis.
-    folder
-        Where the files of this axis go.
-    seed
-        Seed of all noise.
-    published_plant
-        True where the drive's own linear damping is taken from the machine file, which prints eq. (1), and not from
-        the response: the response's A holds the guideway's sigma too, and the two could not be told apart.
+    machine: The machine file.
+    axis: Name of the axis.
+    folder: Where the files of this axis go.
+    seed: Seed of all noise.
+    published_plant: True where the drive's own linear damping is taken from the machine file, which prints eq. (1), and
+        not from the response: the response's A holds the guideway's sigma too, and the two could not be told apart.
     """
     shop, files = StepCache(folder), AxisFiles(folder)
 

@@ -56,18 +56,11 @@ def write_page(
 ) -> None:
     """Write the page of a reproduction: the report of what was learned and run, and the paper beside it.
 
-    Parameters
-    ----------
-    page
-        The file.
-    machine
-        The machine file that all began with.
-    files
-        What is known of each axis.
-    runs
-        Runs and figure of the circles, by feed [m/s].
-    run_files
-        The files of these runs.
+    page: The file.
+    machine: The machine file that all began with.
+    files: What is known of each axis.
+    runs: Runs and figure of the circles, by feed [m/s].
+    run_files: The files of these runs.
     """
     document = read_document(machine, MachineDocument)
     subject = document.machine()

@@ -55,16 +55,10 @@ class StepCache:
     ) -> bool:
         """Make a step unless its files are up to date; return whether it was made.
 
-        Parameters
-        ----------
-        name
-            What the step is.
-        make
-            Makes it.
-        reads, leaves
-            Files it depends on, and files it leaves.
-        settings
-            What else it depends on.
+        name: What the step is.
+        make: Makes it.
+        reads, leaves: Files it depends on, and files it leaves.
+        settings: What else it depends on.
         """
         leaves = list(leaves)
         wanted = {

@@ -62,29 +62,16 @@ def run_axis(
 ) -> Trace:
     """Return the traces of one axis that starts at rest and follows a reference in closed loop.
 
-    Parameters
-    ----------
-    axis
-        The axis; the reference must be sampled at its controller's rate.
-    reference
-        What is asked of it.
-    scheme
-        The scheme.
-    excitation
-        Voltage added to the control voltage [V], shape (n,).
-    against
-        Voltage fed forward against friction in place of what the scheme's model gives [V], shape (n,).
-    halvings
-        How often every step of the plant is halved, to see that this changes nothing.
-    accuracy
-        By how much the integration of the plant may move the position [m]; 0 for the last digits.
-    began
-        Time since the machine was switched on, for what drifts [s].
-
-    Raises
-    ------
-    FricError
-        When the scheme asks for a model or a block that the axis does not have, or the loop is not stable.
+    axis: The axis; the reference must be sampled at its controller's rate.
+    reference: What is asked of it.
+    scheme: The scheme.
+    excitation: Voltage added to the control voltage [V], shape (n,).
+    against: Voltage fed forward against friction in place of what the scheme's model gives [V], shape (n,).
+    halvings: How often every step of the plant is halved, to see that this changes nothing.
+    accuracy: By how much the integration of the plant may move the position [m]; 0 for the last digits.
+    began: Time since the machine was switched on, for what drifts [s].
+    Raises FricError: When the scheme asks for a model or a block that the axis does not have, or the loop is not
+        stable.
     """
     arguments = _loop_arguments(axis, reference, scheme, excitation, accuracy, began, against)
     traces, saturated = closed_loop(*arguments, halvings, sensing_of(axis))
@@ -138,19 +125,11 @@ def _loop_arguments(
 def require_stable(axis: Axis, setting: Setting, controller: ControlBlock, blocks: Sequence[ControlBlock] = ()) -> None:
     """Raise a `FricError` with the gain margin where the loop of an axis, without friction, is not stable.
 
-    Parameters
-    ----------
-    axis
-        The axis, with its true plant.
-    setting
-        What its controller believes.
-    controller, blocks
-        The blocks of its scheme. Where one of them is not linear the loop has no poles, and is not judged.
-
-    Raises
-    ------
-    FricError
-        When an eigenvalue of the sampled loop is outside the unit circle.
+    axis: The axis, with its true plant.
+    setting: What its controller believes.
+    controller, blocks: The blocks of its scheme. Where one of them is not linear the loop has no poles, and is not
+        judged.
+    Raises FricError: When an eigenvalue of the sampled loop is outside the unit circle.
     """
     inside = tuple(block for block in blocks if block.in_loop() and not block.repeats)
     if not all(block.linear for block in (controller, *inside)):

@@ -19,10 +19,7 @@ from fric.simulate.reality.motion import sensing_of
 def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
     """Return what the blocks of a scheme are packed for on an axis that starts at rest.
 
-    Raises
-    ------
-    FricError
-        When the scheme feeds friction forward that the axis' controller does not believe in.
+    Raises FricError: When the scheme feeds friction forward that the axis' controller does not believe in.
     """
     nominal, start = axis.nominal or axis.plant, float(reference.position[0])
     return Setting(
@@ -43,10 +40,7 @@ def setting_of(axis: Axis, scheme: Scheme, reference: Reference) -> Setting:
 def blocks_of(axis: Axis, scheme: Scheme, setting: Setting) -> list[ControlBlock]:
     """Return the blocks of a scheme on an axis, the controller first: as its files give them, or else as designed.
 
-    Raises
-    ------
-    FricError
-        When the scheme asks for the inverse-model observer, and the axis has none.
+    Raises FricError: When the scheme asks for the inverse-model observer, and the axis has none.
     """
     found: list[ControlBlock] = []
     for name in (scheme.controller, *scheme.blocks):
@@ -75,10 +69,7 @@ def _block(name: str, values: Mapping[str, float], setting: Setting, scheme: Sch
 def jointly_designed(axis: Axis, scheme: Scheme, reference: Reference) -> Axis:
     """Return the axis with the cascade and the block of a scheme that designs them together; else as it is.
 
-    Raises
-    ------
-    FricError
-        When the axis' files give already what is to be designed.
+    Raises FricError: When the axis' files give already what is to be designed.
     """
     if not scheme.joint:
         return axis

@@ -69,19 +69,10 @@ def run_circle(
 ) -> CircleRun:
     """Run a circle on two axes of a machine under one scheme.
 
-    Parameters
-    ----------
-    test
-        The circle; that of the paper, 30 mm at 100 mm/s, where it is not given.
-    machine, scheme, only, halvings, accuracy
-        As in `follow`.
-    places
-        As in `at_places`.
-
-    Raises
-    ------
-    FricError
-        As `follow`.
+    test: The circle; that of the paper, 30 mm at 100 mm/s, where it is not given.
+    machine, scheme, only, halvings, accuracy: As in `follow`.
+    places: As in `at_places`.
+    Raises FricError: As `follow`.
     """
     circle = test or Circle()
 

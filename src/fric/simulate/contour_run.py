@@ -76,20 +76,12 @@ def at_places(
 
     It does so below `SLOW`, and where its glitch is less than a count.
 
-    Parameters
-    ----------
-    machine
-        The machine.
-    feed
-        Speed along the contour [m/s].
-    once
-        Makes one run, of a machine with counts that lie somewhere, with an accuracy.
-    accuracy
-        As in `follow`; what hangs on counts is integrated to `ACCURACY` at best.
-    places
-        At how many places a run that hangs on counts is made; 1 for the machine as it is.
-    only
-        As in `follow`.
+    machine: The machine.
+    feed: Speed along the contour [m/s].
+    once: Makes one run, of a machine with counts that lie somewhere, with an accuracy.
+    accuracy: As in `follow`; what hangs on counts is integrated to `ACCURACY` at best.
+    places: At how many places a run that hangs on counts is made; 1 for the machine as it is.
+    only: As in `follow`.
     """
     moved = [machine.axes[name] for name in ([only] if only else pair(machine)) if name in machine.axes]
     count = max((axis.encoder.resolution for axis in moved), default=0.0)
@@ -114,24 +106,13 @@ def follow(
 ) -> tuple[tuple[Reference, Reference], dict[str, Trace], tuple[Real, Real]]:
     """Follow a contour with two axes of a machine under one scheme: references, traces, and both true positions [m].
 
-    Parameters
-    ----------
-    machine
-        The machine; its first two axes are x and y of the contour.
-    scheme, test
-        The compensation scheme, and the contour.
-    only
-        Name of the one axis that is simulated, while the other follows its reference exactly.
-    halvings
-        How often every step of the plant is halved, to see that this changes nothing.
-    accuracy
-        By how much the integration of the plant may move a position [m]; 0 for the last digits.
-
-    Raises
-    ------
-    FricError
-        When the machine has no two linear axes at one controller rate, the feed asks for more voltage than a drive
-        has, or a run is not possible.
+    machine: The machine; its first two axes are x and y of the contour.
+    scheme, test: The compensation scheme, and the contour.
+    only: Name of the one axis that is simulated, while the other follows its reference exactly.
+    halvings: How often every step of the plant is halved, to see that this changes nothing.
+    accuracy: By how much the integration of the plant may move a position [m]; 0 for the last digits.
+    Raises FricError: When the machine has no two linear axes at one controller rate, the feed asks for more voltage
+        than a drive has, or a run is not possible.
     """
     names = pair(machine)
     moved = [machine.axis(only).name] if only else [name for name in names if name in machine.axes]
@@ -151,17 +132,9 @@ def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
 
     A machine of one linear axis runs it with another that follows its reference exactly, and is not in the machine.
 
-    Parameters
-    ----------
-    machine
-        The machine.
-    both
-        Whether it must have two.
-
-    Raises
-    ------
-    FricError
-        When there is no linear axis, or the controllers of two have different rates.
+    machine: The machine.
+    both: Whether it must have two.
+    Raises FricError: When there is no linear axis, or the controllers of two have different rates.
     """
     linear = [name for name, axis in machine.axes.items() if not rotates(axis.motion)]
     if len(linear) < 1 + both:
@@ -184,10 +157,7 @@ def pair(machine: Machine, *, both: bool = False) -> tuple[str, str]:
 def require_voltage(axis: Axis, reference: Reference) -> None:
     """Refuse a motion that asks for more voltage than the drive has: plant and friction along the reference.
 
-    Raises
-    ------
-    FricError
-        When it does.
+    Raises FricError: When it does.
     """
     against = (axis.friction.steady_state(reference.velocity) + axis.constant_load) / axis.plant.K_f
     needed = float(np.abs(inverse_model(axis.plant, reference) + against).max())

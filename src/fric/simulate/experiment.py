@@ -34,22 +34,13 @@ def constant_velocity(
 ) -> list[Trial]:
     """Return one record a speed: a stroke, a rest, and the stroke back.
 
-    Parameters
-    ----------
-    axis
-        The axis.
-    speeds
-        Speeds [m/s].
-    distance
-        Least length of a stroke at its speed [m]: long enough to leave pre-sliding behind.
-    lasting
-        Least time at speed [s].
-    ramp
-        Time in which the speed rises, and falls [s].
-    repeats
-        Times that all speeds are run.
-    samples
-        Samples that the drive's trace holds: a longer run is logged at a whole fraction of the controller's rate.
+    axis: The axis.
+    speeds: Speeds [m/s].
+    distance: Least length of a stroke at its speed [m]: long enough to leave pre-sliding behind.
+    lasting: Least time at speed [s].
+    ramp: Time in which the speed rises, and falls [s].
+    repeats: Times that all speeds are run.
+    samples: Samples that the drive's trace holds: a longer run is logged at a whole fraction of the controller's rate.
     """
     return [
         Trial(
@@ -73,18 +64,11 @@ def presliding_sine(
 ) -> list[Trial]:
     """Return one record an amplitude: whole cycles of a slow sine, logged once it has run in.
 
-    Parameters
-    ----------
-    axis
-        The axis.
-    amplitudes
-        Amplitudes [m].
-    frequency
-        Frequency [Hz], low enough that inertia does not matter.
-    cycles
-        Cycles that are logged.
-    samples
-        As in `constant_velocity`.
+    axis: The axis.
+    amplitudes: Amplitudes [m].
+    frequency: Frequency [Hz], low enough that inertia does not matter.
+    cycles: Cycles that are logged.
+    samples: As in `constant_velocity`.
     """
     return [
         Trial(
@@ -110,18 +94,11 @@ def sliding_sine_around(
 ) -> list[Trial]:
     """Return one record of sliding at a velocity that swings around a mean, which shows the frictional lag.
 
-    Parameters
-    ----------
-    axis
-        The axis.
-    mean, swing
-        Mean and amplitude of the velocity [m/s].
-    frequency
-        Frequency of the velocity [Hz].
-    cycles
-        Cycles that are logged.
-    samples
-        As in `constant_velocity`.
+    axis: The axis.
+    mean, swing: Mean and amplitude of the velocity [m/s].
+    frequency: Frequency of the velocity [Hz].
+    cycles: Cycles that are logged.
+    samples: As in `constant_velocity`.
     """
     return [
         Trial(
@@ -155,29 +132,16 @@ def frequency_response(  # noqa: PLR0913 - the verb experiment gives each settin
     same for every peak but for its size. One period is left to run in; then whole periods are logged, at the
     controller's rate.
 
-    Parameters
-    ----------
-    axis
-        The axis.
-    mean
-        Mean speed [m/s], 30 mm/s where neither it nor the axis says; 0 for an axis at rest.
-    peaks
-        Peak velocity of each multisine [m/s]; one of half the mean speed where not given.
-    lowest, highest
-        First and last frequency [Hz]; all are multiples of the lowest. 2 and 500 where neither they nor the axis say.
-    lines
-        Frequencies, spaced evenly on a logarithmic scale as far as multiples allow; 60 where nothing else is said.
-    periods
-        Periods that are logged, each of 1/lowest.
-    ramp
-        Time in which the mean speed rises, and falls [s].
-    seed
-        Seed of the phases.
-
-    Raises
-    ------
-    FricError
-        When the highest frequency is not below half the controller's rate, or there is no peak.
+    axis: The axis.
+    mean: Mean speed [m/s], 30 mm/s where neither it nor the axis says; 0 for an axis at rest.
+    peaks: Peak velocity of each multisine [m/s]; one of half the mean speed where not given.
+    lowest, highest: First and last frequency [Hz]; all are multiples of the lowest. 2 and 500 where neither they nor
+        the axis say.
+    lines: Frequencies, spaced evenly on a logarithmic scale as far as multiples allow; 60 where nothing else is said.
+    periods: Periods that are logged, each of 1/lowest.
+    ramp: Time in which the mean speed rises, and falls [s].
+    seed: Seed of the phases.
+    Raises FricError: When the highest frequency is not below half the controller's rate, or there is no peak.
     """
     usual = axis.reality.multisine or Excitation(60, 2.0, 500.0)
     mean = usual.mean if mean is None else mean

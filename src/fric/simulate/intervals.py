@@ -22,14 +22,9 @@ def normals(
 ) -> dict[str, float]:
     """Return a standard normal number for each parameter that a covariance tells of, correlated as that tells.
 
-    Parameters
-    ----------
-    covariances
-        How parameters err together, block by block.
-    drawn
-        Parameters that are drawn from their intervals; the others of a block are passed over.
-    normal
-        Gives an independent standard normal number for a name: the numbers do not depend on the order of the names.
+    covariances: How parameters err together, block by block.
+    drawn: Parameters that are drawn from their intervals; the others of a block are passed over.
+    normal: Gives an independent standard normal number for a name: the numbers do not depend on the order of the names.
     """
     found: dict[str, float] = {}
     for block in covariances:
@@ -50,16 +45,10 @@ def draw_within(value: float, interval: tuple[float, float], lower: float, norma
     an interval need not be symmetric. A parameter that is positive by its nature, and whose interval is, is drawn so
     in its logarithm; of one whose interval passes its bound, what lies beyond is put on the bound.
 
-    Parameters
-    ----------
-    value
-        The estimate.
-    interval
-        Its 95 % interval, both limits finite, around the value.
-    lower
-        The parameter's lower bound; 0 where it is positive by its nature.
-    normal
-        A standard normal number; correlated with those of other parameters where they err together (`normals`).
+    value: The estimate.
+    interval: Its 95 % interval, both limits finite, around the value.
+    lower: The parameter's lower bound; 0 where it is positive by its nature.
+    normal: A standard normal number; correlated with those of other parameters where they err together (`normals`).
     """
     low, high = interval
     z = normal / NORMAL_97_5
@@ -79,12 +68,8 @@ def friction_intervals(
 ) -> tuple[dict[str, tuple[float, float]], list[str]]:
     """Return the intervals of a friction model's parameters, and the names of those that cannot be drawn from.
 
-    Parameters
-    ----------
-    model
-        The model that the sections give.
-    sections
-        The sections of a friction file.
+    model: The model that the sections give.
+    sections: The sections of a friction file.
     """
     found: dict[str, tuple[float, float]] = {}
     refused: list[str] = []

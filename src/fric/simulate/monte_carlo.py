@@ -203,19 +203,10 @@ def _unused(found: MonteCarlo) -> Iterator[Notice]:
 def monte_carlo(study: Study, machines: int, *, workers: int | None = None) -> MonteCarlo:
     """Run a study on so many machines.
 
-    Parameters
-    ----------
-    study
-        What is run on each machine.
-    machines
-        How many.
-    workers
-        Processes, as in `outcomes`.
-
-    Raises
-    ------
-    FricError
-        When a scheme cannot run on the nominal machine, or there are no machines or workers.
+    study: What is run on each machine.
+    machines: How many.
+    workers: Processes, as in `outcomes`.
+    Raises FricError: When a scheme cannot run on the nominal machine, or there are no machines or workers.
     """
     with outcomes(study, machines, workers=workers) as found:
         return MonteCarlo(study, machines, tuple(found))

@@ -181,19 +181,10 @@ def run_path(
 ) -> PathRun:
     """Follow a path with two axes of a machine under one scheme.
 
-    Parameters
-    ----------
-    path
-        The path.
-    machine, scheme, halvings, accuracy
-        As in `follow`.
-    places
-        As in `at_places`.
-
-    Raises
-    ------
-    FricError
-        As `follow`.
+    path: The path.
+    machine, scheme, halvings, accuracy: As in `follow`.
+    places: As in `at_places`.
+    Raises FricError: As `follow`.
     """
 
     def once(subject: Machine, accuracy: float) -> PathRun:

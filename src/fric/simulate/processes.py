@@ -81,19 +81,10 @@ def run_all(
 ) -> list[T]:
     """Return the outcomes of all machines in their order; of those that are done where it is interrupted.
 
-    Parameters
-    ----------
-    study, machines, workers
-        As in `outcomes`.
-    scheduler
-        Address of a Dask cluster that runs them instead, see `cluster_outcomes`.
-    advance, interrupted
-        Is told of each machine; asked after each whether to stop.
-
-    Raises
-    ------
-    FricError
-        As `outcomes` and `cluster_outcomes`.
+    study, machines, workers: As in `outcomes`.
+    scheduler: Address of a Dask cluster that runs them instead, see `cluster_outcomes`.
+    advance, interrupted: Is told of each machine; asked after each whether to stop.
+    Raises FricError: As `outcomes` and `cluster_outcomes`.
     """
     opened = cluster_outcomes(study, machines, scheduler) if scheduler else outcomes(study, machines, workers=workers)
     done = []
@@ -113,20 +104,11 @@ def outcomes(study: Callable[[int], T], machines: int, *, workers: int | None = 
     The machines are shared out among processes. Each imports the script that called, which so needs the usual guard
     ``if __name__ == "__main__":``. When the block ends early, machines that were not begun are left out.
 
-    Parameters
-    ----------
-    study
-        What is run on each machine.
-    machines
-        How many.
-    workers
-        Processes, 1 for none but this one. Where not given, one a core, and none for so few machines that this one has
-        run them by the time that others have started.
-
-    Raises
-    ------
-    FricError
-        When there are no machines or workers, or a process was killed.
+    study: What is run on each machine.
+    machines: How many.
+    workers: Processes, 1 for none but this one. Where not given, one a core, and none for so few machines that this one
+        has run them by the time that others have started.
+    Raises FricError: When there are no machines or workers, or a process was killed.
     """
     if workers is None:
         workers = min(default_workers(), machines // MACHINES_BY_START) or 1
@@ -165,21 +147,12 @@ def cluster_outcomes(
     The work is that of `fric.simulate.monte_carlo.outcomes`, machine by machine. When the block ends early, machines
     that were not begun are left out.
 
-    Parameters
-    ----------
-    study
-        What is run on each machine.
-    machines
-        How many.
-    address
-        Address of the scheduler, as ``tcp://host:8786``.
-    timeout
-        How long to wait for the scheduler, and for its first worker [s].
-
-    Raises
-    ------
-    FricError
-        When Dask is not installed, the scheduler does not answer, or its workers have no fric of this version.
+    study: What is run on each machine.
+    machines: How many.
+    address: Address of the scheduler, as ``tcp://host:8786``.
+    timeout: How long to wait for the scheduler, and for its first worker [s].
+    Raises FricError: When Dask is not installed, the scheduler does not answer, or its workers have no fric of this
+        version.
     """
     try:
         import distributed

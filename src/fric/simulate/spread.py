@@ -181,36 +181,20 @@ def draw_machine(
     The draw of a parameter depends on the seed, the index, the axis and the parameter alone: machine i is the same
     however many are drawn, in whatever order, and whatever else is spread.
 
-    Parameters
-    ----------
-    machine
-        The nominal machine.
-    index
-        Which of the machines, from 0.
-    seed
-        The seed.
-    spreads
-        By name of a parameter, or ``level`` (every friction force), ``stiffness`` (every stiffness), ``M``, ``load``:
-        the `Spread` of its factor on each axis; `DEFAULT_SPREADS` where not given. That of ``alpha`` or ``k`` is drawn
-        for each block by itself. K_f and M are what a motor and a
-        table have, so B = K_f/M follows them, and M·A stays with M.
-    intervals
-        By axis and name: intervals of parameters that were identified. These are drawn from them, and not spread.
-    covariances
-        By axis: how these parameters err together; they are drawn so, each still within its own interval.
-    discrepancies
-        By axis and name, as of ``spreads``: by what factor a parameter is off beyond its interval, as a model or a
-        record that is not quite right makes it.
-
-    Returns
-    -------
-    tuple
-        The machine; and by ``AXIS.NAME`` the factor of each spread, or the value [SI] drawn from an interval.
-
-    Raises
-    ------
-    FricError
-        When what was drawn is no machine, as with a delay shorter than half a sample.
+    machine: The nominal machine.
+    index: Which of the machines, from 0.
+    seed: The seed.
+    spreads: By name of a parameter, or ``level`` (every friction force), ``stiffness`` (every stiffness), ``M``,
+        ``load``: the `Spread` of its factor on each axis; `DEFAULT_SPREADS` where not given. That of ``alpha`` or ``k``
+        is drawn for each block by itself. K_f and M are what a motor and a table have, so B = K_f/M follows them, and
+        M·A stays with M.
+    intervals: By axis and name: intervals of parameters that were identified. These are drawn from them, and not
+        spread.
+    covariances: By axis: how these parameters err together; they are drawn so, each still within its own interval.
+    discrepancies: By axis and name, as of ``spreads``: by what factor a parameter is off beyond its interval, as a
+        model or a record that is not quite right makes it.
+    Returns the machine; and by ``AXIS.NAME`` the factor of each spread, or the value [SI] drawn from an interval.
+    Raises FricError: When what was drawn is no machine, as with a delay shorter than half a sample.
     """
     spreads = DEFAULT_SPREADS if spreads is None else spreads
     axes: dict[str, Axis] = {}

@@ -39,10 +39,7 @@ def decide(evidence: Evidence) -> Verdict:
     Of the schemes that cannot be told from the best the one that asks for the least; with a tolerance, of those that
     keep it. A scheme with a limit cycle is never recommended, and none is against a measured circle.
 
-    Parameters
-    ----------
-    evidence
-        What was run, drawn and measured.
+    evidence: What was run, drawn and measured.
     """
     why = tuple({_same(one): one for one in distrust(evidence)}.values())
     refused = [(one, text) for one in evidence.candidates for text in forbidden(one, evidence)]

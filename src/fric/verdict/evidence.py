@@ -258,23 +258,15 @@ def evidence_of(
 ) -> Evidence:
     """Return the evidence of candidates whose run file keeps `facts`; of an older file what it has of them.
 
-    Parameters
-    ----------
-    made
-        The facts.
-    candidates
-        What was run.
-    prediction
-        What the machines drawn from what was identified say. Where they were made to agree with measured circles, what
-        such a circle shows beside the machine file is explained by that, and what even they do not show stands against
-        it.
-    compared
-        As in `Evidence`.
-    disagreements
-        By file of a measured circle, where it is not as the machine file predicts. That of a circle that all machines
-        were made to agree with is settled.
-    more
-        Further fields of `Evidence`.
+    made: The facts.
+    candidates: What was run.
+    prediction: What the machines drawn from what was identified say. Where they were made to agree with measured
+        circles, what such a circle shows beside the machine file is explained by that, and what even they do not show
+        stands against it.
+    compared: As in `Evidence`.
+    disagreements: By file of a measured circle, where it is not as the machine file predicts. That of a circle that all
+        machines were made to agree with is settled.
+    more: Further fields of `Evidence`.
     """
     distrust = prediction.distrust if prediction else ()
     seen = {Path(where.partition(", test ")[0]).name for where in (prediction.measured if prediction else ())}

@@ -31,21 +31,11 @@ def trust_of(
     against the scheme at one of them, or a drive that saturates, does too. Besides, the verdict doubts what it has no
     machines drawn for, and no measured circle.
 
-    Parameters
-    ----------
-    machine, name, scheme
-        The machine, its axis, and what would be switched on.
-    notices
-        What the files that the machine is made of say of themselves.
-    disagreements, compared
-        Where measured circles are not as predicted; whether any was held against the machine.
-    drawn
-        What the scheme, and none, left on machines that were drawn around this one, by circle.
-
-    Raises
-    ------
-    FricError
-        When the scheme asks for what the axis does not have, or the loop with it is not stable.
+    machine, name, scheme: The machine, its axis, and what would be switched on.
+    notices: What the files that the machine is made of say of themselves.
+    disagreements, compared: Where measured circles are not as predicted; whether any was held against the machine.
+    drawn: What the scheme, and none, left on machines that were drawn around this one, by circle.
+    Raises FricError: When the scheme asks for what the axis does not have, or the loop with it is not stable.
     """
     given = Evidence(
         axes=(name,), resolution=machine.axis(name).encoder.resolution, compared=compared, disagreements=disagreements,

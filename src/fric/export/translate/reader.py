@@ -34,11 +34,8 @@ class Entry:
 def read_program(*entries: Entry) -> ir.Program:
     """Return compiled steps, and all that they call, as one program.
 
-    Raises
-    ------
-    FricError
-        When a step does what a controller's program cannot, or must not: a loop whose length depends on the data, a
-        function that controllers do not have, a look at what will be asked of the axis.
+    Raises FricError: When a step does what a controller's program cannot, or must not: a loop whose length depends on
+        the data, a function that controllers do not have, a look at what will be asked of the axis.
     """
     reader = _Reader(names={*INTERFACE, *(entry.name for entry in entries)})
     routines: list[ir.Routine] = []

@@ -60,17 +60,10 @@ class HysteresisCycles:
 def find_cycles(record: Prepared, cycles: tuple[int, int] | None = None) -> HysteresisCycles:
     """Find the cycles of a record: from one reversal to the next but one.
 
-    Parameters
-    ----------
-    record
-        The record.
-    cycles
-        The first and the last cycle to use, counted from 1; all where not given.
-
-    Raises
-    ------
-    FricError
-        When there is no whole cycle, the chosen ones do not exist, or the amplitude is under three encoder steps.
+    record: The record.
+    cycles: The first and the last cycle to use, counted from 1; all where not given.
+    Raises FricError: When there is no whole cycle, the chosen ones do not exist, or the amplitude is under three
+        encoder steps.
     """
     motion, where = record.motion, record.log.where
     span = float(np.ptp(motion.position))

@@ -60,14 +60,9 @@ MOST = 1_000_000
 def usual_cascade(plant: Plant, sampling: float, lags: float) -> Cascade:
     """Return a cascade by the usual rules: a crossover that suits the lags, K_v a third of it, K_i/K_p a tenth.
 
-    Parameters
-    ----------
-    plant
-        The plant.
-    sampling
-        Sampling of the controller [Hz].
-    lags
-        Period of its crossover over all lags in its velocity loop.
+    plant: The plant.
+    sampling: Sampling of the controller [Hz].
+    lags: Period of its crossover over all lags in its velocity loop.
     """
     crossover = 2 * pi / lags / (plant.T_d + 1 / (2 * pi * FILTER) + hold_delay(sampling))
     K_p = crossover / plant.B
@@ -87,14 +82,9 @@ class Hunting:
 
         The same blocks of the same records hunt alike, and are simulated once.
 
-        Parameters
-        ----------
-        search
-            The search.
-        x
-            Where it ended, shape (p,).
-        seen
-            The directions that the records see, shape (p, s).
+        search: The search.
+        x: Where it ended, shape (p,).
+        seen: The directions that the records see, shape (p, s).
         """
         size = seen.shape[1]
         if self.plant is None or not any(map(_counts, search.records)):

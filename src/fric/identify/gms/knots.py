@@ -56,17 +56,9 @@ def blocks_from_knots(knots: Real, force: Real) -> Blocks:
     ``K_j = Σ_{i≥j} k_i`` is the slope before knot j, so ``k_j = K_j - K_{j+1}``, and ``Σ W_i`` is the force at the
     last knot (the paper prints four blocks and lost a row).
 
-    Parameters
-    ----------
-    knots
-        Displacements of the knots [m], increasing, shape (N,).
-    force
-        The virgin curve at the knots [N], shape (N,).
-
-    Raises
-    ------
-    FricError
-        When the knots do not increase, or the curve is not concave there (a stiffness would be negative).
+    knots: Displacements of the knots [m], increasing, shape (N,).
+    force: The virgin curve at the knots [N], shape (N,).
+    Raises FricError: When the knots do not increase, or the curve is not concave there (a stiffness would be negative).
     """
     knots, force = np.asarray(knots, float), np.asarray(force, float)
     if len(knots) == 0 or (np.diff(knots, prepend=0.0) <= 0).any():
@@ -91,16 +83,10 @@ def fit_blocks(curve: VirginCurve, count: int, seed: int = 0, begun: list[Real] 
     stiffnesses are a non-negative least-squares problem, which makes the curve concave. A block that would not
     slip within the curve keeps its stiffness; its slip displacement is then where the curve reaches ``curve.level``.
 
-    Parameters
-    ----------
-    curve
-        The virgin curve.
-    count
-        Number of blocks.
-    seed
-        Seed of CRS2.
-    begun
-        Knots placed one after the other, of 1, 2 … knots, from fits of other numbers of blocks; more are added.
+    curve: The virgin curve.
+    count: Number of blocks.
+    seed: Seed of CRS2.
+    begun: Knots placed one after the other, of 1, 2 … knots, from fits of other numbers of blocks; more are added.
     """
     z, force, weight = curve.displacement, curve.force, weights(curve)
     extent = float(z[-1])
@@ -171,14 +157,9 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, seed: int = 0, un
     show. Points of the curve within one step of the encoder count as one: n is their number. The search ends when the
     criterion has risen twice.
 
-    Parameters
-    ----------
-    curve, seed
-        See `fit_blocks`.
-    most
-        Number of blocks to try up to.
-    unit
-        Unit of the force, for messages.
+    curve, seed: See `fit_blocks`.
+    most: Number of blocks to try up to.
+    unit: Unit of the force, for messages.
     """
     standard_error = np.nan_to_num(curve.band, nan=0.0) / 2.0
     spread = np.sqrt(standard_error**2 + curve.blur**2 + (REPEATABLE * curve.level) ** 2)
@@ -201,12 +182,8 @@ def choose_blocks(curve: VirginCurve, most: int = MOST_BLOCKS, seed: int = 0, un
 def fit_without_cycles(curve: VirginCurve, blocks: Blocks) -> list[Blocks]:
     """Return the fit with each cycle left out in turn, its knots moved from those of all cycles.
 
-    Parameters
-    ----------
-    curve
-        The virgin curve.
-    blocks
-        The fit to all cycles.
+    curve: The virgin curve.
+    blocks: The fit to all cycles.
     """
     z, weight = curve.displacement, weights(curve)
     extent = float(z[-1])

@@ -32,14 +32,9 @@ LEVEL = 0.03
 def notices_of(fit: GMSFit, *, sliding_logged: bool, plant_given: bool) -> Iterator[Notice]:
     """Yield the warnings of a fit.
 
-    Parameters
-    ----------
-    fit
-        The fit.
-    sliding_logged
-        Whether a record in sliding was among the logs.
-    plant_given
-        Whether inertia and damping were taken off.
+    fit: The fit.
+    sliding_logged: Whether a record in sliding was among the logs.
+    plant_given: Whether inertia and damping were taken off.
     """
     metre, newton, F_s = si_unit("position", fit.motion), si_unit("force", fit.motion), fit.static.F_s
     if not fit.static_given:

@@ -122,12 +122,8 @@ def with_all_errors(curve: VirginCurve, model: Real) -> VirginCurve:
     the model that was refined by replay: while the controller hunts between two counts, the contact goes through minor
     cycles that the smoothed motion does not have, and the mean force is below the virgin curve.
 
-    Parameters
-    ----------
-    curve
-        The curve.
-    model
-        The refined model's force at its displacements [N], shape (n,).
+    curve: The curve.
+    model: The refined model's force at its displacements [N], shape (n,).
     """
     parts = (np.nan_to_num(curve.band), 1.96 * curve.blur, np.full_like(model, curve.mismatch), curve.force - model)
     return replace(curve, band=np.sqrt(sum(part**2 for part in parts)))
@@ -152,14 +148,9 @@ def virgin_curve(
     axes are divided by q. This is exact for the GMS model but for its lag s/C, and puts the plateau at F_s. Where the
     directions have a map each, ``q = (|s_±(v)| + F_s∓)/(F_s+ + F_s-)``, and the plateau is at the mean of the two.
 
-    Parameters
-    ----------
-    hysteresis
-        Pre-sliding records.
-    static
-        The static map; without it no correction is made, and nothing viscous is taken off.
-    negative
-        That of the negative direction, where each has its own.
+    hysteresis: Pre-sliding records.
+    static: The static map; without it no correction is made, and nothing viscous is taken off.
+    negative: That of the negative direction, where each has its own.
     """
     ordered = sorted(hysteresis, key=lambda one: one.amplitude)
     groups: list[list[HysteresisCycles]] = []

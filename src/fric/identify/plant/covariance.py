@@ -17,14 +17,9 @@ def hac_covariance(regressors: Real, residual: Real, lengths: Sequence[int] | No
     scores ``x_i·e_i`` under Bartlett's weights; the scores are prewhitened by first-order autoregressions and
     the bandwidth is Andrews' (Econometrica 59, 1991).
 
-    Parameters
-    ----------
-    regressors
-        The observation matrix X, shape (n, p).
-    residual
-        What the fit leaves, shape (n,).
-    lengths
-        Rows of each record, in order, where several are stacked: nothing is shared between records.
+    regressors: The observation matrix X, shape (n, p).
+    residual: What the fit leaves, shape (n,).
+    lengths: Rows of each record, in order, where several are stacked: nothing is shared between records.
     """
     # Orthonormal regressors: the scores are then of one size, and the inverse is that of R alone.
     q, r = np.linalg.qr(regressors)
@@ -68,12 +63,8 @@ def _andrews(rho: Real, n: int) -> float:
 def smoother_than_noise(residual: Real, quantile: float) -> bool:
     """Test whether residuals in their order are smoother than noise, by von Neumann's ratio; never of fewer than 8.
 
-    Parameters
-    ----------
-    residual
-        Residuals, shape (n,).
-    quantile
-        Quantile of the standard normal distribution, below which they are: -2.33 for a level of 1 %.
+    residual: Residuals, shape (n,).
+    quantile: Quantile of the standard normal distribution, below which they are: -2.33 for a level of 1 %.
     """
     n = len(residual)
     if n < 8:
@@ -96,12 +87,8 @@ def jackknife(gradient: Real, residual: Real, label: Indices) -> Real:
     Each is one Gauss–Newton step from the solution, and counts by Student's t: a percentile bootstrap of five cycles
     covers some 80 %, not 95.
 
-    Parameters
-    ----------
-    gradient, residual
-        Derivatives (n, p) and residuals (n,).
-    label
-        The group that each sample belongs to, shape (n,).
+    gradient, residual: Derivatives (n, p) and residuals (n,).
+    label: The group that each sample belongs to, shape (n,).
     """
     normal, groups = gradient.T @ gradient, np.unique(label)
     left_out = []
@@ -150,12 +137,8 @@ def between_records(parts: Sequence[Real], residuals: Sequence[Real], quantile: 
     mean S_r``, as far as it is positive (DerSimonian and Laird 1986, in several variables). The joint estimate is
     ``Σ W_r·θ_r``, ``W_r = (XᵀX)⁻¹X_rᵀX_r``, and gains ``Σ W_r·T·W_rᵀ``, with Student's t of R - 1 for its quantile.
 
-    Parameters
-    ----------
-    parts, residuals
-        The observations X_r (n, p) of each record, and what the joint fit leaves there (n,).
-    quantile
-        By which the covariance is multiplied for an interval.
+    parts, residuals: The observations X_r (n, p) of each record, and what the joint fit leaves there (n,).
+    quantile: By which the covariance is multiplied for an interval.
     """
     count, size = len(parts), parts[0].shape[1]
     if count < 2 or any(len(X) < 4 * size or np.linalg.matrix_rank(X) < size for X in parts):

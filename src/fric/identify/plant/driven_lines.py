@@ -38,14 +38,9 @@ def excited(spectra: Spectra, driven: Mask | None = None, tall: float = 0.05, su
     position together, not small against the input at any lower frequency, and above the noise. A line that is less than
     surely tall must take power from the voltage, ``Re(u*·jωz) > 0``: friction's harmonics bring it.
 
-    Parameters
-    ----------
-    spectra
-        Spectra of whole periods.
-    driven
-        The lines that the reference drives, shape (n,), where it is known: it settles the question.
-    tall, surely
-        Share of the tallest that a driven line has at least, and from which on it is taken for one as it is.
+    spectra: Spectra of whole periods.
+    driven: The lines that the reference drives, shape (n,), where it is known: it settles the question.
+    tall, surely: Share of the tallest that a driven line has at least, and from which on it is taken for one as it is.
     """
     U, Z = (np.abs(np.mean(x, axis=0)) for x in (spectra.input, spectra.position))
     variance = np.var(spectra.input, axis=0, ddof=1) / len(spectra.input)
@@ -68,10 +63,7 @@ def driven_alike(records: Sequence[MeanLines | None]) -> list[Mask | None]:
     from the one to the other about as much as those do that both show and that grow at all, by their median: a loop
     that friction all but stops grows by more than its excitation.
 
-    Parameters
-    ----------
-    records
-        The lines of each record, None for one without periods.
+    records: The lines of each record, None for one without periods.
     """
     found: list[Mask | None] = [None] * len(records)
     for small, large in permutations(range(len(records)), 2):
@@ -101,14 +93,9 @@ def distortion(spectra: Spectra, driven: Mask, neighbours: int = 12) -> Real:
     4.3): they show the voltage ``|Z_j/G - U_j|``, with G between the driven lines; its median over the nearest lines j
     that are not driven, over U_k, is what line k is off by.
 
-    Parameters
-    ----------
-    spectra
-        Spectra of whole periods.
-    driven
-        Which lines are driven, shape (n,).
-    neighbours
-        Lines that are looked at; with fewer than four of them there is no telling: 0.
+    spectra: Spectra of whole periods.
+    driven: Which lines are driven, shape (n,).
+    neighbours: Lines that are looked at; with fewer than four of them there is no telling: 0.
     """
     U, Z = np.mean(spectra.input, axis=0), np.mean(spectra.position, axis=0)
     at = np.flatnonzero(driven)

@@ -82,18 +82,11 @@ def force_constant(
 
     Where none has, and K_f is not given, strokes tell it, and not the lag.
 
-    Parameters
-    ----------
-    logs
-        Records of one axis.
-    given
-        K_f [N/V], where the user knows it; the records then tell the lag, and whether it can be so.
-    motion
-        Motion of the axis.
-    period, segment
-        As in `measure_response` [s].
-    strokes
-        Records at constant velocity.
+    logs: Records of one axis.
+    given: K_f [N/V], where the user knows it; the records then tell the lag, and whether it can be so.
+    motion: Motion of the axis.
+    period, segment: As in `measure_response` [s].
+    strokes: Records at constant velocity.
     """
     unit = si_unit("force per input", motion)
     stated = None if given is None else Estimate(given, unit, fixed=True)
@@ -180,14 +173,9 @@ def _matters(lag: Estimate, sampling: float) -> bool:
 def against_mass(estimates: dict[str, Estimate], mass: float | None, motion: Motion) -> list[Notice]:
     """Hold K_f/B against the moving mass that the user states, or take K_f from it where nothing else tells it.
 
-    Parameters
-    ----------
-    estimates
-        B, and K_f where it is known; K_f is added where it is not.
-    mass
-        Stated moving mass [kg or kg·m²]; None where the user does not know it.
-    motion
-        Motion of the axis.
+    estimates: B, and K_f where it is known; K_f is added where it is not.
+    mass: Stated moving mass [kg or kg·m²]; None where the user does not know it.
+    motion: Motion of the axis.
     """
     if mass is None or "B" not in estimates:
         return []

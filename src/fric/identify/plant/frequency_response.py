@@ -81,23 +81,13 @@ def measure_response(
     segments, with the reference as driver where it was logged and moves the axis. A table is taken as it is, with
     its phase unwrapped.
 
-    Parameters
-    ----------
-    record
-        A record in time with input and position, or a measured response.
-    period
-        Period of the excitation [s]; found in the record where not given.
-    segment
-        Length of a Welch segment [s]; given, the record is not looked at for periods.
-    output
-        The channel that answers the input; of a force the magnitude is F/U [N/V].
-    driven
-        Which lines of the period are driven, where that is known already.
-
-    Raises
-    ------
-    FricError
-        When input or output were not logged, the record is unevenly sampled or too short, or nothing is excited.
+    record: A record in time with input and position, or a measured response.
+    period: Period of the excitation [s]; found in the record where not given.
+    segment: Length of a Welch segment [s]; given, the record is not looked at for periods.
+    output: The channel that answers the input; of a force the magnitude is F/U [N/V].
+    driven: Which lines of the period are driven, where that is known already.
+    Raises FricError: When input or output were not logged, the record is unevenly sampled or too short, or nothing is
+        excited.
     """
     if isinstance(record, FrequencyResponse):
         return _table(record)

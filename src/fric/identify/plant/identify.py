@@ -221,17 +221,9 @@ def plant_records(
 ) -> tuple[Method, list[Log | FrequencyResponse]]:
     """Return the method, and the records that serve it: frequency responses where there are any, or motions.
 
-    Parameters
-    ----------
-    records
-        Records of one axis.
-    method
-        The method, where the user asks for one; a record of any kind then serves.
-
-    Raises
-    ------
-    FricError
-        When no record serves, or the records are of different axes.
+    records: Records of one axis.
+    method: The method, where the user asks for one; a record of any kind then serves.
+    Raises FricError: When no record serves, or the records are of different axes.
     """
     axes = {(record.axis, record.motion) for record in records}
     if len(axes) > 1:

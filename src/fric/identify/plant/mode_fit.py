@@ -49,15 +49,8 @@ def solve_with_modes(lines: Lines) -> Found:
     what all others lie on. Such lines are left out one form at a time; a second mass is taken where it explains the
     lines better by far, each residual counted up to a bound.
 
-    Parameters
-    ----------
-    lines
-        Lines of one response.
-
-    Raises
-    ------
-    FricError
-        When the sign of input or position is turned.
+    lines: Lines of one response.
+    Raises FricError: When the sign of input or position is turned.
     """
     rigid = _without_outliers(lines, None)
     if rigid.solution.misfit < UNLIKE and np.all(rigid.kept):

@@ -25,18 +25,11 @@ def described(
 ) -> Iterator[Notice]:  # fmt: skip
     """Yield the warnings of a fit.
 
-    Parameters
-    ----------
-    fits
-        Each response with its own fit.
-    solution
-        The fit of all.
-    friction
-        What friction does to A.
-    estimates
-        A, B, T_d, and K_f where it is known.
-    hold
-        Sampling rate of the hold [Hz].
+    fits: Each response with its own fit.
+    solution: The fit of all.
+    friction: What friction does to A.
+    estimates: A, B, T_d, and K_f where it is known.
+    hold: Sampling rate of the hold [Hz].
     """
     for fit in fits:
         name = fit.measured.table.name

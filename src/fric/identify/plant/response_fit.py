@@ -112,16 +112,10 @@ def modelled(plant: LinearPlant, frequency: Real, hold: float | None, resonance:
     The hold's half sample is in T_d, and only the rest of it is transport; what the hold and the sampling do besides
     (2.6 % of magnitude at an eighth of the sampling rate) is in the response.
 
-    Parameters
-    ----------
-    plant
-        Eq. (1).
-    frequency
-        Frequencies [Hz], shape (n,).
-    hold
-        Sampling rate of the hold [Hz], None for the continuous response.
-    resonance
-        A second mass, where there is one.
+    plant: Eq. (1).
+    frequency: Frequencies [Hz], shape (n,).
+    hold: Sampling rate of the hold [Hz], None for the continuous response.
+    resonance: A second mass, where there is one.
     """
     if resonance is not None:
         return resonance.response(plant, frequency, hold)
@@ -143,18 +137,11 @@ def solve(
     The residual is ``ln(G_m/G)``, its real part the log magnitude, its imaginary part the phase, both over the relative
     deviation of the line. With friction, A of each response is ``A + F_c/M·reversing``.
 
-    Parameters
-    ----------
-    sets
-        Lines of each response.
-    friction
-        Fit F_c/M besides.
-    misfits
-        Relative deviation to be added for each response; found where not given.
-    resonance
-        Where the search for a second mass begins; eq. (1) alone where there is none.
-    start
-        A, ln B, T_d, and F_c/M where it is fitted, where the search begins; from a grid and 0 where not given.
+    sets: Lines of each response.
+    friction: Fit F_c/M besides.
+    misfits: Relative deviation to be added for each response; found where not given.
+    resonance: Where the search for a second mass begins; eq. (1) alone where there is none.
+    start: A, ln B, T_d, and F_c/M where it is fitted, where the search begins; from a grid and 0 where not given.
     """
     form = Form(friction, resonance.encoder if resonance else None)
     start = near(sets[0])[0] if start is None else np.array(start, float)

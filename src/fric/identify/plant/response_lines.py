@@ -51,21 +51,11 @@ def select(
 ) -> tuple[Lines, Mask]:
     """Return the lines of a response that are sure enough, and which they are, shape (n,).
 
-    Parameters
-    ----------
-    measured
-        The response.
-    hold
-        Sampling rate of the hold [Hz], or None.
-    coherence
-        Least coherence.
-    band
-        Lowest and highest frequency [Hz].
-
-    Raises
-    ------
-    FricError
-        When fewer than four lines are left.
+    measured: The response.
+    hold: Sampling rate of the hold [Hz], or None.
+    coherence: Least coherence.
+    band: Lowest and highest frequency [Hz].
+    Raises FricError: When fewer than four lines are left.
     """
     table = measured.table
     f = table.frequency
@@ -96,19 +86,10 @@ def near(lines: Lines, dampings: int = 60, most: int = 200) -> tuple[Real, float
 
     They are from a grid: the phase is wrapped, so that no unwrapping can go wrong.
 
-    Parameters
-    ----------
-    lines
-        The lines.
-    dampings
-        Values of A that are tried.
-    most
-        Lines that are looked at.
-
-    Raises
-    ------
-    FricError
-        When the response is that of eq. (1) with the sign turned.
+    lines: The lines.
+    dampings: Values of A that are tried.
+    most: Lines that are looked at.
+    Raises FricError: When the response is that of eq. (1) with the sign turned.
     """
     thin = slice(None, None, -(-len(lines.frequency) // most))
     f, response, deviation = lines.frequency[thin], lines.response[thin], lines.deviation[thin]

@@ -107,26 +107,16 @@ def identify_motion(
     the position is filtered forwards and backwards, differentiated by central differences, and each column of the
     observation matrix is decimated like the force.
 
-    Parameters
-    ----------
-    logs
-        Records of one axis, each with a force or an input, evenly sampled.
-    direction
-        One F_v and F_c and an offset, or F_v and F_c of either direction (an offset is then half their difference).
-    force_constant
-        K_f [N/V]; with it an input serves as force.
-    delay
-        T_d [s], which a motion does not show; half a sample where it is not given. Where it is given, the force acts
+    logs: Records of one axis, each with a force or an input, evenly sampled.
+    direction: One F_v and F_c and an offset, or F_v and F_c of either direction (an offset is then half their
+        difference).
+    force_constant: K_f [N/V]; with it an input serves as force.
+    delay: T_d [s], which a motion does not show; half a sample where it is not given. Where it is given, the force acts
         by so much later than the voltage that makes it.
-    cutoff, decimation, border
-        See `Conditioning`; chosen from the sampling rate where not given.
-    mass
-        Moving mass [kg], where the user knows it; the one that is found is held against it.
-
-    Raises
-    ------
-    FricError
-        When neither force nor input was logged, the sampling is uneven, or the motion does not separate the terms.
+    cutoff, decimation, border: See `Conditioning`; chosen from the sampling rate where not given.
+    mass: Moving mass [kg], where the user knows it; the one that is found is held against it.
+    Raises FricError: When neither force nor input was logged, the sampling is uneven, or the motion does not separate
+        the terms.
     """
     motion = logs[0].motion
     channel: Literal["force", "input"] = (

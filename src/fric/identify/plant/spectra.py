@@ -103,19 +103,10 @@ def period_spectra(input: Real, position: Real, period: int, sampling: float) ->
 
     The driver is 1: the excitation is the same in each period.
 
-    Parameters
-    ----------
-    input, position
-        Control voltage [V] and position [m], each of shape (n,).
-    period
-        Samples a period.
-    sampling
-        Samples a second [Hz].
-
-    Raises
-    ------
-    FricError
-        When there are fewer than two periods.
+    input, position: Control voltage [V] and position [m], each of shape (n,).
+    period: Samples a period.
+    sampling: Samples a second [Hz].
+    Raises FricError: When there are fewer than two periods.
     """
     if period < SHORTEST:
         raise FricError(f"a period of {period} samples is too short for a response", hint="Give the right `period=`.")
@@ -165,14 +156,10 @@ def segment_spectra(input: Real, position: Real, driver: Real, segment: int, sam
     The position is differenced first and the lines divided by what that does to them: an integrating plant's
     position wanders, and would leak into every line.
 
-    Parameters
-    ----------
-    input, position, driver
-        Control voltage [V], position [m], and what drives both: the reference, or the input itself, each shape (n,).
-    segment
-        Samples a segment.
-    sampling
-        Samples a second [Hz].
+    input, position, driver: Control voltage [V], position [m], and what drives both: the reference, or the input
+        itself, each shape (n,).
+    segment: Samples a segment.
+    sampling: Samples a second [Hz].
     """
     n = len(input) - 1
     starts = np.arange(0, n - segment + 1, max(segment // 2, 1))
@@ -195,14 +182,9 @@ def neighbour_spectra(input: Real, position: Real, driver: Real, sampling: float
     differenced twice, after which an integrating plant is smooth over neighbouring lines, and the result divided
     by what that does to it. The first and last fortieth of the record are faded in and out.
 
-    Parameters
-    ----------
-    input, position, driver
-        As in `segment_spectra`, each shape (n,).
-    sampling
-        Samples a second [Hz].
-    count
-        Lines to each frequency.
+    input, position, driver: As in `segment_spectra`, each shape (n,).
+    sampling: Samples a second [Hz].
+    count: Lines to each frequency.
     """
     n = len(input) - 2
     from scipy import signal
@@ -225,12 +207,8 @@ def swept(spectra: Spectra, share: float = 0.4) -> bool:
 def moved_at(spectra: Spectra, *, is_input: bool) -> Mask:
     """Return the lines at which the driver has power of its own, and not what the window smears from lower lines.
 
-    Parameters
-    ----------
-    spectra
-        Spectra of segments or neighbouring lines.
-    is_input
-        Whether the driver is the input; a reference, which falls with frequency, is looked at by its speed.
+    spectra: Spectra of segments or neighbouring lines.
+    is_input: Whether the driver is the input; a reference, which falls with frequency, is looked at by its speed.
     """
     size = np.sqrt(np.mean(np.abs(spectra.driver) ** 2, axis=0)) * (1.0 if is_input else spectra.frequency)
     driven: Mask = size > (0.05 if is_input else 0.01) * np.maximum.accumulate(size)

@@ -31,17 +31,9 @@ BENT = 0.02
 def steady_force_constant(logs: Sequence[Log], motion: Motion) -> tuple[Estimate | None, tuple[Notice, ...]]:
     """Return K_f [N/V] as the slope of mean force over mean input of steady segments, and what the user should know.
 
-    Parameters
-    ----------
-    logs
-        Strokes at constant velocity; those without force or input have no part in it.
-    motion
-        Motion of the axis.
-
-    Returns
-    -------
-    estimate, warnings
-        None where fewer than `FEWEST` segments are steady, or all have one voltage.
+    logs: Strokes at constant velocity; those without force or input have no part in it.
+    motion: Motion of the axis.
+    Returns none where fewer than `FEWEST` segments are steady, or all have one voltage.
     """
     both = [log for log in logs if log.force is not None and log.input is not None]
     means = [

@@ -28,16 +28,10 @@ STEP = 1e-4
 def block_slopes(coordinates: Coordinates, x: Real, record: Prepared, *, both: bool) -> dict[int, Real]:
     """Return the derivatives of a replayed force [N], shape (n,), over the coordinates of blocks, by their number.
 
-    Parameters
-    ----------
-    coordinates
-        The coordinates; of a model whose blocks do not lie side by side, none is told.
-    x
-        Where, shape (p,).
-    record
-        What is replayed.
-    both
-        Whether by central differences; else by backward ones.
+    coordinates: The coordinates; of a model whose blocks do not lie side by side, none is told.
+    x: Where, shape (p,).
+    record: What is replayed.
+    both: Whether by central differences; else by backward ones.
     """
     if coordinates.model is not GMS:
         return {}
@@ -79,16 +73,10 @@ def side_by_side(model: FrictionModel, alpha: Real, k: Real, C: float, record: P
     All of them lie side by side in one model. Its shares sum to 1: they are divided by their sum, and the level and C
     multiplied by it.
 
-    Parameters
-    ----------
-    model
-        The GMS model, on a guideway or not.
-    alpha, k
-        Shares [1] and stiffnesses [N/m], shape (m, blocks).
-    C
-        Attraction parameter [N/s].
-    record
-        What is replayed.
+    model: The GMS model, on a guideway or not.
+    alpha, k: Shares [1] and stiffnesses [N/m], shape (m, blocks).
+    C: Attraction parameter [N/s].
+    record: What is replayed.
     """
     total, motion = float(alpha.sum()), record.motion
 

@@ -144,23 +144,12 @@ def compare_models(
     is named the winner only if its mean squared residual is lower than every other's by more than the 95 % error of
     that difference, taken over the strokes between reversals.
 
-    Parameters
-    ----------
-    names
-        Models to compare.
-    records
-        See `fric.records.prepared.prepared`.
-    splits
-        What is fitted and scored.
-    static, negative, blocks, seed
-        As in `identify_by_replay`.
-    advance
-        Called after each model.
-
-    Raises
-    ------
-    FricError
-        When there is no such model, or nothing to score.
+    names: Models to compare.
+    records: See `fric.records.prepared.prepared`.
+    splits: What is fitted and scored.
+    static, negative, blocks, seed: As in `identify_by_replay`.
+    advance: Called after each model.
+    Raises FricError: When there is no such model, or nothing to score.
     """
     lengths = tuple(presliding_length(record) for record in records)
     near = tuple(near_reversals(record, length) for record, length in zip(records, lengths, strict=True))

@@ -80,10 +80,7 @@ class Coordinates:
     ) -> Coordinates:
         """Return the coordinates of a model where all is free that is not held, and the level where it is asked for.
 
-        Raises
-        ------
-        FricError
-            When there is nothing left to fit.
+        Raises FricError: When there is nothing left to fit.
         """
         free: list[Coordinate] = []
         for section, parameters in model.declared().items():
@@ -165,10 +162,7 @@ class Coordinates:
     def spread_start(self, y: Real) -> Real:
         """Return the point of a coarse search: blocks as a geometric row between two numbers.
 
-        Parameters
-        ----------
-        y
-            One number a scalar parameter and two a vector, each from 0 to 1 between the bounds, shape (`coarse`,).
+        y: One number a scalar parameter and two a vector, each from 0 to 1 between the bounds, shape (`coarse`,).
         """
         x, take = np.empty(len(self.free)), iter(y)
         done: dict[tuple[str, str], Real] = {}

@@ -27,21 +27,11 @@ def replay_information(
     of their own (a level, offsets) is taken out. alpha enters by its logit (the last share follows from the others), k
     and C by their logarithms, as in a friction file's covariance.
 
-    Parameters
-    ----------
-    records
-        Records with the friction of this model, ready for replay.
-    model
-        The model.
-    ranges
-        Between which values the records could show it.
-    beyond
-        What the covariance gains besides, where the residuals do not tell it.
-
-    Returns
-    -------
-    names, information
-        The parameters, and a matrix (p, p).
+    records: Records with the friction of this model, ready for replay.
+    model: The model.
+    ranges: Between which values the records could show it.
+    beyond: What the covariance gains besides, where the residuals do not tell it.
+    Returns the parameters, and a matrix (p, p).
     """
     held = {("static", name): float(getattr(model.static, name)) for name in STATIC_PARAMETERS}
     level = not all(record.slides for record in records)

@@ -39,12 +39,8 @@ def lateness(search: Search, best: Point, quantile: float) -> dict[str, Estimate
     It is one Gauss–Newton step from the solution, in the lag of each record and all parameters together, and its
     interval holds for what the model misses in each cycle alike, and for channels that are aligned to half a sample.
 
-    Parameters
-    ----------
-    search, best
-        The search, and where it ended.
-    quantile
-        Half widths are this many standard deviations.
+    search, best: The search, and where it ended.
+    quantile: Half widths are this many standard deviations.
     """
     records, seen = search.records, search.seen(best)
     cycled = [n for n, record in enumerate(records) if not record.slides and len(record.reversals) > 4]
@@ -108,14 +104,9 @@ def one_lag(late: Mapping[str, Estimate], clear: float) -> bool:
 def lateness_notice(records: Sequence[Prepared], late: Mapping[str, Estimate], *, sure: bool) -> Notice:
     """Say by how much the force of records is late, and whether it was moved back by the mean of that.
 
-    Parameters
-    ----------
-    records
-        The records.
-    late
-        The lag of each [s].
-    sure
-        Whether the fit is better with it, and a log may have it.
+    records: The records.
+    late: The lag of each [s].
+    sure: Whether the fit is better with it, and a log may have it.
     """
     motion = records[0].log.motion
     dt = _intervals(records)

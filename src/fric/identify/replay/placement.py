@@ -78,10 +78,7 @@ class Placement:
         holds the curvature that a misfit has over a knot, and other places as often as noise makes them the better
         ones. The outer 5 % of the draws count as the limits of the others: what hardly ever happens is in no interval.
 
-        Parameters
-        ----------
-        size
-            Standard deviation of the noise, that of the residual [N].
+        size: Standard deviation of the noise, that of the residual [N].
         """
         rng, count = np.random.default_rng(0), self.places.shape[1]
         noise = np.zeros((DRAWS, len(self.target)))
@@ -111,12 +108,8 @@ def _spread(moved: Real) -> Real:
 def placed(search: Search, x: Real) -> Placement:
     """Return where the blocks of a GMS model are best placed.
 
-    Parameters
-    ----------
-    search
-        The search, of a GMS model of two blocks or more.
-    x
-        Where it stands, shape (p,): the static map, its level and C are taken from there, and no block.
+    search: The search, of a GMS model of two blocks or more.
+    x: Where it stands, shape (p,): the static map, its level and C are taken from there, and no block.
     """
     every = -(-sum(len(one.force) for one in search.records) // MOST)
     if every > 1:

@@ -120,35 +120,19 @@ def identify_by_replay(  # noqa: PLR0913 - the verb identify_model gives each se
     time (see `replay_covariance`), and allow for force and position that do not belong to one instant. A
     parameter without effect on these records is found by its flat gradient, left at its typical value, and told.
 
-    Parameters
-    ----------
-    name
-        Name of the model.
-    records
-        See `fric.records.prepared.prepared`.
-    static
-        Static map to keep, for a model that stands on one; it is fitted too where it is not given.
-    negative
-        That of the negative direction, where each has its own.
-    blocks
-        Number of blocks, for a model of slip blocks.
-    fix
-        Values in SI of parameters that are not fitted.
-    free
-        Names of parameters to fit that are held by default (`delta`).
-    seed
-        Seed of the coarse search.
-    start
-        A model to start from; there is no coarse search then.
-    with_level
-        Whether the records have a level of their own, which then scales F_c and F_s of the static map that is kept.
-    beyond
-        What the covariance gains besides, where the residuals do not tell it.
-
-    Raises
-    ------
-    FricError
-        When there is no such model, or no such parameter, or no sample to compare.
+    name: Name of the model.
+    records: See `fric.records.prepared.prepared`.
+    static: Static map to keep, for a model that stands on one; it is fitted too where it is not given.
+    negative: That of the negative direction, where each has its own.
+    blocks: Number of blocks, for a model of slip blocks.
+    fix: Values in SI of parameters that are not fitted.
+    free: Names of parameters to fit that are held by default (`delta`).
+    seed: Seed of the coarse search.
+    start: A model to start from; there is no coarse search then.
+    with_level: Whether the records have a level of their own, which then scales F_c and F_s of the static map that is
+        kept.
+    beyond: What the covariance gains besides, where the residuals do not tell it.
+    Raises FricError: When there is no such model, or no such parameter, or no sample to compare.
     """
     model = _known(name)
     records = [record.trimmed() for record in records if record.used.any()]

@@ -39,12 +39,8 @@ def covariance_of(gradient: Real, residual: Real, lengths: Sequence[int]) -> Rea
     Where the residuals are `white`, it is that of ordinary least squares; else that of `hac_covariance`, which is
     right for any residuals but itself less sure.
 
-    Parameters
-    ----------
-    gradient, residual
-        Derivatives (n, p) and residuals (n,) of all records one after the other.
-    lengths
-        Samples of each record.
+    gradient, residual: Derivatives (n, p) and residuals (n,) of all records one after the other.
+    lengths: Samples of each record.
     """
     if not white(residual, lengths):
         return hac_covariance(gradient, residual, lengths)
@@ -61,14 +57,9 @@ def replay_covariance(gradient: Real, residual: Real, records: Sequence[Prepared
     how much the model misses in the same place each time (`sandwich`). So where a model has fewer blocks than the
     machine, the interval is of the block that stands for several.
 
-    Parameters
-    ----------
-    gradient, residual
-        As in `covariance_of`.
-    records
-        The records.
-    quantile
-        Half widths are this many standard deviations.
+    gradient, residual: As in `covariance_of`.
+    records: The records.
+    quantile: Half widths are this many standard deviations.
     """
     lengths = [int(record.used.sum()) for record in records]
     covariance = covariance_of(gradient, residual, lengths)

@@ -24,10 +24,7 @@ class Split:
 def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple[Split, ...]:
     """Return one split: fit the records of these names, score the others.
 
-    Raises
-    ------
-    FricError
-        When there is no record of a name, or none is left to score.
+    Raises FricError: When there is no record of a name, or none is left to score.
     """
     names = [record.log.name for record in records]
     for name in fitted:
@@ -44,10 +41,7 @@ def split_by_record(records: Sequence[Prepared], fitted: Sequence[str]) -> tuple
 def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Split, ...]:
     """Return one split: fit the first cycles of every record after its first reversal, score the rest of it.
 
-    Raises
-    ------
-    FricError
-        When a record has no more cycles than that.
+    Raises FricError: When a record has no more cycles than that.
     """
     fitted, scored = [], []
     for record in records:
@@ -65,10 +59,7 @@ def split_by_cycles(records: Sequence[Prepared], cycles: int) -> tuple[Split, ..
 def split_by_folds(records: Sequence[Prepared], folds: int) -> tuple[Split, ...]:
     """Return so many splits: each record is cut into as many parts, and each part is scored by a fit to the others.
 
-    Raises
-    ------
-    FricError
-        When there are fewer than two folds.
+    Raises FricError: When there are fewer than two folds.
     """
     if folds < 2:
         raise FricError(f"{folds} fold leaves nothing to score", hint="Ask for two or more.")

@@ -28,14 +28,9 @@ def opened(
     told. A stiffness whose spring gives way before the motion is seen again after a reversal is no less than what was
     found, and of records that are all a few steps of the encoder large nothing is told of it.
 
-    Parameters
-    ----------
-    coordinates
-        What was searched.
-    values, within
-        Values and intervals by section and name.
-    records
-        The records.
+    coordinates: What was searched.
+    values, within: Values and intervals by section and name.
+    records: The records.
     """
     seen, motion, notices, found = identifiability_of(records), records[0].log.motion, [], dict(within)
     declared = {(s, p.name): p for s, parameters in coordinates.model.declared().items() for p in parameters}

@@ -110,10 +110,7 @@ def fit_map(strokes: Strokes, offset: float | None = None) -> MapFit:
 
     The offset [N] is given where it is not fitted.
 
-    Raises
-    ------
-    FricError
-        When there are too few strokes for the parameters.
+    Raises FricError: When there are too few strokes for the parameters.
     """
     fitted, held_out = solved(strokes, offset)
     left_out = tuple(point for point, used in zip(strokes.points, fitted.kept, strict=True) if not used)

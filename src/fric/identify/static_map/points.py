@@ -76,10 +76,7 @@ def stroke_points(
     A table of forces and velocities gives a point a row. A record that says it is of constant velocity, and ripples too
     much for a steady segment, gives its inner part.
 
-    Raises
-    ------
-    FricError
-        When a record logged no force, or none holds a stroke.
+    Raises FricError: When a record logged no force, or none holds a stroke.
     """
     tables = [one for one in records if isinstance(one, ForceVelocity)]
     logs = logs_of_strokes(records)

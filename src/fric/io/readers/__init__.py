@@ -52,10 +52,7 @@ def endings() -> frozenset[str]:
 def tables(path: Path, layout: Layout | None = None) -> Generator[Table, None, None]:
     """Read a foreign log file by the reader that recognises it, table by table.
 
-    Raises
-    ------
-    FricError
-        When there is no such file, it is empty, cannot be read, or is of no known format.
+    Raises FricError: When there is no such file, it is empty, cannot be read, or is of no known format.
     """
     path = Path(path)
     try:

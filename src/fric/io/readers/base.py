@@ -115,10 +115,7 @@ def refuse_declared(path: Path, declared: int) -> None:
 def library(form: Format, path: Path) -> Any:
     """Return the module that reads a format.
 
-    Raises
-    ------
-    FricError
-        When it is not installed, with the command that installs it.
+    Raises FricError: When it is not installed, with the command that installs it.
     """
     try:
         return import_module(form.module)
@@ -218,10 +215,7 @@ class Table(ABC):
     def find(self, wanted: str | int, channel: str) -> int:
         """Return the index of a column that is named, or counted from 0.
 
-        Raises
-        ------
-        FricError
-            When there is no such column, or more than one, with the columns that there are.
+        Raises FricError: When there is no such column, or more than one, with the columns that there are.
         """
         listed = self.listed()
         if isinstance(wanted, int):

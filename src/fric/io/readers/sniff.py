@@ -82,19 +82,10 @@ class _Row(NamedTuple):
 def shape_of(head: bytes, layout: Layout, whole: bool) -> Shape:
     """Find how a text log is written from its beginning.
 
-    Parameters
-    ----------
-    head
-        The first bytes of the file, uncompressed.
-    layout
-        What the user says; it is taken as it is.
-    whole
-        Whether ``head`` is the whole file.
-
-    Raises
-    ------
-    FricError
-        When there are no rows of numbers, or what the user says does not fit.
+    head: The first bytes of the file, uncompressed.
+    layout: What the user says; it is taken as it is.
+    whole: Whether ``head`` is the whole file.
+    Raises FricError: When there are no rows of numbers, or what the user says does not fit.
     """
     encoding = layout.encoding or encoding_of(head)
     try:

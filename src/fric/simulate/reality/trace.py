@@ -27,20 +27,12 @@ def logged(axis: Axis, run: Trace, window: tuple[int, int], samples: int, name: 
     interval, as the drive's trace filter does, so that what the controller makes of encoder steps does not alias into
     them, and are kept in single precision.
 
-    Parameters
-    ----------
-    axis
-        The axis, with the flaws of its force channel, its clock and its encoder.
-    run
-        What happened.
-    window
-        The first sample that is logged, and the one behind the last.
-    samples
-        Samples that the trace holds.
-    name, kind
-        Of the record.
-    seed
-        Seed of the noise, of the jitter and of what is lost; with the name of the record.
+    axis: The axis, with the flaws of its force channel, its clock and its encoder.
+    run: What happened.
+    window: The first sample that is logged, and the one behind the last.
+    samples: Samples that the trace holds.
+    name, kind: Of the record.
+    seed: Seed of the noise, of the jitter and of what is lost; with the name of the record.
     """
     first, last = window
     sampling, flaws = axis.cascade.sampling, axis.reality
