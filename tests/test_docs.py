@@ -24,7 +24,11 @@ ROOT = Path(__file__).parents[1]
 SHOWING = [page for page in examples.PAGES if examples.examples(page)]
 
 
-LONG = {"target-linuxcnc"}
+LONG = {"target-linuxcnc": 400, "plan": 30}
+"""Pages whose examples take long, and how long [s]."""
+
+COLD = {"target-linuxcnc"}
+"""Pages whose commands start as processes of their own."""
 
 NEEDED = {"target-linuxcnc": ["linuxcnc", "halcompile"], "target-c": ["cc"], "target-fmi": ["cc"]}
 """What must be installed for a page's examples."""
@@ -37,7 +41,7 @@ GOOD_TO = {"plan": 0.2}
 
 
 def _marked(page: Path) -> object:
-    return pytest.param(page, marks=pytest.mark.long(400)) if page.stem in LONG else page
+    return pytest.param(page, marks=pytest.mark.long(LONG[page.stem])) if page.stem in LONG else page
 
 
 def _commands(group: Any, path: tuple[str, ...] = ("fric",)) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -89,7 +93,7 @@ def test_examples_run_and_print_what_is_shown(page, tmp_path, warm):
         if examples.is_make(command):
             assert re.search(rf"^{command.split()[1]}:", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
             continue
-        status, printed = examples.run(command, tmp_path, None if page.stem in LONG else warm)  # a long one starts cold
+        status, printed = examples.run(command, tmp_path, None if page.stem in COLD else warm)
         assert status == 0, f"$ {command}\n{printed}"
         if shown and not shown.endswith("…"):
             alike = examples.alike(printed, shown, COUNTS.get(page.stem, 0.0), GOOD_TO.get(page.stem, 0.02))

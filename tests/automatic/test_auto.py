@@ -288,6 +288,7 @@ def session(folder) -> tuple[fric.AutoResult, list[str], Path]:
     return fric.auto(folder / "session/data", output=folder / "found", say=said.append), said, folder / "found"
 
 
+@pytest.mark.long(15)
 def test_the_first_run_ends_in_trust(session):
     """The gains are those that the circle shows, and the decision is right for the machine that the logs are of."""
     found, _, out = session
@@ -306,6 +307,7 @@ def test_the_first_run_ends_in_trust(session):
     assert left <= 1.1 * verdict.choice.stays_under
 
 
+@pytest.mark.long(15)
 def test_a_run_is_read_at_a_glance(session):
     found, said, out = session
     lines = [*said, *str(found).splitlines()]
@@ -317,6 +319,7 @@ def test_a_run_is_read_at_a_glance(session):
     assert "rms of measured less replayed force" in (out / "steps.log").read_text(encoding="utf-8")
 
 
+@pytest.mark.long(15)
 def test_a_run_has_one_upper_limit(session):
     """A sentence had 0.99 µm, the table below it 1.1, and the page 1.2."""
     found, _, out = session

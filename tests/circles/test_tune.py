@@ -78,6 +78,7 @@ def test_what_is_found_is_what_the_machine_has(drawn, tuned):
         assert one.after.rms < 0.1 * one.before.rms
 
 
+@pytest.mark.long(4)
 def test_how_sure_a_parameter_is_does_not_hang_on_what_was_kept_of_the_shape(drawn, circles, tuned, monkeypatch):
     monkeypatch.setattr("fric.circles.tune.SHAPE", 0.0)
     axis, kept = drawn.axes["x"], tuned.axes["x"]
@@ -271,6 +272,7 @@ def test_directions_with_own_levels_are_found(drawn):
     assert "direction" in {warning.code for warning in found.warnings}
 
 
+@pytest.mark.long(5)
 def test_friction_that_falls_while_a_circle_runs_is_told(tuned):
     machine = fric.read_machine(ROOT / "configs/reality/drift.yaml")
     tests = recorded(machine)

@@ -55,7 +55,7 @@ def test_two_amplitudes_around_rest_tell_what_friction_adds(tmp_path: Path) -> N
     assert told["A"]["value"] < large
 
 
-@pytest.mark.parametrize("seed", ["3", "6"])
+@pytest.mark.parametrize("seed", ["3", pytest.param("6", marks=pytest.mark.long(5))])
 def test_friction_around_rest_is_no_second_mass_and_has_the_sign_of_friction(tmp_path: Path, seed: str) -> None:
     """The spring of friction at 15 mm/s was taken for a second mass, and A was 10721 1/s to all digits told."""
     log = str(tmp_path / "log.h5")

@@ -164,7 +164,7 @@ def _until(condition: Callable[[], bool], seconds: float = 600.0) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
-@pytest.mark.parametrize("to_all", [True, False], ids=["Ctrl-C", "kill"])
+@pytest.mark.parametrize("to_all", [True, pytest.param(False, marks=pytest.mark.long(5))], ids=["Ctrl-C", "kill"])
 def test_processes_keep_what_is_done_and_none_is_left(tmp_path, to_all):
     """Ctrl-C reaches a terminal's whole process group, a polite kill one process."""
     words = [*SMALL, "--scheme", "a", "--json", "--workers", "2", "--monte-carlo", "20000", "-o", tmp_path / "run.h5"]

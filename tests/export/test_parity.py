@@ -123,6 +123,7 @@ def test_structured_text_gives_the_librarys_forces(name: str) -> None:
         assert np.abs(np.array(found) - replayed(model, dz, v)).max() <= 1e-9, motion
 
 
+@pytest.mark.long(6)
 def test_structured_text_is_grammatical() -> None:
     parse = pytest.importorskip("blark.parse").parse_source_code
     (text,) = st_files(scheme_part("f")).values()  # which holds all that the others do

@@ -41,6 +41,7 @@ def held(fit, truth):
     return (limits[:, 0] <= [*truth.alpha, *truth.k]) & ([*truth.alpha, *truth.k] <= limits[:, 1])
 
 
+@pytest.mark.long(4)
 def test_the_interval_of_a_share_holds_the_truth_only_with_what_hunting_adds(monkeypatch):
     """alpha_1 is 0.0065 too low, ± 0.001 from run to run; its half-width is 0.003, and 0.012 with what hunting adds."""
     with_it = fitted(axis())

@@ -41,6 +41,7 @@ def test_a_lag_of_trace_samples_is_told_and_the_curve_is_that_of_the_machine(sin
     assert large == pytest.approx(samples, abs=0.4)
 
 
+@pytest.mark.long(4)
 def test_a_law_without_corners_moves_no_force() -> None:
     """Blocks that follow Dahl's law miss its curves as a force does that is logged 30 ms early, which no log has."""
     model, logs = Dahl(sigma_0=3e7, F_c=120.0, n=1.0), []

@@ -36,6 +36,7 @@ def first():
     return axis, planned, logs, list(identified(logs))
 
 
+@pytest.mark.long(5)
 def test_information_of_all_sines_is_that_of_the_fit_to_them() -> None:
     axis, _, logs, (*_, gms) = first()
     model = gms.friction("gms")
