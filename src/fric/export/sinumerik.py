@@ -21,6 +21,7 @@ from fric.arrays import Real
 from fric.contour import circularity
 from fric.control.scheme import PAPER_SCHEMES
 from fric.errors import FricError
+from fric.estimate import as_filed
 from fric.export.base import Files, Part, Target
 from fric.export.c import name_of
 from fric.reference import Reference, circle
@@ -122,7 +123,7 @@ def fitted(axis: Axis, part: Part) -> tuple[Pulse, list[float]]:
 
     def begun(decay: float) -> Pulse:
         pulse = through_controller(part, decay, t)
-        return flat(max(float(pulse @ rise / (pulse @ pulse)), 0.0), decay)
+        return flat(as_filed(max(float(pulse @ rise / (pulse @ pulse)), 0.0)), decay)
 
     best = least(map(begun, map(float, DECAYS[::-1])))  # long ones are usual: they leave little early
     tried = [flat(float(share) * best.largest, best.decay) for share in SHARES]
