@@ -168,7 +168,7 @@ def run_fleet(
     mapping, run: As in `FleetStudy`.
     workers: Processes; one a core where not given.
     scheduler: Address of a Dask cluster.
-    advance: Is told of each that is done.
+    advance: Is called for each that is done.
     Raises FricError: When the cluster does not answer, or a process was killed.
     """
     study = FleetStudy(tuple(units), output.resolve(), mapping, run)

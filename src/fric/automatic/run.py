@@ -196,7 +196,7 @@ def auto(
     say
         Is told in a line what came of each step.
     advance
-        Is told of each step; of a fleet, of each machine and date.
+        Is called for each step; of a fleet, of each machine and date.
 
     Raises
     ------

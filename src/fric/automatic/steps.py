@@ -77,7 +77,7 @@ class Step:
     def make(self, advance: Advance = silent) -> Result:
         """Call the verb, write what it leaves, and return its result.
 
-        advance: Is told of its progress, where the verb tells any.
+        advance: Is called with its progress, where the verb reports any.
         Raises FricError: As the verb.
         """
         with commanded("fric", *self.words), together(*self.leaves) as made:
@@ -206,7 +206,7 @@ class Session:
     say
         Is told in a line what came of each step.
     done
-        Is told of each step that is over.
+        Is called for each step that is over.
     """
 
     def __init__(

@@ -176,9 +176,9 @@ class Command:
         return parameter_of(replace(one, help=text), self.flags.get(one.name, ""), place=place)
 
     def call(self, given: Mapping[str, Any], read: str = READ_MACHINE) -> Callable[..., Any]:
-        """Return what makes the result of the verb, of what was given; it takes who is told of progress.
+        """Return a function that calls the verb with the values given; its argument is the progress callback.
 
-        The machine is read first where the command has options of that, by ``read``.
+        Where the command has options that change the machine, ``read`` reads the machine first.
         """
         names = set(self.form.names)
 

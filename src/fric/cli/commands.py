@@ -198,8 +198,8 @@ COMMANDS: dict[str, Home] = {
     "compare": COMPARE,
     "diagnose": Command(
         "fric.results.diagnose:diagnose", plot=True, doing="predicting", flags={"known": "--schemes"},
-        more="With --machine the glitches that the machine file predicts stand beside those measured; a difference is "
-        "told with its likely cause.",
+        more="With --machine it compares the measured glitches with those that the machine file predicts, and names "
+        "the likely cause of a difference.",
     ),
     "tune": TUNE,
     "learn": Command(
@@ -222,4 +222,4 @@ COMMANDS |= {
     for name, home in verbs_in("fric.results").items()
     if name not in dir(fric)
 }
-"""A verb that neither `fric` nor this table names, in a file of its own, is a command as it is."""
+"""A verb in a file that the table above does not name becomes a command without further settings."""

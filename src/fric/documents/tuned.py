@@ -40,7 +40,7 @@ def write_tuned(
     machine: The machine file that it was tuned from.
     folder: Where to write.
     force: Replace files that exist.
-    done: Is told of each file that is there.
+    done: Is called for each file that is there.
     Raises FricError: When a file exists, or cannot be written.
     """
     try:

@@ -214,7 +214,7 @@ def expected(
 
     axis: The axis as it is known beforehand, with the noise and the encoder of its logs.
     planned: The experiments.
-    advance: Is told of each record that was simulated, and of each identification.
+    advance: Is called for each record that was simulated, and of each identification.
     draws: Times that they are run and identified.
     known: The friction file that the axis is known by, which tells what its models left over.
     plant: The plant file that the axis is known by, which tells how its response scattered.

@@ -63,7 +63,7 @@ def narrowing(
     covariances: How the parameters of its static map and of its GMS model err, as in its friction file.
     between: Standard deviation of strokes beyond their own noise [N].
     scheme: The compensation whose glitch is predicted.
-    advance: Is told of each circle and each record.
+    advance: Is called for each circle and each record.
     Raises FricError: When the friction is no GMS model of both directions, or a record cannot be made.
     """
     model = axis.friction

@@ -92,7 +92,7 @@ def make_report(
     failed
         A step that failed, and why, to be said on the page; repeatable.
     advance
-        Is told of each machine that is drawn where a run's controllers know exactly what is true of theirs.
+        Is called for each machine that is drawn where a run's controllers know exactly what is true of theirs.
 
     Raises
     ------

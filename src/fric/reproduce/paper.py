@@ -127,7 +127,7 @@ def reproduce_paper(
     seed
         Seed of all noise.
     advance
-        Is told of each step that is done.
+        Is called for each step that is done.
 
     Raises
     ------

@@ -239,7 +239,7 @@ def circle(
     scheduler
         Run the machines on this Dask cluster.
     advance
-        Is told of each run that is done.
+        Is called for each run that is done.
     interrupted
         Asked after each machine; those that are done by then are kept.
 

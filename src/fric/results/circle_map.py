@@ -157,7 +157,7 @@ def circle_map(
     scheduler
         Run the circles on this Dask cluster.
     advance
-        Is told of each circle.
+        Is called for each circle.
     interrupted
         Asked after each circle whether to stop.
 

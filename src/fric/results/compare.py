@@ -164,11 +164,11 @@ def compare(
     seed
         Seed of the coarse search.
     circles
-        Runs or measured tests of one circle, learned and with a model: what they say. One that was learned
-        (``--scheme learned`` where it was ingested) and one with a friction model: where learning leaves clearly
-        less, the model's shape is wrong, and that is told.
+        Runs or measured tests of one circle, learned and with a friction model, to check the model's shape. Ingest
+        the learned one with ``--scheme learned``. If learning leaves clearly less, a warning says that the shape is
+        wrong.
     advance
-        Is told of each model that is done.
+        Is called for each model that is done.
 
     Raises
     ------

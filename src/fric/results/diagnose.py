@@ -185,7 +185,7 @@ def diagnose(
     feed
         Of several tests in a file, those at this feed.
     advance
-        Is told of each circle that is simulated for the prediction.
+        Is called for each circle that is simulated for the prediction.
 
     Raises
     ------

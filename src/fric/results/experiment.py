@@ -65,7 +65,7 @@ def experiment(
     noise
         Force noise (rms) instead of the machine's; "0 N" for none.
     advance
-        Is told of each record that is made.
+        Is called for each record that is made.
 
     Raises
     ------

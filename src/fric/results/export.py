@@ -203,7 +203,7 @@ def export_axis(
     force
         Run the trial also of what the verdict does not trust.
     advance
-        Is told of each session of LinuxCNC.
+        Is called for each session of LinuxCNC.
 
     Raises
     ------

@@ -136,7 +136,7 @@ def ingest(
     force
         Replace an output that exists.
     advance
-        Is told of the bytes that are read.
+        Is called for the bytes that are read.
 
     Raises
     ------

@@ -166,7 +166,7 @@ def learn(
     bandwidth
         Up to what frequency is learned; else by the feed.
     advance
-        Is told of each circle.
+        Is called for each circle.
 
     Raises
     ------

@@ -115,7 +115,7 @@ def path(
     known
         Schemes of your own; else the paper's. By name, or their file.
     advance
-        Is told of each run that is done.
+        Is called for each run that is done.
 
     Raises
     ------

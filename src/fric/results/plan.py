@@ -225,7 +225,7 @@ def plan(
     draws
         Times that the plan is run and identified to see what to expect.
     advance
-        Is told of each record simulated, and each identification.
+        Is called for each record simulated, and each identification.
 
     Raises
     ------
@@ -328,7 +328,7 @@ def plan_next(
     noise, encoder, like
         As in `plan`.
     advance
-        Is told of each circle and each record.
+        Is called for each circle and each record.
 
     Raises
     ------

@@ -154,7 +154,7 @@ def tune(
     loop
         Design gains anew where friction that falls with speed makes errors grow.
     advance
-        Is told of each step.
+        Is called for each step.
 
     Raises
     ------

@@ -215,7 +215,7 @@ def nothing(evidence: Evidence) -> str:
     if evidence.disagreements:
         return "No scheme is recommended: the measured circle is not as predicted. Explain that first."
     if evidence.rotary:
-        return "No scheme is recommended: what one leaves is told by a circle, and that takes a linear axis."
+        return "No scheme is recommended: schemes are compared on a circle, which needs a linear axis."
     if not evidence.candidates:
         return "No scheme is recommended: nothing was simulated."
     return "No scheme is recommended: something forbids each that was run."

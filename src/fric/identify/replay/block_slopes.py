@@ -28,8 +28,8 @@ STEP = 1e-4
 def block_slopes(coordinates: Coordinates, x: Real, record: Prepared, *, both: bool) -> dict[int, Real]:
     """Return the derivatives of a replayed force [N], shape (n,), over the coordinates of blocks, by their number.
 
-    coordinates: The coordinates; of a model whose blocks do not lie side by side, none is told.
-    x: Where, shape (p,).
+    coordinates: The coordinates; only the GMS model has slopes, any other gives an empty mapping.
+    x: Values of the coordinates, shape (p,).
     record: What is replayed.
     both: Whether by central differences; else by backward ones.
     """
